@@ -1,0 +1,26 @@
+# Flags that every target of the project shares.
+#
+# x86-64-v2 is the fixed baseline (hot kernels dispatch at run time); contraction of a*b+c is off and there is
+# no fast-math, so that one build gives one set of bytes on every machine.
+add_library(meander_flags INTERFACE)
+target_compile_options(meander_flags INTERFACE -march=x86-64-v2 -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow)
+if(MEANDER_WERROR)
+  target_compile_options(meander_flags INTERFACE -Werror)
+endif()
+if(MEANDER_SANITIZE)
+  target_compile_options(meander_flags INTERFACE -fsanitize=${MEANDER_SANITIZE} -fno-omit-frame-pointer
+                                                 -fno-sanitize-recover=all)
+  target_link_options(meander_flags INTERFACE -fsanitize=${MEANDER_SANITIZE})
+endif()
+
+# meander_library(NAME): a static library of the project, exported as meander::NAME.
+function(meander_library name)
+  add_library(meander_${name} STATIC)
+  add_library(meander::${name} ALIAS meander_${name})
+  set_target_properties(meander_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(meander_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/meander>)
+  target_compile_features(meander_${name} PUBLIC cxx_std_20)
+  target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
+endfunction()

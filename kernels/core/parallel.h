@@ -1,0 +1,49 @@
+// Parallel loops whose result does not depend on the number of threads, isolated from the flow graph around them.
+#pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace meander {
+
+// Below this many elements a loop runs in the calling thread: a task costs about as much as 10^3 cheap elements.
+inline constexpr std::size_t parallel_threshold = 16384;
+// Blocks of sums are cut here whatever the thread count, so that floating-point sums have one order.
+inline constexpr std::size_t sum_block = 4096;
+
+// Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every thread
+// count; body must not touch another block's output. Isolated: a thread that waits here never starts an outer task
+// (it could re-enter the node body it is in). Exceptions of body are rethrown.
+template <class Body>
+void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
+  if (count == 0) return;
+  const std::size_t blocks = (count + block - 1) / block;
+  if (blocks == 1 || count < parallel_threshold) {
+    for (std::size_t b = 0; b < blocks; ++b) body(b * block, std::min(count, (b + 1) * block));
+    return;
+  }
+  oneapi::tbb::this_task_arena::isolate([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) { body(b * block, std::min(count, (b + 1) * block)); });
+  });
+}
+
+// Sum in fixed blocks with double accumulators: bit-identical for every thread count. O(n).
+inline double blocked_sum(std::span<const double> values) {
+  std::vector<double> partial((values.size() + sum_block - 1) / sum_block, 0.0);
+  parallel_blocks(values.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i) sum += values[i];
+    partial[begin / sum_block] = sum;
+  });
+  double total = 0.0;
+  for (const double p : partial) total += p;
+  return total;
+}
+
+}  // namespace meander

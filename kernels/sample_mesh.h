@@ -1,0 +1,71 @@
+// The whole of Meander for one mesh in memory: no files, no store, no graph.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/density/density.h"
+#include "kernels/flatten/flatten_chart.h"
+#include "kernels/locate/embree_locator.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+enum class MethodChoice : std::uint8_t { conformal, direct };
+enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
+
+// Everything that decides the points of a model. The defaults are those of `meander run`.
+struct SampleParameters {
+  MethodChoice method = MethodChoice::conformal;
+  LocatorKind locate = LocatorKind::embree;
+  std::uint64_t seed = 1;
+  CutParameters cut;
+  FlattenParameters flatten;
+  LocateParameters locator;
+  ElementParameters elements;
+  DensityParameters density;
+  PlaceParameters place;
+};
+
+// Every problem of the parameters at once, one sentence each; empty when they are fine.
+std::vector<std::string> validate(const SampleParameters& parameters);
+
+// Sets the number of samples wherever the stages need it.
+void set_samples(SampleParameters& parameters, std::uint32_t samples);
+
+// One model on its way through the stages; the pipeline's nodes and sample_mesh call the same functions in this order.
+// Each throws ItemError, RunCancelled or std::bad_alloc; `report` is filled as far as the model came.
+struct ModelState {
+  PolygonMesh file;
+  RandomKey key;
+  CancelToken cancel;
+  PreparedMesh mesh;
+  Density density;
+  std::vector<double> masses;
+  std::vector<CutChart> cuts;
+  std::vector<FlatChart> charts;
+  std::vector<CurveTree> trees;
+  CurveElements elements;
+  Row row;
+};
+void prepare_model(ModelState& model, const SampleParameters& parameters);
+void cut_model(ModelState& model, const SampleParameters& parameters);
+void flatten_model(ModelState& model, const SampleParameters& parameters);
+void build_model_curves(ModelState& model, const SampleParameters& parameters);
+void locate_model(ModelState& model, const SampleParameters& parameters, const EmbreeDevice* device);
+void place_model(ModelState& model, const SampleParameters& parameters);
+
+// Samples a mesh given as arrays.
+//   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model (randomness is a
+//   pure function of (seed, content, index); pass the same bytes to get the same points).
+// Returns the row that `meander run` would store. A mesh that cannot be sampled is no exception: its status says why.
+// Throws std::invalid_argument when `validate` finds a problem. Cost: see the README; deterministic, thread-safe.
+Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces, const SampleParameters& parameters,
+                std::span<const std::uint8_t> content = {});
+
+}  // namespace meander
