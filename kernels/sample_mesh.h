@@ -38,8 +38,9 @@ std::vector<std::string> validate(const SampleParameters& parameters);
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);
 
-// One model on its way through the stages; the pipeline's nodes and sample_mesh call the same functions in this order.
-// Each throws ItemError, RunCancelled or std::bad_alloc; `report` is filled as far as the model came.
+// One model on its way through the stages; the pipeline's nodes and sample_mesh call the same functions in
+// this order. Each throws ItemError, RunCancelled or std::bad_alloc; `report` is filled as far as the model
+// came.
 struct ModelState {
   PolygonMesh file;
   RandomKey key;
@@ -61,11 +62,12 @@ void locate_model(ModelState& model, const SampleParameters& parameters, const E
 void place_model(ModelState& model, const SampleParameters& parameters);
 
 // Samples a mesh given as arrays.
-//   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model (randomness is a
-//   pure function of (seed, content, index); pass the same bytes to get the same points).
-// Returns the row that `meander run` would store. A mesh that cannot be sampled is no exception: its status says why.
-// Throws std::invalid_argument when `validate` finds a problem. Cost: see the README; deterministic, thread-safe.
-Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces, const SampleParameters& parameters,
-                std::span<const std::uint8_t> content = {});
+//   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model
+//   (randomness is a pure function of (seed, content, index); pass the same bytes to get the same points).
+// Returns the row that `meander run` would store. A mesh that cannot be sampled is no exception: its status
+// says why. Throws std::invalid_argument when `validate` finds a problem. Cost: see the README;
+// deterministic, thread-safe.
+Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces,
+                const SampleParameters& parameters, std::span<const std::uint8_t> content = {});
 
 }  // namespace meander

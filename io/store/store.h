@@ -1,5 +1,5 @@
-// The store: one HDF5 file of M rows (models) by N samples, and the crash-safe run directory beside it while a run is
-// under way (DESIGN section 6, STORAGE sections 4 and 5). No HDF5 type leaves io/store.
+// The store: one HDF5 file of M rows (models) by N samples, and the crash-safe run directory beside it while
+// a run is under way (DESIGN section 6, STORAGE sections 4 and 5). No HDF5 type leaves io/store.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,10 @@ class RunError : public std::runtime_error {
   Kind kind_;
 };
 
-enum class Compression : std::uint8_t { standard, none };  // shuffle + deflate(1) + fletcher32; fletcher32 only
+enum class Compression : std::uint8_t {
+  standard,
+  none
+};  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
 inline constexpr std::uint32_t store_format_version = 1;
 inline constexpr std::uint32_t store_method_version = 1;  // raised whenever the same input gives other points
@@ -39,18 +42,18 @@ struct DescriptorSchema {
   std::vector<std::pair<std::string, std::string>> attributes;
 };
 
-// Everything that must be equal for a run to be continued, and that the root attributes of the store record. Nothing
-// here depends on threads, memory, shards, time or host.
+// Everything that must be equal for a run to be continued, and that the root attributes of the store record.
+// Nothing here depends on threads, memory, shards, time or host.
 struct StoreHeader {
-  std::uint32_t samples = 0;             // N
+  std::uint32_t samples = 0;  // N
   Compression compression = Compression::standard;
   std::uint64_t seed = 1;
   std::string order = "progressive";     // attribute `order` of /points: progressive | curve
   std::string parameters_json;           // all effective parameters, one line of JSON, sorted keys
   std::vector<std::string> label_names;  // attribute `names` of /label
   std::vector<DescriptorSchema> descriptors;
-  std::vector<std::string> ids;          // M item ids, ascending by bytes, unique
-  std::vector<std::int32_t> labels;      // M, -1 where unknown
+  std::vector<std::string> ids;      // M item ids, ascending by bytes, unique
+  std::vector<std::int32_t> labels;  // M, -1 where unknown
 };
 
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
@@ -59,20 +62,21 @@ struct EncodedRow {
   std::vector<std::byte> bytes;
 };
 
-// Encodes one row (compression included). Pure and thread-safe: workers call it. The row's sample arrays must hold
-// header.samples entries when the status is ok and nothing otherwise. Fills report.points_crc32c of the stored row.
+// Encodes one row (compression included). Pure and thread-safe: workers call it. The row's sample arrays must
+// hold header.samples entries when the status is ok and nothing otherwise. Fills report.points_crc32c of the
+// stored row.
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row);
 // The inverse, for --reuse and tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
-// STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at multiples
-// of 256), a lock. kill -9 at any moment loses only the rows in flight. begin_item may be called from one thread while
-// end_item is called from another; otherwise not thread-safe.
+// STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at
+// multiples of 256), a lock. kill -9 at any moment loses only the rows in flight. begin_item may be called
+// from one thread while end_item is called from another; otherwise not thread-safe.
 class RunDirectory {
  public:
-  // Opens STORE.run/ (creating it, or continuing what is there after replaying its journals). Throws RunError: stopped
-  // when another process holds it or the disk is full; unusable when it was begun with other parameters or other items
-  // (the message names the first difference), or is damaged beyond replay.
+  // Opens STORE.run/ (creating it, or continuing what is there after replaying its journals). Throws
+  // RunError: stopped when another process holds it or the disk is full; unusable when it was begun with
+  // other parameters or other items (the message names the first difference), or is damaged beyond replay.
   RunDirectory(const std::filesystem::path& store, const StoreHeader& header);
   ~RunDirectory();
   RunDirectory(const RunDirectory&) = delete;
@@ -80,13 +84,13 @@ class RunDirectory {
 
   bool done(std::uint64_t row) const;
   std::uint64_t done_count() const;
-  Status status(std::uint64_t row) const;                  // of a done row
-  std::vector<std::uint64_t> suspects() const;             // begun by an earlier process but never ended, ascending
+  Status status(std::uint64_t row) const;       // of a done row
+  std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  void end_item(const EncodedRow& encoded);                // seals the row's shard when it is the last one missing
-  void sync();                                             // fdatasync of the open journals
-  // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then removes
-  // STORE.run/. Requires done_count() == M.
+  void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
+  void sync();                               // fdatasync of the open journals
+  // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then
+  // removes STORE.run/. Requires done_count() == M.
   void finish();
 
  private:
@@ -115,28 +119,30 @@ class StoreReader {
   const std::vector<std::string>& label_names() const;
   const std::vector<DescriptorSchema>& descriptors() const;
   std::string id(std::uint64_t row) const;
-  std::optional<std::uint64_t> find(std::string_view id) const;   // binary search
+  std::optional<std::uint64_t> find(std::string_view id) const;  // binary search
   ItemReport report(std::uint64_t row) const;
   std::int32_t label(std::uint64_t row) const;
-  Row read_row(std::uint64_t row) const;                          // with samples and descriptors
+  Row read_row(std::uint64_t row) const;  // with samples and descriptors
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// Everything wrong with a store, one sentence each, at most `limit`; empty when it is whole. Checks: the digest over
-// every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every row (an ok row is
-// finite, its faces and ranks are in range; any other row is all fill), ids ascending and unique, statuses known.
-// progress(done, total rows) may be empty.
+// Everything wrong with a store, one sentence each, at most `limit`; empty when it is whole. Checks: the
+// digest over every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every
+// row (an ok row is finite, its faces and ranks are in range; any other row is all fill), ids ascending and
+// unique, statuses known. progress(done, total rows) may be empty.
 struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;
 };
 VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit = 100);
 
-// Files for PointNet-style loaders: ply_data_train<k>.h5 shards of `shard_rows` ok rows (data f32, normal f32, label u8),
-// their id lists as JSON, train_files.txt and shape_names.txt, in an existing or new folder. Throws RunError.
-void export_pointnet(const StoreReader& store, const std::filesystem::path& folder, std::uint32_t shard_rows = 2048);
+// Files for PointNet-style loaders: ply_data_train<k>.h5 shards of `shard_rows` ok rows (data f32, normal
+// f32, label u8), their id lists as JSON, train_files.txt and shape_names.txt, in an existing or new folder.
+// Throws RunError.
+void export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
+                     std::uint32_t shard_rows = 2048);
 
 }  // namespace meander

@@ -1,4 +1,5 @@
-// Error of a point set against the exact area of random rotated boxes (ALGORITHMS section 8; the headline measure).
+// Error of a point set against the exact area of random rotated boxes (ALGORITHMS section 8; the headline
+// measure).
 #pragma once
 
 #include <array>
@@ -25,20 +26,22 @@ struct BoxParameters {
   double share_min = 0.002, share_max = 0.6;           // other boxes are drawn again
 };
 
-// Exact area of the part of the triangles inside the box (each triangle clipped against the six planes, in double).
-// x, y, z: V positions; triangles: 3 T vertex numbers. O(T). Triangles of no area contribute nothing.
+// Exact area of the part of the triangles inside the box (each triangle clipped against the six planes, in
+// double). x, y, z: V positions; triangles: 3 T vertex numbers. O(T). Triangles of no area contribute
+// nothing.
 double area_in_box(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    std::span<const std::uint32_t> triangles, const RotatedBox& box);
 
-// Random test boxes on a surface: centre an area-random surface point moved by a uniform offset within half a half-size
-// along each box axis, uniform rotation, half-sizes as in the parameters, kept when the exact share lies in
-// [share_min, share_max]. Pure in the seed. O(boxes x triangles near the box).
-std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const double> y, std::span<const double> z,
-                                     std::span<const std::uint32_t> triangles, const BoxParameters& parameters);
+// Random test boxes on a surface: centre an area-random surface point moved by a uniform offset within half a
+// half-size along each box axis, uniform rotation, half-sizes as in the parameters, kept when the exact share
+// lies in [share_min, share_max]. Pure in the seed. O(boxes x triangles near the box).
+std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const double> y,
+                                     std::span<const double> z, std::span<const std::uint32_t> triangles,
+                                     const BoxParameters& parameters);
 
-// points: 3 n coordinates in the units of the boxes. Returns sqrt(mean over boxes of (count/n - share)^2) over the
-// Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random points, smaller is better. O(boxes x n), vectorised, or
-// better with a grid.
+// points: 3 n coordinates in the units of the boxes. Returns sqrt(mean over boxes of (count/n - share)^2)
+// over the Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random points, smaller is better. O(boxes x n),
+// vectorised, or better with a grid.
 double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double> points);
 
 }  // namespace meander

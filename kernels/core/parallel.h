@@ -1,4 +1,5 @@
-// Parallel loops whose result does not depend on the number of threads, isolated from the flow graph around them.
+// Parallel loops whose result does not depend on the number of threads, isolated from the flow graph around
+// them.
 #pragma once
 
 #include <oneapi/tbb/blocked_range.h>
@@ -12,14 +13,15 @@
 
 namespace meander {
 
-// Below this many elements a loop runs in the calling thread: a task costs about as much as 10^3 cheap elements.
+// Below this many elements a loop runs in the calling thread: a task costs about as much as 10^3 cheap
+// elements.
 inline constexpr std::size_t parallel_threshold = 16384;
 // Blocks of sums are cut here whatever the thread count, so that floating-point sums have one order.
 inline constexpr std::size_t sum_block = 4096;
 
-// Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every thread
-// count; body must not touch another block's output. Isolated: a thread that waits here never starts an outer task
-// (it could re-enter the node body it is in). Exceptions of body are rethrown.
+// Calls body(begin, end) over [0, count) in blocks of at most `block` elements. Blocks are the same for every
+// thread count; body must not touch another block's output. Isolated: a thread that waits here never starts
+// an outer task (it could re-enter the node body it is in). Exceptions of body are rethrown.
 template <class Body>
 void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
   if (count == 0) return;
@@ -29,7 +31,8 @@ void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
     return;
   }
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) { body(b * block, std::min(count, (b + 1) * block)); });
+    oneapi::tbb::parallel_for(std::size_t{0}, blocks,
+                              [&](std::size_t b) { body(b * block, std::min(count, (b + 1) * block)); });
   });
 }
 

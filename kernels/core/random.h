@@ -44,12 +44,14 @@ constexpr RandomKey make_random_key(std::uint64_t seed, std::span<const std::uin
   PhiloxBlock counter{};
   for (std::size_t i = 0; i < content_digest.size() && i < 16; ++i)
     counter[i / 4] |= static_cast<std::uint32_t>(content_digest[i]) << (8 * (i % 4));
-  const PhiloxBlock mixed = philox4x32(counter, {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
+  const PhiloxBlock mixed =
+      philox4x32(counter, {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
   return {{mixed[0] ^ mixed[2], mixed[1] ^ mixed[3]}};
 }
 
 // Four random words for (key, stream, index, counter).
-constexpr PhiloxBlock random_words(RandomKey key, Stream stream, std::uint64_t index, std::uint32_t counter = 0) {
+constexpr PhiloxBlock random_words(RandomKey key, Stream stream, std::uint64_t index,
+                                   std::uint32_t counter = 0) {
   return philox4x32({static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(index >> 32),
                      static_cast<std::uint32_t>(stream), counter},
                     key.words);

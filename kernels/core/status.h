@@ -12,22 +12,32 @@ namespace meander {
 // How an item ended. The numbers are part of the store format: never renumber, only append.
 enum class Status : std::uint8_t {
   ok = 0,
-  empty = 1,                // no face at all (a point cloud, a wireframe, an empty file)
-  unreadable = 2,           // the bytes are not what the format says, or the file cannot be read
-  unsupported_format = 3,   // a format, or a variant of one, that no reader here takes
-  non_finite = 4,           // every face has a NaN or infinite vertex
-  index_out_of_range = 5,   // every face names a vertex that is not there
-  zero_area = 6,            // area <= 1e-14 diagonal^2
-  zero_density = 7,         // the density is zero everywhere on the surface
-  too_large = 8,            // needs more memory than the whole budget
-  timeout = 9,              // the deadline per model passed
-  out_of_memory = 10,       // an allocation failed
-  crashed = 11,             // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
-  internal = 12,            // a bug of ours, caught
+  empty = 1,               // no face at all (a point cloud, a wireframe, an empty file)
+  unreadable = 2,          // the bytes are not what the format says, or the file cannot be read
+  unsupported_format = 3,  // a format, or a variant of one, that no reader here takes
+  non_finite = 4,          // every face has a NaN or infinite vertex
+  index_out_of_range = 5,  // every face names a vertex that is not there
+  zero_area = 6,           // area <= 1e-14 diagonal^2
+  zero_density = 7,        // the density is zero everywhere on the surface
+  too_large = 8,           // needs more memory than the whole budget
+  timeout = 9,             // the deadline per model passed
+  out_of_memory = 10,      // an allocation failed
+  crashed = 11,            // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
+  internal = 12,           // a bug of ours, caught
 };
-inline constexpr std::array<std::string_view, 13> status_names = {
-    "ok",        "empty",        "unreadable", "unsupported_format", "non_finite", "index_out_of_range", "zero_area",
-    "zero_density", "too_large", "timeout",    "out_of_memory",      "crashed",    "internal"};
+inline constexpr std::array<std::string_view, 13> status_names = {"ok",
+                                                                  "empty",
+                                                                  "unreadable",
+                                                                  "unsupported_format",
+                                                                  "non_finite",
+                                                                  "index_out_of_range",
+                                                                  "zero_area",
+                                                                  "zero_density",
+                                                                  "too_large",
+                                                                  "timeout",
+                                                                  "out_of_memory",
+                                                                  "crashed",
+                                                                  "internal"};
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.
@@ -53,30 +63,31 @@ class RunCancelled : public std::runtime_error {
 
 // What was repaired on the way in, counted by name. The order is part of the store format: only append.
 enum class Repair : std::uint8_t {
-  missing_vertices,       // fewer vertices than the header promised
-  missing_faces,          // fewer faces than the header promised
-  extra_data,             // bytes after the last promised element were ignored
-  short_faces,            // faces with fewer than three corners, dropped
-  repeated_corners,       // faces that name one position twice, dropped or shortened
-  index_out_of_range,     // faces that name a vertex that is not there, dropped
-  non_finite,             // faces with a NaN or infinite corner, dropped
-  zero_area_faces,        // triangles of no area: kept for adjacency, never sampled
-  concave_polygons,       // polygons that needed ear clipping
-  welded_vertices,        // vertices whose position another vertex has too
-  split_edges,            // edges of more than two faces, split into boundary edges
-  split_vertices,         // extra copies of vertices whose faces form more than one fan
-  flipped_faces,          // faces turned round so that neighbours agree
-  cut_edges,              // edges cut because the surface is not orientable
-  bad_normals,            // normals of the file that are zero or not finite: the geometric normal stands in
-  bad_attributes,         // attribute values that could not be read
-  coincident_points,      // samples that float32 could not tell apart after every redraw
+  missing_vertices,    // fewer vertices than the header promised
+  missing_faces,       // fewer faces than the header promised
+  extra_data,          // bytes after the last promised element were ignored
+  short_faces,         // faces with fewer than three corners, dropped
+  repeated_corners,    // faces that name one position twice, dropped or shortened
+  index_out_of_range,  // faces that name a vertex that is not there, dropped
+  non_finite,          // faces with a NaN or infinite corner, dropped
+  zero_area_faces,     // triangles of no area: kept for adjacency, never sampled
+  concave_polygons,    // polygons that needed ear clipping
+  welded_vertices,     // vertices whose position another vertex has too
+  split_edges,         // edges of more than two faces, split into boundary edges
+  split_vertices,      // extra copies of vertices whose faces form more than one fan
+  flipped_faces,       // faces turned round so that neighbours agree
+  cut_edges,           // edges cut because the surface is not orientable
+  bad_normals,         // normals of the file that are zero or not finite: the geometric normal stands in
+  bad_attributes,      // attribute values that could not be read
+  coincident_points,   // samples that float32 could not tell apart after every redraw
   count
 };
 inline constexpr std::size_t repair_count = static_cast<std::size_t>(Repair::count);
 inline constexpr std::array<std::string_view, repair_count> repair_names = {
-    "missing_vertices", "missing_faces",   "extra_data",       "short_faces",     "repeated_corners", "index_out_of_range",
-    "non_finite",       "zero_area_faces", "concave_polygons", "welded_vertices", "split_edges",      "split_vertices",
-    "flipped_faces",    "cut_edges",       "bad_normals",      "bad_attributes",  "coincident_points"};
+    "missing_vertices",   "missing_faces",    "extra_data",      "short_faces",      "repeated_corners",
+    "index_out_of_range", "non_finite",       "zero_area_faces", "concave_polygons", "welded_vertices",
+    "split_edges",        "split_vertices",   "flipped_faces",   "cut_edges",        "bad_normals",
+    "bad_attributes",     "coincident_points"};
 
 struct RepairCounts {
   std::array<std::uint32_t, repair_count> counts{};

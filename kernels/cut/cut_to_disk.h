@@ -11,8 +11,8 @@
 namespace meander {
 
 struct CutParameters {
-  std::uint32_t extremity_seams = 4;  // seams to extremities on top of what topology needs; 0..16. More seams: less
-                                      // distortion, more global overlap.
+  std::uint32_t extremity_seams = 4;  // seams to extremities on top of what topology needs; 0..16. More
+                                      // seams: less distortion, more global overlap.
 };
 
 // A component with its cut: local numbering, vertices duplicated along the seams. One disk.
@@ -20,22 +20,24 @@ struct CutChart {
   std::vector<std::uint32_t> triangles;      // 3 T chart vertices
   std::vector<std::uint32_t> opposite;       // 3 T half-edges of this chart, no_index on the boundary
   std::vector<std::uint32_t> source_vertex;  // chart vertex -> working vertex of the PreparedMesh
-  std::vector<std::uint8_t> seam;            // 3 T: 1 where the half-edge is a seam (has an opposite in the uncut mesh)
+  std::vector<std::uint8_t> seam;  // 3 T: 1 where the half-edge is a seam (has an opposite in the uncut mesh)
   std::uint32_t boundary_edges = 0;
 
   std::size_t triangle_count() const { return triangles.size() / 3; }
   std::size_t vertex_count() const { return source_vertex.size(); }
 };
 
-// Tree-cotree for handles (Eppstein 2003; Erickson and Whittlesey 2005), boundary loops joined by shortest paths, then
-// farthest-point extremity seams. Postconditions, checked (ItemError(internal) when broken): connected, V - E + F = 1,
-// exactly one boundary loop of at least three edges, every vertex fan a half-disk or disk.
-// Cost: O(T log T). Deterministic; throws timeout / RunCancelled from `cancel`.
+// Tree-cotree for handles (Eppstein 2003; Erickson and Whittlesey 2005), boundary loops joined by shortest
+// paths, then farthest-point extremity seams. Postconditions, checked (ItemError(internal) when broken):
+// connected, V - E + F = 1, exactly one boundary loop of at least three edges, every vertex fan a half-disk
+// or disk. Cost: O(T log T). Deterministic; throws timeout / RunCancelled from `cancel`.
 CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 
-// Adds one more seam: the shortest path from `chart_vertex` (interior) to the boundary of the chart, edge lengths in
-// 3-D, never through another boundary vertex. Returns false (chart unchanged) when the vertex is on the boundary.
-bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_vertex, const CancelToken& cancel = {});
+// Adds one more seam: the shortest path from `chart_vertex` (interior) to the boundary of the chart, edge
+// lengths in 3-D, never through another boundary vertex. Returns false (chart unchanged) when the vertex is
+// on the boundary.
+bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_vertex,
+              const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -14,10 +14,10 @@ enum class DensityKind : std::uint8_t { uniform, mean, gaussian, max, vertex_att
 
 struct DensityParameters {
   DensityKind kind = DensityKind::uniform;
-  std::string attribute;       // name, for the attribute kinds
-  double floor = 0.02;         // density of flat parts for the curvature kinds, in (0, 1]
-  double exponent = 1.0;       // curvature kinds: (curvature / quantile)^exponent; 0.25..4
-  double quantile = 0.99;      // curvature value that gets density 1 (larger ones are clamped to it); (0, 1]
+  std::string attribute;   // name, for the attribute kinds
+  double floor = 0.02;     // density of flat parts for the curvature kinds, in (0, 1]
+  double exponent = 1.0;   // curvature kinds: (curvature / quantile)^exponent; 0.25..4
+  double quantile = 0.99;  // curvature value that gets density 1 (larger ones are clamped to it); (0, 1]
 };
 
 // Piecewise linear density: three values per triangle. Empty means uniform, 1 everywhere.
@@ -26,17 +26,18 @@ struct Density {
   bool uniform() const { return corner.empty(); }
 };
 
-// Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices, in units of 1 / diagonal so that
-// the result does not depend on scale; density = floor + (1 - floor) * min(1, curvature / area-weighted quantile)^exponent;
-// boundary vertices take the mean of their interior neighbours; a surface without curvature is uniform (1).
-// Attribute kinds: the named scalar of the file, linear over triangles (vertex) or constant (face).
-// Throws ItemError: zero_density (zero everywhere on the area), unreadable (the attribute is not there, negative or not
-// finite on a used face: the sentence names it and the first bad element).
-// Cost: O(T). Deterministic, thread-safe.
+// Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices, in units of 1 / diagonal
+// so that the result does not depend on scale; density = floor + (1 - floor) * min(1, curvature /
+// area-weighted quantile)^exponent; boundary vertices take the mean of their interior neighbours; a surface
+// without curvature is uniform (1). Attribute kinds: the named scalar of the file, linear over triangles
+// (vertex) or constant (face). Throws ItemError: zero_density (zero everywhere on the area), unreadable (the
+// attribute is not there, negative or not finite on a used face: the sentence names it and the first bad
+// element). Cost: O(T). Deterministic, thread-safe.
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel = {});
 
-// Integral of the density over each triangle (area x mean of the three corner values), working units squared: T values.
+// Integral of the density over each triangle (area x mean of the three corner values), working units squared:
+// T values.
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density);
 
 }  // namespace meander

@@ -13,38 +13,42 @@
 namespace meander {
 
 struct FlattenParameters {
-  std::uint32_t max_extra_seams = 12;   // seams added where the chart shrinks too far; 0..64
-  double min_log_scale = -9.0;          // log scale factor below which a chart counts as shrunk too far
-  double max_mean_distortion = 1.1;     // area-weighted mean sigma1/sigma2 above which another seam is tried
+  std::uint32_t max_extra_seams = 12;  // seams added where the chart shrinks too far; 0..64
+  double min_log_scale = -9.0;         // log scale factor below which a chart counts as shrunk too far
+  double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
 };
 
 // What the map does; weights are 3-D areas, triangles of no area do not count.
 struct ChartReport {
-  Method method = Method::none;     // conformal or mean_value; none when nothing worked
+  Method method = Method::none;  // conformal or mean_value; none when nothing worked
   std::uint32_t triangles = 0;
-  std::uint32_t flips = 0;          // triangles whose UV orientation is not positive (exact sign), zero-area ones left out
-  double overlap = 0;               // share of the covered UV area that is covered more than once, in [0, 1]
-  double area_scale_range = 1;      // largest over smallest UV/3-D area ratio (1 % and 99 % area quantiles are not cut)
-  double mean_distortion = 1;       // area-weighted mean of sigma1/sigma2, >= 1
+  std::uint32_t flips =
+      0;               // triangles whose UV orientation is not positive (exact sign), zero-area ones left out
+  double overlap = 0;  // share of the covered UV area that is covered more than once, in [0, 1]
+  double area_scale_range =
+      1;  // largest over smallest UV/3-D area ratio (1 % and 99 % area quantiles are not cut)
+  double mean_distortion = 1;  // area-weighted mean of sigma1/sigma2, >= 1
   double max_distortion = 1;
-  double min_uv_edge = 0;           // shortest UV edge
-  std::uint32_t extra_seams = 0;    // seams that were added on the way
+  double min_uv_edge = 0;                // shortest UV edge
+  std::uint32_t extra_seams = 0;         // seams that were added on the way
   std::uint32_t repaired_triangles = 0;  // triangles of re-solved mean-value patches
-  double area = 0;                  // 3-D area of the chart, working units squared
+  double area = 0;                       // 3-D area of the chart, working units squared
 };
 
-// UV of every chart vertex, in [0, 1]^2: uniformly scaled, rotated to the minimum-area rectangle, never stretched.
+// UV of every chart vertex, in [0, 1]^2: uniformly scaled, rotated to the minimum-area rectangle, never
+// stretched.
 struct FlatChart {
   CutChart cut;
   std::vector<double> u, v;
   ChartReport report;
 };
 
-// Boundary-first flattening with zero boundary scale (Sawhney and Crane 2017), cotangent weights first, intrinsic
-// Delaunay on failure, mean-value patches (Floater 2003) around flips, one more seam and another try when the chart
-// shrinks too far, mean-value on a circle as the fallback. Never aborts: a chart that nothing flattens comes back with
-// Method::none (the caller goes on with the direct method). `conformal` is claimed only without flips.
-// Cost: one n x n sparse Cholesky factorisation per try. Deterministic; throws timeout / RunCancelled from `cancel`.
+// Boundary-first flattening with zero boundary scale (Sawhney and Crane 2017), cotangent weights first,
+// intrinsic Delaunay on failure, mean-value patches (Floater 2003) around flips, one more seam and another
+// try when the chart shrinks too far, mean-value on a circle as the fallback. Never aborts: a chart that
+// nothing flattens comes back with Method::none (the caller goes on with the direct method). `conformal` is
+// claimed only without flips. Cost: one n x n sparse Cholesky factorisation per try. Deterministic; throws
+// timeout / RunCancelled from `cancel`.
 FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});
 

@@ -1,4 +1,5 @@
-// Curve elements: the surface cut into small pieces of known mass and put in curve order (ALGORITHMS section 5.1).
+// Curve elements: the surface cut into small pieces of known mass and put in curve order (ALGORITHMS
+// section 5.1).
 #pragma once
 
 #include <cstdint>
@@ -14,20 +15,22 @@
 
 namespace meander {
 
-// E elements in curve order. An element is a piece of a triangle, named by the choices of a longest-edge bisection:
-// path = 1 followed by one bit per bisection (see piece_of). cumulative[i] is the mass before element i; cumulative[E]
-// is the total, the exact area x density of the surface. Masses are in working units squared.
+// E elements in curve order. An element is a piece of a triangle, named by the choices of a longest-edge
+// bisection: path = 1 followed by one bit per bisection (see piece_of). cumulative[i] is the mass before
+// element i; cumulative[E] is the total, the exact area x density of the surface. Masses are in working units
+// squared.
 struct CurveElements {
   std::vector<std::uint32_t> triangle;  // E triangles of the PreparedMesh
   std::vector<std::uint32_t> path;      // E
   std::vector<double> cumulative;       // E + 1
-  std::vector<float> vertex;            // 2 E barycentric weights (of corners 1, 2) of each element's curve vertex; only
-                                        // filled when `vertex placement` is asked for, else empty
+  std::vector<float> vertex;  // 2 E barycentric weights (of corners 1, 2) of each element's curve vertex;
+                              // only filled when `vertex placement` is asked for, else empty
   std::size_t count() const { return triangle.size(); }
   double total() const { return cumulative.empty() ? 0.0 : cumulative.back(); }
 };
 
-// The three corners of a piece in the barycentric weights (of corners 1 and 2) of its triangle. Exact (dyadic).
+// The three corners of a piece in the barycentric weights (of corners 1 and 2) of its triangle. Exact
+// (dyadic).
 struct Piece {
   double b1[3], b2[3];
 };
@@ -35,26 +38,28 @@ struct Piece {
 Piece piece_of(Vector3 a, Vector3 b, Vector3 c, std::uint32_t path);
 
 struct ElementParameters {
-  std::uint64_t samples = 2048;      // N, >= 1
-  double elements_per_sample = 4;    // every element's mass <= total / (elements_per_sample N); 1..64
+  std::uint64_t samples = 2048;    // N, >= 1
+  double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N); 1..64
   CurveKind curve = CurveKind::hilbert;
-  bool keep_vertices = false;        // fill CurveElements::vertex
+  bool keep_vertices = false;  // fill CurveElements::vertex
 };
 
 // What the locator learned about each triangle; both spans empty for the locator `elements`.
 struct TriangleHints {
-  std::span<const std::uint32_t> hits;  // T: curve leaves whose ray met the triangle: it gets at least as many elements
-  std::span<const std::uint8_t> sheet;  // T: sheet number 0..15 of its chart; sheets are visited one after the other
+  std::span<const std::uint32_t>
+      hits;  // T: curve leaves whose ray met the triangle: it gets at least as many elements
+  std::span<const std::uint8_t>
+      sheet;  // T: sheet number 0..15 of its chart; sheets are visited one after the other
 };
 
-// Bisects every triangle of positive mass by its longest 3-D edge until each piece is light enough, keys every piece by
-// a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key of the chart, 3-D Hilbert
-// key, triangle, path. Components whose chart is Method::none (and all, when `charts` is empty: the method `direct`,
-// without regard to components) are ordered by the 3-D Hilbert key alone.
-// The masses of a triangle's elements sum to its exact mass. O(E log E); 40 bytes an element at the peak.
-// Throws ItemError(zero_density) when the total is zero. Deterministic for every thread count.
-CurveElements build_elements(const PreparedMesh& mesh, const Density& density, std::span<const FlatChart> charts,
-                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                             const CancelToken& cancel = {});
+// Bisects every triangle of positive mass by its longest 3-D edge until each piece is light enough, keys
+// every piece by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key
+// of the chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when
+// `charts` is empty: the method `direct`, without regard to components) are ordered by the 3-D Hilbert key
+// alone. The masses of a triangle's elements sum to its exact mass. O(E log E); 40 bytes an element at the
+// peak. Throws ItemError(zero_density) when the total is zero. Deterministic for every thread count.
+CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
+                             std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
+                             const ElementParameters& parameters, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -1,5 +1,5 @@
-// Point location on charts with Embree: which triangles lie under the leaves of the curve, and which sheets overlap
-// (ALGORITHMS section 5.1, step 2 and 3).
+// Point location on charts with Embree: which triangles lie under the leaves of the curve, and which sheets
+// overlap (ALGORITHMS section 5.1, step 2 and 3).
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@
 
 namespace meander {
 
-// One Embree device for the process, with a fixed instruction set and no thread settings of its own. Thread-safe.
-// Errors of Embree become exceptions: ItemError(out_of_memory) or std::logic_error.
+// One Embree device for the process, with a fixed instruction set and no thread settings of its own.
+// Thread-safe. Errors of Embree become exceptions: ItemError(out_of_memory) or std::logic_error.
 class EmbreeDevice {
  public:
   EmbreeDevice();
@@ -41,30 +41,33 @@ struct LocateParameters {
 };
 
 struct Located {
-  std::vector<std::uint32_t> hits;   // T: number of leaf rays that met the triangle
-  std::vector<std::uint8_t> sheet;   // T: 0..max_sheets - 1
+  std::vector<std::uint32_t> hits;  // T: number of leaf rays that met the triangle
+  std::vector<std::uint8_t> sheet;  // T: 0..max_sheets - 1
   std::uint64_t leaves = 0, rays = 0;
-  std::uint64_t multiple_hits = 0;   // leaves with more than one triangle under the ray
+  std::uint64_t multiple_hits = 0;  // leaves with more than one triangle under the ray
 };
 
-// build_curve: one tree per chart (an empty tree for charts without rays: Method::none or too few expected samples).
-// masses: T triangle masses. O(T log T + L).
-std::vector<CurveTree> build_curves(const PreparedMesh& mesh, std::span<const FlatChart> charts, std::span<const double> masses,
-                                    const LocateParameters& parameters, const CancelToken& cancel = {});
+// build_curve: one tree per chart (an empty tree for charts without rays: Method::none or too few expected
+// samples). masses: T triangle masses. O(T log T + L).
+std::vector<CurveTree> build_curves(const PreparedMesh& mesh, std::span<const FlatChart> charts,
+                                    std::span<const double> masses, const LocateParameters& parameters,
+                                    const CancelToken& cancel = {});
 
-// Rays along z through a random point of every leaf, in curve order, in coherent packets; every triangle under the
-// point is recorded. Leaves are split further while the mass estimated from their hits exceeds total / (kappa N).
-// Where a ray meets more than one triangle the chart overlaps itself: triangles are told apart into sheets by growing
-// regions that never join conflicting triangles. Decisions are integers on hits sorted by triangle; ray positions are
-// never used as sample positions, ray sums never as mass. Deterministic for every thread count.
-// The trees are refined in place.
-Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh, std::span<const FlatChart> charts,
-                           std::span<const double> masses, std::vector<CurveTree>& trees, RandomKey key,
-                           const LocateParameters& parameters, const CancelToken& cancel = {});
+// Rays along z through a random point of every leaf, in curve order, in coherent packets; every triangle
+// under the point is recorded. Leaves are split further while the mass estimated from their hits exceeds
+// total / (kappa N). Where a ray meets more than one triangle the chart overlaps itself: triangles are told
+// apart into sheets by growing regions that never join conflicting triangles. Decisions are integers on hits
+// sorted by triangle; ray positions are never used as sample positions, ray sums never as mass. Deterministic
+// for every thread count. The trees are refined in place.
+Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
+                           std::span<const FlatChart> charts, std::span<const double> masses,
+                           std::vector<CurveTree>& trees, RandomKey key, const LocateParameters& parameters,
+                           const CancelToken& cancel = {});
 
-// The survey's own locator, for comparison: the first triangle under each leaf centre; the leaf's share of the surface
-// is its UV area times the area factor of that triangle, shared over curve vertices by Meyer-style areas. Area is lost
-// where rays miss; elements are whole leaves, so CurveElements::vertex is filled and path names the whole triangle (1).
+// The survey's own locator, for comparison: the first triangle under each leaf centre; the leaf's share of
+// the surface is its UV area times the area factor of that triangle, shared over curve vertices by
+// Meyer-style areas. Area is lost where rays miss; elements are whole leaves, so CurveElements::vertex is
+// filled and path names the whole triangle (1).
 CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh, const Density& density,
                                std::span<const FlatChart> charts, std::vector<CurveTree>& trees,
                                const LocateParameters& parameters, const CancelToken& cancel = {});

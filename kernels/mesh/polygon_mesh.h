@@ -18,18 +18,20 @@ struct ScalarAttribute {
   std::vector<double> values;
 };
 
-// V vertices, P polygons, K corners in all. Nothing is checked here: corners may name vertices that are not there
-// (values >= V, no_index for what did not fit 32 bits), positions may be NaN, polygons may have 0..2 corners.
-// A polygon that could not be read keeps its number (with no corners), so that numbers never shift.
+// V vertices, P polygons, K corners in all. Nothing is checked here: corners may name vertices that are not
+// there (values >= V, no_index for what did not fit 32 bits), positions may be NaN, polygons may have 0..2
+// corners. A polygon that could not be read keeps its number (with no corners), so that numbers never shift.
 struct PolygonMesh {
-  std::vector<double> x, y, z;               // V each, file coordinates
-  std::vector<std::uint32_t> polygon_begin;  // P + 1 offsets into `corners`, ascending, first 0; empty when P = 0
-  std::vector<std::uint32_t> corners;        // K vertex numbers, zero based
-  std::vector<float> normals;                // 3 per normal; empty when the file gives none
-  std::vector<std::uint32_t> corner_normals; // K numbers of normals (no_index: none); empty: normal i belongs to vertex i
+  std::vector<double> x, y, z;  // V each, file coordinates
+  std::vector<std::uint32_t>
+      polygon_begin;                   // P + 1 offsets into `corners`, ascending, first 0; empty when P = 0
+  std::vector<std::uint32_t> corners;  // K vertex numbers, zero based
+  std::vector<float> normals;          // 3 per normal; empty when the file gives none
+  std::vector<std::uint32_t>
+      corner_normals;  // K numbers of normals (no_index: none); empty: normal i belongs to vertex i
   std::vector<ScalarAttribute> vertex_attributes;  // V values each
   std::vector<ScalarAttribute> face_attributes;    // P values each
-  RepairCounts repairs;                      // what the reader mended
+  RepairCounts repairs;                            // what the reader mended
 
   std::size_t vertex_count() const { return x.size(); }
   std::size_t polygon_count() const { return polygon_begin.empty() ? 0 : polygon_begin.size() - 1; }

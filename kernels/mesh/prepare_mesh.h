@@ -6,14 +6,15 @@
 
 namespace meander {
 
-// Drops bad faces (each counted in repairs), triangulates (fans when convex, ear clipping when not), welds vertices of
-// equal bits (-0 = 0; adjacency only), splits edges of more than two faces and vertices of more than one fan, orients
-// every component (the majority of its area keeps the file's winding) and sorts triangles by component.
+// Drops bad faces (each counted in repairs), triangulates (fans when convex, ear clipping when not), welds
+// vertices of equal bits (-0 = 0; adjacency only), splits edges of more than two faces and vertices of more
+// than one fan, orients every component (the majority of its area keeps the file's winding) and sorts
+// triangles by component.
 //
 // Area is unchanged by every step. A face stored twice counts twice.
-// Throws ItemError: empty (no face in the file), index_out_of_range or non_finite (no face left, the commoner cause),
-// zero_area (area <= 1e-14 diagonal^2), timeout.
-// Cost: O(K log K) time (sorting half-edges), about 150 bytes a triangle. Deterministic, thread-safe.
+// Throws ItemError: empty (no face in the file), index_out_of_range or non_finite (no face left, the commoner
+// cause), zero_area (area <= 1e-14 diagonal^2), timeout. Cost: O(K log K) time (sorting half-edges), about
+// 150 bytes a triangle. Deterministic, thread-safe.
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
 }  // namespace meander

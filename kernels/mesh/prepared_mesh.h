@@ -25,25 +25,27 @@ struct Component {
   double area = 0;  // working units squared
 };
 
-// T triangles over W working vertices. Working coordinate w and file coordinate p: p = centre + unit * w, with `unit`
-// a power of two, so that every coordinate lies in [-1, 1] whatever the file's scale (1e30, 1e-30) or origin.
-// Components are ordered by the 3-D Hilbert key of their area centroid (the curve visits them in that order).
+// T triangles over W working vertices. Working coordinate w and file coordinate p: p = centre + unit * w,
+// with `unit` a power of two, so that every coordinate lies in [-1, 1] whatever the file's scale (1e30,
+// 1e-30) or origin. Components are ordered by the 3-D Hilbert key of their area centroid (the curve visits
+// them in that order).
 struct PreparedMesh {
-  Vector3 centre;              // file units
-  double unit = 1;             // file units per working unit, a power of two
-  double diagonal = 0;         // of the bounding box of all used vertices, file units
-  std::array<double, 6> bbox{};// min x, y, z, max x, y, z of all used vertices, file units
+  Vector3 centre;                // file units
+  double unit = 1;               // file units per working unit, a power of two
+  double diagonal = 0;           // of the bounding box of all used vertices, file units
+  std::array<double, 6> bbox{};  // min x, y, z, max x, y, z of all used vertices, file units
 
-  std::vector<double> x, y, z;               // W each, working units
-  std::vector<std::uint32_t> triangles;      // 3 T working vertices
-  std::vector<std::uint32_t> opposite;       // 3 T: the half-edge on the other side, no_index at a boundary
-  std::vector<std::uint32_t> corner_slot;    // 3 T: position in PolygonMesh::corners (vertex number, normal number)
-  std::vector<std::uint32_t> polygon;        // T: polygon number of the file
-  std::vector<double> area;                  // T, working units squared; 0 for triangles of no area
+  std::vector<double> x, y, z;           // W each, working units
+  std::vector<std::uint32_t> triangles;  // 3 T working vertices
+  std::vector<std::uint32_t> opposite;   // 3 T: the half-edge on the other side, no_index at a boundary
+  std::vector<std::uint32_t>
+      corner_slot;                     // 3 T: position in PolygonMesh::corners (vertex number, normal number)
+  std::vector<std::uint32_t> polygon;  // T: polygon number of the file
+  std::vector<double> area;            // T, working units squared; 0 for triangles of no area
   std::vector<Component> components;
-  double total_area = 0;                     // working units squared, summed in fixed blocks
+  double total_area = 0;  // working units squared, summed in fixed blocks
   std::uint32_t unreferenced_vertices = 0;
-  RepairCounts repairs;                      // the reader's counts and those of prepare_mesh
+  RepairCounts repairs;  // the reader's counts and those of prepare_mesh
 
   std::size_t triangle_count() const { return polygon.size(); }
   std::size_t vertex_count() const { return x.size(); }

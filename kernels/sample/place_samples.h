@@ -20,19 +20,20 @@ enum class PlaceKind : std::uint8_t { element, vertex };
 enum class NormalizeKind : std::uint8_t { none, unit_sphere, unit_box };
 
 struct PlaceParameters {
-  std::uint32_t samples = 2048;                     // N, 1..2^31
+  std::uint32_t samples = 2048;  // N, 1..2^31
   SequenceKind sequence = SequenceKind::shifted;
   OrderKind order = OrderKind::progressive;
   PlaceKind place = PlaceKind::element;
   NormalizeKind normalize = NormalizeKind::none;
-  double jitter = 0.25;                             // s of the shifted sequence, 0..1
+  double jitter = 0.25;  // s of the shifted sequence, 0..1
 };
 
-// Positions in [0, 1) of the N samples, ascending: t_i for i = 0 .. N - 1. Pure. O(N) (O(N log N) for random and owen).
+// Positions in [0, 1) of the N samples, ascending: t_i for i = 0 .. N - 1. Pure. O(N) (O(N log N) for random
+// and owen).
 std::vector<double> sample_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key);
 
-// order[i] = curve rank of the i-th sample of the file: a permutation of 0 .. N - 1 in which every prefix is spread
-// along the curve. For N = 2^k the bit-reversed index XOR a random mask, else a balanced tree. O(N).
+// order[i] = curve rank of the i-th sample of the file: a permutation of 0 .. N - 1 in which every prefix is
+// spread along the curve. For N = 2^k the bit-reversed index XOR a random mask, else a balanced tree. O(N).
 std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key);
 
 // Loc and scale of the stored points: file coordinates = loc + scale * point.
@@ -40,14 +41,15 @@ struct OutputFrame {
   Vector3 loc;
   double scale = 1;
 };
-// none: loc 0 and scale 1, but the box centre once max |coordinate| > 2^10 diagonal (float32 could not hold the points);
-// unit_box: box centre and longest side; unit_sphere: box centre and largest distance of a used vertex from it.
+// none: loc 0 and scale 1, but the box centre once max |coordinate| > 2^10 diagonal (float32 could not hold
+// the points); unit_box: box centre and longest side; unit_sphere: box centre and largest distance of a used
+// vertex from it.
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 
-// Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i total, at a
-// mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same stream; what stays
-// equal after 64 redraws is counted in repairs[coincident_points]. Normals: the file's, interpolated, where it gives
-// them, else geometric. O(N + E).
+// Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i
+// total, at a mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same
+// stream; what stays equal after 64 redraws is counted in repairs[coincident_points]. Normals: the file's,
+// interpolated, where it gives them, else geometric. O(N + E).
 Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});

@@ -12,13 +12,13 @@ namespace meander {
 
 // N points of one model in file order (progressive, or along the curve).
 struct Samples {
-  std::vector<float> points;               // N x 3; file coordinates = loc + scale * point
-  std::vector<float> normals;              // N x 3 unit vectors
-  std::vector<std::uint32_t> face;         // N polygon numbers in file order
-  std::vector<std::uint32_t> corners;      // N x 3 vertex numbers of the file
-  std::vector<float> barycentric;          // N x 2 weights of corners 1 and 2
-  std::vector<std::uint32_t> curve_rank;   // N positions along the curve, a permutation of 0 .. N - 1
-  std::vector<float> density;              // N density values at the samples
+  std::vector<float> points;              // N x 3; file coordinates = loc + scale * point
+  std::vector<float> normals;             // N x 3 unit vectors
+  std::vector<std::uint32_t> face;        // N polygon numbers in file order
+  std::vector<std::uint32_t> corners;     // N x 3 vertex numbers of the file
+  std::vector<float> barycentric;         // N x 2 weights of corners 1 and 2
+  std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
+  std::vector<float> density;             // N density values at the samples
 
   std::size_t count() const { return face.size(); }
 };
@@ -26,20 +26,20 @@ struct Samples {
 // One row of /items: everything known about an input, whatever its status. Lengths in file units.
 struct ItemReport {
   Status status = Status::internal;
-  std::string reason;                       // empty when ok
-  Method method = Method::none;             // the weakest method that any component of positive area needed
-  std::uint64_t vertices = 0, faces = 0;    // of the file
+  std::string reason;                     // empty when ok
+  Method method = Method::none;           // the weakest method that any component of positive area needed
+  std::uint64_t vertices = 0, faces = 0;  // of the file
   std::uint32_t components = 0, genus = 0, boundaries = 0;
-  double area = 0, measure = 0;             // area; area x density; NaN-free, 0 when unknown
-  std::array<double, 6> bbox{};             // min x, y, z, max x, y, z
-  std::array<double, 3> loc{};              // file coordinates = loc + scale * point
+  double area = 0, measure = 0;  // area; area x density; NaN-free, 0 when unknown
+  std::array<double, 6> bbox{};  // min x, y, z, max x, y, z
+  std::array<double, 3> loc{};   // file coordinates = loc + scale * point
   double scale = 1;
   std::uint32_t flips = 0;
-  double overlap = 0, area_scale_range = 1; // area-weighted share; the largest over all charts
-  double distortion = 1;                    // area-weighted mean of sigma1/sigma2 over all charts
+  double overlap = 0, area_scale_range = 1;  // area-weighted share; the largest over all charts
+  double distortion = 1;                     // area-weighted mean of sigma1/sigma2 over all charts
   RepairCounts repairs;
   std::array<std::uint8_t, 32> content_sha256{};
-  std::uint32_t points_crc32c = 0;          // over the N x 3 little-endian float32 of `points`; 0 unless ok
+  std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
 };
 
 // One descriptor of one model.
@@ -52,7 +52,7 @@ struct DescriptorRow {
 struct Row {
   ItemReport report;
   std::int32_t label = -1;
-  Samples samples;                          // empty arrays unless status is ok
+  Samples samples;  // empty arrays unless status is ok
   std::vector<DescriptorRow> descriptors;
 };
 

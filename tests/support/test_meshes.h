@@ -12,13 +12,16 @@
 namespace meander::test {
 
 // Closed forms, unit scale unless said otherwise; faces are counter-clockwise seen from outside.
-PolygonMesh tetrahedron();                                    // vertices (1,1,1), (1,-1,-1), (-1,1,-1), (-1,-1,1)
-PolygonMesh cube();                                           // [-1, 1]^3, 6 quads
-PolygonMesh icosphere(int subdivisions, double radius = 1);   // 20 * 4^s triangles
-PolygonMesh torus(std::uint32_t around, std::uint32_t across, double major = 1, double minor = 0.4);  // 2 a b triangles
-PolygonMesh grid_plane(std::uint32_t nx, std::uint32_t ny, double width = 1, double height = 1);      // 2 nx ny triangles
-PolygonMesh moebius_strip(std::uint32_t around);              // 2 a triangles, not orientable
-PolygonMesh two_sided_plate(std::uint32_t n, double thickness);  // closed thin box 1 x 1 x thickness, 4 n^2 triangles + rim
+PolygonMesh tetrahedron();  // vertices (1,1,1), (1,-1,-1), (-1,1,-1), (-1,-1,1)
+PolygonMesh cube();         // [-1, 1]^3, 6 quads
+PolygonMesh icosphere(int subdivisions, double radius = 1);  // 20 * 4^s triangles
+PolygonMesh torus(std::uint32_t around, std::uint32_t across, double major = 1,
+                  double minor = 0.4);  // 2 a b triangles
+PolygonMesh grid_plane(std::uint32_t nx, std::uint32_t ny, double width = 1,
+                       double height = 1);        // 2 nx ny triangles
+PolygonMesh moebius_strip(std::uint32_t around);  // 2 a triangles, not orientable
+PolygonMesh two_sided_plate(std::uint32_t n,
+                            double thickness);  // closed thin box 1 x 1 x thickness, 4 n^2 triangles + rim
 PolygonMesh polygon_mesh(std::vector<double> xyz, std::vector<std::vector<std::uint32_t>> faces);
 PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b);  // vertices and faces of b after those of a
 // xyz -> rotation (fixed, generic) * scale + shift
@@ -32,8 +35,8 @@ inline std::filesystem::path shared_data(const std::string& relative) {
 }  // namespace meander::test
 
 // Ends a test case as "skipped" on a clone without the shared meshes.
-#define MEANDER_NEEDS_SHARED_DATA()                                         \
-  if (!meander::test::have_shared_data()) {                                 \
-    WARN("skipped: the shared meshes are not beside this clone");           \
-    return;                                                                 \
+#define MEANDER_NEEDS_SHARED_DATA()                               \
+  if (!meander::test::have_shared_data()) {                       \
+    WARN("skipped: the shared meshes are not beside this clone"); \
+    return;                                                       \
   }
