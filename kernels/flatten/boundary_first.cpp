@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "kernels/flatten/cotan_laplacian.h"
+#include "kernels/flatten/portable_angles.h"
 
 namespace meander {
 
@@ -18,8 +19,9 @@ void lay_out_boundary(const IntrinsicDisk& disk, std::span<const std::uint32_t> 
   for (std::size_t i = 0; i < count; ++i) {
     if (i > 0) direction += turning[disk.triangles[loop[i]]];
     const double l = disk.length[loop[i]];
-    cosine[i] = std::cos(direction);
-    sine[i] = std::sin(direction);
+    const Direction along = direction_of(direction);
+    cosine[i] = along.cosine;
+    sine[i] = along.sine;
     xx += l * cosine[i] * cosine[i];
     xy += l * cosine[i] * sine[i];
     yy += l * sine[i] * sine[i];
@@ -54,6 +56,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
 
   const DirichletLaplacian laplacian(disk, corners.half_cotangent, on_boundary, cancel);
   if (!laplacian.factorised()) return map;
+  map.elimination = laplacian.elimination();
 
   std::vector<double> curvature(count);  // angle defects, at the boundary turning angles
   for (std::uint32_t v = 0; v < count; ++v) curvature[v] = (on_boundary[v] ? 1 : 2) * std::numbers::pi;
@@ -70,10 +73,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
     map.turning += k;
   }
   lay_out_boundary(disk, loop, curvature, map);
-  right.assign(count, 0);
-  laplacian.solve(right, map.u);
-  cancel.check();
-  laplacian.solve(right, map.v);
+  laplacian.extend_harmonically(map.u, map.v);
   cancel.check();
   map.finite = true;
   for (std::uint32_t v = 0; v < count; ++v)

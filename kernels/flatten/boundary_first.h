@@ -9,10 +9,11 @@
 namespace meander {
 
 struct ConformalMap {
-  bool finite = false;            // false: the solver failed, the other fields mean nothing
-  std::vector<double> u, v;       // V, lengths on the boundary close to those of the disk
-  std::vector<double> log_scale;  // V, 0 on the boundary
-  double turning = 0;             // sum of the boundary's target turning angles, 2 pi up to rounding
+  bool finite = false;                     // false: the solver failed, the other fields mean nothing
+  std::vector<double> u, v;                // V, lengths on the boundary close to those of the disk
+  std::vector<double> log_scale;           // V, 0 on the boundary
+  std::vector<std::uint32_t> elimination;  // for IntrinsicDisk::elimination of a like disk
+  double turning = 0;                      // sum of the boundary's target turning angles, 2 pi up to rounding
 };
 
 // The discrete conformal map of least area distortion: log scale 0 on the boundary. The boundary polygon is

@@ -9,6 +9,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/flatten/intrinsic_disk.h"
 #include "kernels/flatten/orient2d.h"
+#include "kernels/flatten/portable_angles.h"
 
 namespace meander {
 
@@ -67,6 +68,8 @@ class CoverageRaster {
   std::vector<std::uint8_t> cells_;
 };
 
+double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
+
 double finite_ratio(double large, double small) {
   return small > large / 1e300 ? large / small : (large > 0 ? 1e300 : 1.0);
 }
@@ -113,18 +116,49 @@ double triangle_distortion(const ChartGeometry& geometry, std::span<const std::u
   const std::uint32_t p = corner[base], q = corner[(base + 1) % 3], r = corner[(base + 2) % 3];
   const double ux = (u[q] - u[p]) / a, vx = (v[q] - v[p]) / a;
   const double uy = ((u[r] - u[p]) - ux * x) / y, vy = ((v[r] - v[p]) - vx * x) / y;
-  const double conformal = std::hypot(ux + vy, vx - uy), anti = std::hypot(ux - vy, vx + uy);
+  const double conformal = length_of(ux + vy, vx - uy), anti = length_of(ux - vy, vx + uy);
   const double large = conformal + anti, small = std::abs(conformal - anti);
   return large < largest_distortion * small ? large / small : largest_distortion;
 }
 
-double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
-                       std::span<const double> u, std::span<const double> v, double cap) {
-  double sum = 0;
-  for (std::uint32_t t = 0; t < geometry.counts.size(); ++t)
-    if (geometry.counts[t])
-      sum += geometry.area[t] * std::min(cap, triangle_distortion(geometry, triangles, u, v, t));
-  return geometry.total_area > 0 ? sum / geometry.total_area : 1.0;
+bool is_bad_triangle(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                     std::span<const double> u, std::span<const double> v, std::uint32_t triangle) {
+  if (!geometry.counts[triangle]) return false;
+  const std::uint32_t* c = &triangles[3 * std::size_t{triangle}];
+  return !(orient2d(u[c[0]], v[c[0]], u[c[1]], v[c[1]], u[c[2]], v[c[2]]) > 0) ||
+         triangle_distortion(geometry, triangles, u, v, triangle) > sliver_distortion;
+}
+
+MapScan scan_map(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                 std::span<const double> u, std::span<const double> v) {
+  MapScan scan;
+  double weighted = 0, capped = 0, shortest = std::numeric_limits<double>::infinity();
+  double smallest = shortest, largest = 0;
+  for (std::uint32_t t = 0; t < geometry.counts.size(); ++t) {
+    const std::uint32_t* c = &triangles[3 * std::size_t{t}];
+    const double u1 = u[c[1]] - u[c[0]], v1 = v[c[1]] - v[c[0]];
+    const double u2 = u[c[2]] - u[c[0]], v2 = v[c[2]] - v[c[0]];
+    const double u3 = u2 - u1, v3 = v2 - v1;
+    shortest = std::min({shortest, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3});
+    if (!geometry.counts[t]) continue;
+    const double doubled = orient2d(u[c[0]], v[c[0]], u[c[1]], v[c[1]], u[c[2]], v[c[2]]);
+    const double q = triangle_distortion(geometry, triangles, u, v, t);
+    const double scale = 0.5 * std::abs(doubled) / geometry.area[t];
+    if (!(doubled > 0)) ++scan.flips;
+    if (!(doubled > 0) || q > sliver_distortion) scan.bad.push_back(t);
+    smallest = std::min(smallest, scale);
+    largest = std::max(largest, scale);
+    scan.max_distortion = std::max(scan.max_distortion, q);
+    weighted += geometry.area[t] * q;
+    capped += geometry.area[t] * std::min(q, 100.0);
+  }
+  scan.min_uv_edge = std::sqrt(shortest);
+  if (!(geometry.total_area > 0)) return scan;
+  scan.mean_distortion = std::max(1.0, weighted / geometry.total_area);
+  scan.capped_distortion = std::max(1.0, capped / geometry.total_area);
+  scan.smallest_scale = smallest;
+  scan.largest_scale = largest;
+  return scan;
 }
 
 std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std::span<const double> v) {
@@ -142,7 +176,7 @@ std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std
       if (!on_boundary[c[k]]) continue;
       const std::uint32_t p = c[k], q = c[(k + 1) % 3], r = c[(k + 2) % 3];
       const double ax = u[q] - u[p], ay = v[q] - v[p], bx = u[r] - u[p], by = v[r] - v[p];
-      total -= sign * std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
+      total -= sign * upper_angle(std::abs(ax * by - ay * bx), ax * bx + ay * by);
     }
   }
   return std::llround(total / (2 * std::numbers::pi)) - static_cast<std::int64_t>(interior);
@@ -161,34 +195,17 @@ double overlap_share(std::span<const std::uint32_t> triangles, std::span<const d
   return raster.overlap();
 }
 
-void measure_chart(const ChartGeometry& geometry, const CutChart& chart, std::span<const double> u,
-                   std::span<const double> v, ChartReport& report) {
-  const std::size_t count = chart.triangle_count();
-  report.triangles = static_cast<std::uint32_t>(count);
+void fill_report(const ChartGeometry& geometry, const MapScan& scan, const CutChart& chart,
+                 std::span<const double> u, std::span<const double> v, ChartReport& report) {
+  report.triangles = static_cast<std::uint32_t>(chart.triangle_count());
+  report.flips = scan.flips;
+  report.mean_distortion = scan.mean_distortion;
+  report.max_distortion = scan.max_distortion;
+  report.area_scale_range = finite_ratio(scan.largest_scale, scan.smallest_scale);
+  report.min_uv_edge = scan.min_uv_edge;
+  report.overlap = chart.triangle_count() > 1 ? overlap_share(chart.triangles, u, v) : 0.0;
   report.area = 0;
   for (const double a : geometry.area) report.area += a;
-  report.flips = static_cast<std::uint32_t>(flipped_triangles(chart.triangles, geometry.counts, u, v).size());
-  double weighted = 0, smallest = std::numeric_limits<double>::infinity(), largest = 0;
-  double shortest = std::numeric_limits<double>::infinity();
-  report.max_distortion = 1;
-  for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t* c = &chart.triangles[3 * std::size_t{t}];
-    const double u1 = u[c[1]] - u[c[0]], v1 = v[c[1]] - v[c[0]];
-    const double u2 = u[c[2]] - u[c[0]], v2 = v[c[2]] - v[c[0]];
-    const double u3 = u2 - u1, v3 = v2 - v1;
-    shortest = std::min({shortest, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3});
-    if (!geometry.counts[t]) continue;
-    const double ratio = 0.5 * std::abs(u1 * v2 - u2 * v1) / geometry.area[t];
-    smallest = std::min(smallest, ratio);
-    largest = std::max(largest, ratio);
-    const double q = triangle_distortion(geometry, chart.triangles, u, v, t);
-    report.max_distortion = std::max(report.max_distortion, q);
-    weighted += geometry.area[t] * q;
-  }
-  report.mean_distortion = geometry.total_area > 0 ? std::max(1.0, weighted / geometry.total_area) : 1.0;
-  report.area_scale_range = geometry.total_area > 0 ? finite_ratio(largest, smallest) : 1.0;
-  report.min_uv_edge = std::sqrt(shortest);
-  report.overlap = count > 1 ? overlap_share(chart.triangles, u, v) : 0.0;
 }
 
 }  // namespace meander

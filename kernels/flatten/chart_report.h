@@ -28,9 +28,25 @@ std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> tria
 double triangle_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
                            std::span<const double> u, std::span<const double> v, std::uint32_t triangle);
 
-// Area-weighted mean of min(cap, triangle_distortion) over the triangles that count. O(T).
-double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
-                       std::span<const double> u, std::span<const double> v, double cap);
+// Distortion at which "not flipped" is the luck of rounding.
+inline constexpr double sliver_distortion = 1000;
+
+// Whether the triangle counts and is flipped or distorted beyond sliver_distortion.
+bool is_bad_triangle(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                     std::span<const double> u, std::span<const double> v, std::uint32_t triangle);
+
+// One pass over a map. Weights are 3-D areas; only triangles that count do.
+struct MapScan {
+  std::vector<std::uint32_t> bad;  // see is_bad_triangle
+  std::uint32_t flips = 0;         // triangles whose UV orientation is not positive (exact sign)
+  double mean_distortion = 1;
+  double capped_distortion = 1;  // mean of min(100, distortion): for comparing maps before flips are mended
+  double max_distortion = 1;
+  double smallest_scale = 1, largest_scale = 1;  // UV area / 3-D area
+  double min_uv_edge = 0;                        // of all triangles
+};
+MapScan scan_map(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                 std::span<const double> u, std::span<const double> v);
 
 // Sum over interior vertices of (times their triangles wind round them in UV - 1): 0 for a map that is
 // locally injective, given that no triangle is flipped. O(T).
@@ -42,9 +58,9 @@ std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std
 double overlap_share(std::span<const std::uint32_t> triangles, std::span<const double> u,
                      std::span<const double> v);
 
-// Everything of ChartReport that follows from the map; method, extra seams and repaired triangles are left
-// alone.
-void measure_chart(const ChartGeometry& geometry, const CutChart& chart, std::span<const double> u,
-                   std::span<const double> v, ChartReport& report);
+// Fills everything of ChartReport that follows from the map; method, extra seams and repaired triangles are
+// left alone.
+void fill_report(const ChartGeometry& geometry, const MapScan& scan, const CutChart& chart,
+                 std::span<const double> u, std::span<const double> v, ChartReport& report);
 
 }  // namespace meander

@@ -1,124 +1,125 @@
 #include "kernels/flatten/cotan_laplacian.h"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace meander {
 
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-
-// Lower triangle of A_II in compressed columns, rows ascending, parallel edges summed.
-Matrix assemble(const IntrinsicDisk& disk, std::span<const double> weight,
-                std::span<const std::uint32_t> interior, std::size_t count) {
-  const auto n = static_cast<Eigen::Index>(count);
-  std::vector<double> diagonal(count, 0);
-  std::vector<int> begin(count + 1, 0);
-  const auto for_each_edge = [&](auto&& body) {
-    for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
-      if (disk.opposite[h] != no_index && disk.opposite[h] < h) continue;
-      const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
-      if (a != b) body(interior[a], interior[b], weight[h]);
-    }
-  };
-  for (std::size_t c = 0; c < count; ++c) begin[c + 1] = 1;  // the diagonal
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double w) {
-    if (a != no_index) diagonal[a] += w;
-    if (b != no_index) diagonal[b] += w;
-    if (a != no_index && b != no_index) ++begin[std::min(a, b) + 1];
-  });
-  for (std::size_t c = 0; c < count; ++c) begin[c + 1] += begin[c];
-  struct Entry {
-    int row;
-    double value;
-  };
-  std::vector<Entry> entries(static_cast<std::size_t>(begin[count]));
-  std::vector<int> cursor(begin.begin(), begin.end() - 1);
-  for (std::size_t c = 0; c < count; ++c) entries[cursor[c]++] = {static_cast<int>(c), diagonal[c]};
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double w) {
-    if (a == no_index || b == no_index) return;
-    entries[cursor[std::min(a, b)]++] = {static_cast<int>(std::max(a, b)), -w};
-  });
-  Matrix matrix(n, n);
-  matrix.resizeNonZeros(begin[count]);
-  int filled = 0;
-  for (std::size_t c = 0; c < count; ++c) {
-    matrix.outerIndexPtr()[c] = filled;
-    std::sort(entries.begin() + begin[c], entries.begin() + begin[c + 1],
-              [](const Entry& x, const Entry& y) { return x.row < y.row; });
-    for (int e = begin[c]; e < begin[c + 1]; ++e) {
-      if (e > begin[c] && entries[e].row == entries[e - 1].row) {
-        matrix.valuePtr()[filled - 1] += entries[e].value;
-        continue;
-      }
-      matrix.innerIndexPtr()[filled] = entries[e].row;
-      matrix.valuePtr()[filled++] = entries[e].value;
-    }
+template <class Body>
+void for_each_edge(const IntrinsicDisk& disk, std::span<const double> half_cotangent, const Body& body) {
+  for (std::uint32_t h = 0; h < disk.opposite.size(); ++h) {
+    const std::uint32_t other = disk.opposite[h];
+    if (other != no_index && other < h) continue;
+    const double weight = half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]);
+    const std::uint32_t a = disk.triangles[h], b = disk.triangles[next_half_edge(h)];
+    if (a != b) body(a, b, weight);
   }
-  matrix.outerIndexPtr()[count] = filled;
-  matrix.resizeNonZeros(filled);
-  return matrix;
 }
 
 }  // namespace
 
-struct DirichletLaplacian::Factor {
-  Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::AMDOrdering<int>> cholesky;
-};
+void DirichletLaplacian::number_unknowns(std::span<const std::uint8_t> on_boundary) {
+  unknown_.assign(disk_.vertex_count, no_index);
+  for (std::uint32_t v = 0; v < disk_.vertex_count; ++v) {
+    if (on_boundary[v]) continue;
+    unknown_[v] = static_cast<std::uint32_t>(vertex_.size());
+    vertex_.push_back(v);
+  }
+}
+
+void DirichletLaplacian::find_order(const UnknownGraph& graph) {
+  order_.reserve(vertex_.size());
+  if (!disk_.elimination.empty()) {
+    for (const std::uint32_t v : disk_.elimination)
+      if (unknown_[v] != no_index) order_.push_back(unknown_[v]);
+    if (order_.size() == vertex_.size()) return;
+    order_.clear();  // the order of another disk
+  }
+  order_ = elimination_order(graph);
+}
 
 DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::span<const double> half_cotangent,
                                        std::span<const std::uint8_t> on_boundary, const CancelToken& cancel)
-    : disk_(disk), weight_(disk.opposite.size(), 0), interior_(disk.vertex_count, no_index) {
-  for (std::uint32_t v = 0; v < disk.vertex_count; ++v)
-    if (!on_boundary[v]) interior_[v] = static_cast<std::uint32_t>(interior_count_++);
-  for (std::uint32_t h = 0; h < weight_.size(); ++h) {
-    const std::uint32_t other = disk.opposite[h];
-    weight_[other == no_index ? h : std::min(h, other)] += half_cotangent[h];
-  }
-  if (interior_count_ == 0) {
+    : disk_(disk) {
+  number_unknowns(on_boundary);
+  UnknownGraph graph;
+  graph.begin.assign(vertex_.size() + 1, 0);
+  std::vector<double> diagonal(vertex_.size(), 0);
+  for_each_edge(disk, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
+    const std::uint32_t i = unknown_[a], j = unknown_[b];
+    if (i != no_index) diagonal[i] += weight;
+    if (j != no_index) diagonal[j] += weight;
+    if (i != no_index && j != no_index) {
+      ++graph.begin[i + 1];
+      ++graph.begin[j + 1];
+    } else {
+      rim_.push_back(j == no_index ? RimEdge{a, b, weight} : RimEdge{b, a, weight});
+    }
+  });
+  for (std::size_t i = 0; i < vertex_.size(); ++i) graph.begin[i + 1] += graph.begin[i];
+  graph.neighbours.resize(graph.begin.back());
+  std::vector<double> values(graph.begin.back());
+  std::vector<std::uint32_t> cursor(graph.begin.begin(), graph.begin.end() - 1);
+  for_each_edge(disk, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
+    const std::uint32_t i = unknown_[a], j = unknown_[b];
+    if (i == no_index || j == no_index) return;
+    graph.neighbours[cursor[i]] = j;
+    values[cursor[i]++] = -weight;
+    graph.neighbours[cursor[j]] = i;
+    values[cursor[j]++] = -weight;
+  });
+  cancel.check();
+  if (vertex_.empty()) {
     factorised_ = true;
     return;
   }
-  const Matrix matrix = assemble(disk, weight_, interior_, interior_count_);
+  find_order(graph);
   cancel.check();
-  factor_ = std::make_unique<Factor>();
-  factor_->cholesky.analyzePattern(matrix);
-  cancel.check();
-  factor_->cholesky.factorize(matrix);
-  factorised_ = factor_->cholesky.info() == Eigen::Success;
-  cancel.check();
+  cholesky_.factorise(graph, values, diagonal, order_, cancel);
+  factorised_ = cholesky_.succeeded();
 }
 
-DirichletLaplacian::~DirichletLaplacian() = default;
+std::vector<std::uint32_t> DirichletLaplacian::elimination() const {
+  std::vector<std::uint32_t> vertices;
+  vertices.reserve(order_.size());
+  for (const std::uint32_t i : order_) vertices.push_back(vertex_[i]);
+  return vertices;
+}
+
+void DirichletLaplacian::add_rim(std::span<const double> x, std::span<double> right) const {
+  for (const RimEdge& edge : rim_)
+    if (unknown_[edge.from] != no_index) right[unknown_[edge.from]] += edge.weight * x[edge.to];
+}
 
 void DirichletLaplacian::solve(std::span<const double> b, std::span<double> x) const {
-  if (interior_count_ == 0) return;
-  Eigen::VectorXd right(static_cast<Eigen::Index>(interior_count_));
-  for (std::uint32_t v = 0; v < interior_.size(); ++v)
-    if (interior_[v] != no_index) right[interior_[v]] = b[v];
-  for (std::uint32_t h = 0; h < disk_.opposite.size(); ++h) {
-    if (disk_.opposite[h] != no_index && disk_.opposite[h] < h) continue;
-    const std::uint32_t p = disk_.triangles[h], q = disk_.triangles[next_half_edge(h)];
-    const std::uint32_t i = interior_[p], j = interior_[q];
-    if (i != no_index && j == no_index) right[i] += weight_[h] * x[q];
-    if (j != no_index && i == no_index) right[j] += weight_[h] * x[p];
+  if (vertex_.empty()) return;
+  std::vector<double> right(vertex_.size());
+  for (std::size_t i = 0; i < vertex_.size(); ++i) right[i] = b[vertex_[i]];
+  add_rim(x, right);
+  cholesky_.solve(right);
+  for (std::size_t i = 0; i < vertex_.size(); ++i) x[vertex_[i]] = right[i];
+}
+
+void DirichletLaplacian::extend_harmonically(std::span<double> x, std::span<double> y) const {
+  if (vertex_.empty()) return;
+  std::vector<double> right_x(vertex_.size(), 0), right_y(vertex_.size(), 0);
+  add_rim(x, right_x);
+  add_rim(y, right_y);
+  cholesky_.solve(right_x, right_y);
+  for (std::size_t i = 0; i < vertex_.size(); ++i) {
+    x[vertex_[i]] = right_x[i];
+    y[vertex_[i]] = right_y[i];
   }
-  const Eigen::VectorXd solution = factor_->cholesky.solve(right);
-  for (std::uint32_t v = 0; v < interior_.size(); ++v)
-    if (interior_[v] != no_index) x[v] = solution[interior_[v]];
 }
 
 std::vector<double> DirichletLaplacian::apply_at_boundary(std::span<const double> x) const {
-  std::vector<double> result(interior_.size(), 0);
-  for (std::uint32_t h = 0; h < disk_.opposite.size(); ++h) {
-    if (disk_.opposite[h] != no_index && disk_.opposite[h] < h) continue;
-    const std::uint32_t p = disk_.triangles[h], q = disk_.triangles[next_half_edge(h)];
-    const double flow = weight_[h] * (x[p] - x[q]);
-    if (interior_[p] == no_index) result[p] += flow;
-    if (interior_[q] == no_index) result[q] -= flow;
+  std::vector<double> result(disk_.vertex_count, 0);
+  for (const RimEdge& edge : rim_) {
+    const double flow = edge.weight * (x[edge.to] - x[edge.from]);
+    result[edge.to] += flow;
+    if (unknown_[edge.from] == no_index) result[edge.from] -= flow;
   }
   return result;
 }

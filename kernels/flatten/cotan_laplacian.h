@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/flatten/sparse_cholesky.h"
 
 namespace meander {
 
@@ -14,31 +14,42 @@ namespace meander {
 // weights are stored; A_II is assembled for the factorisation.
 class DirichletLaplacian {
  public:
-  // Half cotangents per half-edge as in CornerGeometry. `on_boundary` per vertex. Factorises A_II (sparse
-  // Cholesky, approximate minimum degree ordering). O(V^1.5). Throws timeout / RunCancelled.
+  // Half cotangents per half-edge as in CornerGeometry. `on_boundary` per vertex. Factorises A_II by sparse
+  // Cholesky. O(V^1.5). Throws timeout / RunCancelled.
   DirichletLaplacian(const IntrinsicDisk& disk, std::span<const double> half_cotangent,
                      std::span<const std::uint8_t> on_boundary, const CancelToken& cancel);
-  ~DirichletLaplacian();
-  DirichletLaplacian(const DirichletLaplacian&) = delete;
-  DirichletLaplacian& operator=(const DirichletLaplacian&) = delete;
 
   // False when the factorisation met a pivot that is not positive (rounding): solve() must not be called.
   bool factorised() const { return factorised_; }
-  std::size_t interior_count() const { return interior_count_; }
+  std::size_t interior_count() const { return vertex_.size(); }
 
   // x_I = A_II^-1 (b_I - A_IB x_B): V values in, boundary entries of x are read, interior ones written.
   void solve(std::span<const double> b, std::span<double> x) const;
+  // Both x_I = -A_II^-1 A_IB x_B and the same for y, in one pass over the factor.
+  void extend_harmonically(std::span<double> x, std::span<double> y) const;
   // (A x) at boundary vertices, 0 elsewhere: V values.
   std::vector<double> apply_at_boundary(std::span<const double> x) const;
 
+  // Interior vertices in the order of elimination, for IntrinsicDisk::elimination of a like disk.
+  std::vector<std::uint32_t> elimination() const;
+
  private:
-  struct Factor;
+  // An edge between an interior and a boundary vertex, or along the boundary.
+  struct RimEdge {
+    std::uint32_t from, to;  // `to` lies on the boundary
+    double weight;
+  };
+  void number_unknowns(std::span<const std::uint8_t> on_boundary);
+  void find_order(const UnknownGraph& graph);
+  void add_rim(std::span<const double> x, std::span<double> right) const;
+
   const IntrinsicDisk& disk_;
-  std::vector<double> weight_;           // 3 T: (cot a + cot b) / 2 of the edge at its smaller half-edge
-  std::vector<std::uint32_t> interior_;  // V: number among the interior vertices, no_index on the boundary
-  std::size_t interior_count_ = 0;
+  std::vector<std::uint32_t> unknown_;  // V: number among the interior vertices, no_index on the boundary
+  std::vector<std::uint32_t> vertex_;   // interior vertices
+  std::vector<std::uint32_t> order_;    // unknowns in the order of elimination
+  std::vector<RimEdge> rim_;
+  SparseCholesky cholesky_;
   bool factorised_ = false;
-  std::unique_ptr<Factor> factor_;
 };
 
 }  // namespace meander

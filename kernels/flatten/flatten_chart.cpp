@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "kernels/flatten/boundary_first.h"
@@ -18,7 +17,6 @@ namespace {
 
 constexpr std::uint32_t seams_per_try = 4;  // tentacles that get their seam in one go
 constexpr std::uint32_t patience = 2;       // tries with too little progress in q before it is given up
-constexpr double capped_distortion = 100;   // of one triangle when tries are compared: flips are mended later
 
 // A cut chart with its geometry: what every try on this cut shares.
 struct CutDisk {
@@ -40,38 +38,40 @@ struct Try {
   bool finite = false;
   std::vector<double> u, v;  // in the unit square
   std::vector<double> log_scale;
+  std::vector<std::uint32_t> elimination;
   double least_log_scale = 0;
-  double mean_distortion = std::numeric_limits<double>::infinity();
+  MapScan scan;
   std::uint32_t repaired = 0;
   bool sound = false;  // no flips, no branch points
 };
-
-void judge(const CutDisk& chart, Try& attempt) {
-  attempt.sound =
-      attempt.finite &&
-      flipped_triangles(chart.cut.triangles, chart.geometry.counts, attempt.u, attempt.v).empty() &&
-      branch_points(chart.cut, attempt.u, attempt.v) == 0;
-}
 
 Try try_conformal(const CutDisk& chart, const IntrinsicDisk& disk, const CancelToken& cancel) {
   Try attempt;
   ConformalMap map = flatten_boundary_first(disk, cancel);
   attempt.log_scale = std::move(map.log_scale);
+  attempt.elimination = std::move(map.elimination);
   attempt.finite = map.finite;
   if (!map.finite) return attempt;
   attempt.u = std::move(map.u);
   attempt.v = std::move(map.v);
   fit_square(attempt.u, attempt.v);
   for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
-  attempt.mean_distortion =
-      mean_distortion(chart.geometry, chart.cut.triangles, attempt.u, attempt.v, capped_distortion);
+  attempt.scan = scan_map(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
   return attempt;
 }
 
+void judge(const CutDisk& chart, Try& attempt) {
+  attempt.sound = attempt.scan.flips == 0 && branch_points(chart.cut, attempt.u, attempt.v) == 0;
+}
+
+// Mends flips in place and decides whether the map is sound.
 void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
   if (!attempt.finite) return;
-  const CornerGeometry corners = corner_geometry(chart.disk.length);
-  attempt.repaired = repair_flips(chart.disk, corners.angle, chart.geometry, attempt.u, attempt.v, cancel);
+  if (!attempt.scan.bad.empty()) {
+    attempt.repaired =
+        repair_flips(chart.disk, chart.geometry, attempt.scan.bad, attempt.u, attempt.v, cancel);
+    attempt.scan = scan_map(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
+  }
   judge(chart, attempt);
 }
 
@@ -139,7 +139,7 @@ bool shrunk(const Try& attempt, const FlattenParameters& parameters) {
 
 bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
   if (shrunk(b, parameters)) return a.least_log_scale > b.least_log_scale;
-  return !shrunk(a, parameters) && a.mean_distortion < b.mean_distortion;
+  return !shrunk(a, parameters) && a.scan.capped_distortion < b.scan.capped_distortion;
 }
 
 // Conformal tries on charts with ever more seams; `chart` and the result are the best of them. Returns the
@@ -151,18 +151,19 @@ std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenP
   std::uint32_t extra = 0, best_extra = 0, waited = 0;
   while (last.finite && extra < parameters.max_extra_seams) {
     const bool too_small = shrunk(last, parameters);
-    if (!too_small && !(last.mean_distortion > parameters.max_mean_distortion)) break;
+    if (!too_small && !(last.scan.capped_distortion > parameters.max_mean_distortion)) break;
     const std::uint32_t added =
         add_seams(mesh, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
     if (added == 0) break;
     extra += added;
     CutDisk next(mesh, cut);
+    next.disk.elimination = chart.disk.elimination;  // more seams, fewer interior vertices
     Try attempt = try_conformal(next, next.disk, cancel);
     if (!attempt.finite) break;
     // A seam that brings q less than its share of the way to the bound is one of the two that may.
-    const double wanted = (last.mean_distortion - parameters.max_mean_distortion) /
+    const double wanted = (last.scan.capped_distortion - parameters.max_mean_distortion) /
                           static_cast<double>(parameters.max_extra_seams - extra + 1);
-    const bool enough = last.mean_distortion - attempt.mean_distortion >= 0.5 * wanted;
+    const bool enough = last.scan.capped_distortion - attempt.scan.capped_distortion >= 0.5 * wanted;
     if (better(attempt, best, parameters)) {
       best = attempt;
       best_extra = extra;
@@ -180,6 +181,7 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
                         const CancelToken& cancel) {
   CutDisk chart(mesh, std::move(cut));
   Try best = try_conformal(chart, chart.disk, cancel);
+  chart.disk.elimination = best.elimination;
   const std::uint32_t extra = add_seams_while_they_help(mesh, parameters, cancel, chart, best);
   Method method = Method::conformal;
   mend(chart, best, cancel);
@@ -192,12 +194,12 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
   }
   if (!best.sound) {
     Try circle;
-    const CornerGeometry corners = corner_geometry(chart.disk.length);
-    circle.finite = flatten_to_circle(chart.disk, corners.angle, circle.u, circle.v);
+    circle.finite = flatten_to_circle(chart.disk, circle.u, circle.v);
     cancel.check();
     if (circle.finite) {
       fit_square(circle.u, circle.v);
-      mend(chart, circle, cancel);
+      circle.scan = scan_map(chart.geometry, chart.cut.triangles, circle.u, circle.v);
+      judge(chart, circle);
     }
     method = circle.sound ? Method::mean_value : Method::none;
     if (circle.finite) best = std::move(circle);
@@ -208,7 +210,7 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);
   flat.v = std::move(best.v);
-  if (best.finite) measure_chart(chart.geometry, chart.cut, flat.u, flat.v, flat.report);
+  if (best.finite) fill_report(chart.geometry, best.scan, chart.cut, flat.u, flat.v, flat.report);
   flat.cut = std::move(chart.cut);
   return flat;
 }

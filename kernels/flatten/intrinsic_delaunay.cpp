@@ -32,7 +32,7 @@ double diagonal_length(const IntrinsicDisk& disk, std::uint32_t h) {
   double cx, cy, dx, dy;
   apex(disk.length[h], disk.length[previous_half_edge(h)], disk.length[next_half_edge(h)], cx, cy);
   apex(disk.length[h], disk.length[next_half_edge(o)], disk.length[previous_half_edge(o)], dx, dy);
-  return std::hypot(cx - dx, cy + dy);
+  return std::sqrt((cx - dx) * (cx - dx) + (cy + dy) * (cy + dy));
 }
 
 // Replaces edge a-b of triangles (a, b, c) and (b, a, d) by c-d: they become (d, c, a) and (c, d, b).

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "kernels/flatten/portable_angles.h"
+
 namespace meander {
 
 std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart) {
@@ -61,7 +63,7 @@ CornerGeometry corner_geometry(std::span<const double> length) {
       // Corner k lies between edges k and k + 2; edge k + 1 is opposite to it.
       const double cosine = squared[k] + squared[(k + 2) % 3] - squared[(k + 1) % 3];
       corners.half_cotangent[t + (k + 1) % 3] = 0.5 * cosine / area4;
-      angle[k] = std::atan2(area4, cosine);
+      angle[k] = upper_angle(area4, cosine);
       if (angle[k] > angle[widest]) widest = k;
     }
     angle[widest] = std::numbers::pi - angle[(widest + 1) % 3] - angle[(widest + 2) % 3];

@@ -18,6 +18,9 @@ struct IntrinsicDisk {
   std::vector<std::uint32_t> opposite;   // 3 T, no_index on the boundary
   std::vector<double> length;            // 3 T, of the half-edge with the same number
   std::uint32_t vertex_count = 0;
+  // Only for speed: vertices in a fill-reducing order, from which boundary vertices are skipped (empty: found
+  // by the solver).
+  std::vector<std::uint32_t> elimination;
 
   std::size_t triangle_count() const { return triangles.size() / 3; }
 };

@@ -6,11 +6,22 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/flatten/portable_angles.h"
+
 namespace meander {
 
 namespace {
 
 constexpr std::size_t dense_limit = 48;
+
+// tan(a / 2) of the angle a at the origin of half-edge h: 4 A / ((b + c)^2 - d^2), d the opposite edge.
+double half_angle_tangent(const IntrinsicDisk& disk, std::uint32_t h) {
+  const double b = disk.length[h], c = disk.length[previous_half_edge(h)], d = disk.length[next_half_edge(h)];
+  // A flat angle would nail the vertex to the line between two neighbours and squash what lies beside it.
+  constexpr double widest = 6.3137515146750430;  // tan(0.45 pi)
+  const double area4 = 4 * area_from_lengths(b, c, d), rest = ((b + c) - d) * ((b + c) + d);
+  return area4 < widest * rest ? area4 / rest : widest;
+}
 
 // Right-hand sides and coefficients of the equations of the free vertices, rows scaled to a unit diagonal.
 struct System {
@@ -20,9 +31,9 @@ struct System {
 
 // `number` maps vertices to rows, no_index for fixed ones.
 template <class Number>
-System assemble(const IntrinsicDisk& disk, std::span<const double> angle,
-                std::span<const std::uint32_t> leaving, std::span<const std::uint32_t> free_vertices,
-                const Number& number, std::span<const double> u, std::span<const double> v) {
+System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
+                std::span<const std::uint32_t> free_vertices, const Number& number, std::span<const double> u,
+                std::span<const double> v) {
   System system;
   system.right.setZero(static_cast<Eigen::Index>(free_vertices.size()), 2);
   system.coefficients.reserve(7 * free_vertices.size());
@@ -33,7 +44,7 @@ System assemble(const IntrinsicDisk& disk, std::span<const double> angle,
     double total = 0;
     std::uint32_t h = first;
     do {
-      weights.push_back(mean_value_weight(disk, angle, h));
+      weights.push_back(mean_value_weight(disk, h));
       total += weights.back();
       h = next_outgoing(disk, h);
     } while (h != first && h != no_index);
@@ -74,12 +85,10 @@ bool solve(const System& system, Eigen::MatrixX2d& solution) {
 
 }  // namespace
 
-double mean_value_weight(const IntrinsicDisk& disk, std::span<const double> angle, std::uint32_t half_edge) {
-  // A flat angle would nail the vertex to the line between two neighbours and squash what lies beside it.
-  constexpr double widest = 0.9 * std::numbers::pi;
-  double tangents = std::tan(0.5 * std::min(angle[half_edge], widest));
+double mean_value_weight(const IntrinsicDisk& disk, std::uint32_t half_edge) {
+  double tangents = half_angle_tangent(disk, half_edge);
   const std::uint32_t other = disk.opposite[half_edge];
-  if (other != no_index) tangents += std::tan(0.5 * std::min(angle[next_half_edge(other)], widest));
+  if (other != no_index) tangents += half_angle_tangent(disk, next_half_edge(other));
   return tangents / disk.length[half_edge];
 }
 
@@ -93,9 +102,9 @@ std::vector<std::uint32_t> leaving_half_edges(const IntrinsicDisk& disk) {
   return leaving;
 }
 
-bool solve_mean_value(const IntrinsicDisk& disk, std::span<const double> angle,
-                      std::span<const std::uint32_t> leaving, std::span<const std::uint32_t> free_vertices,
-                      std::span<double> u, std::span<double> v) {
+bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
+                      std::span<const std::uint32_t> free_vertices, std::span<double> u,
+                      std::span<double> v) {
   if (free_vertices.empty()) return true;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> rows;  // (vertex, row), sorted by vertex
   rows.reserve(free_vertices.size());
@@ -106,7 +115,7 @@ bool solve_mean_value(const IntrinsicDisk& disk, std::span<const double> angle,
     return at != rows.end() && at->first == vertex ? at->second : no_index;
   };
   Eigen::MatrixX2d solution;
-  if (!solve(assemble(disk, angle, leaving, free_vertices, number, u, v), solution)) return false;
+  if (!solve(assemble(disk, leaving, free_vertices, number, u, v), solution)) return false;
   for (std::size_t i = 0; i < free_vertices.size(); ++i) {
     u[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 0);
     v[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 1);
@@ -114,8 +123,7 @@ bool solve_mean_value(const IntrinsicDisk& disk, std::span<const double> angle,
   return true;
 }
 
-bool flatten_to_circle(const IntrinsicDisk& disk, std::span<const double> angle, std::vector<double>& u,
-                       std::vector<double>& v) {
+bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v) {
   u.assign(disk.vertex_count, 0);
   v.assign(disk.vertex_count, 0);
   const std::vector<std::uint32_t> loop =
@@ -129,8 +137,9 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::span<const double> angle,
   std::vector<std::uint32_t> number(disk.vertex_count, 0), free_vertices;
   for (const std::uint32_t h : loop) {
     const std::uint32_t vertex = disk.triangles[h];
-    u[vertex] = std::cos(2 * std::numbers::pi * along / spread);
-    v[vertex] = std::sin(2 * std::numbers::pi * along / spread);
+    const Direction at = direction_of(2 * std::numbers::pi * along / spread);
+    u[vertex] = at.cosine;
+    v[vertex] = at.sine;
     along += std::max(least, disk.length[h]);
     number[vertex] = no_index;
   }
@@ -143,7 +152,7 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::span<const double> angle,
   const std::vector<std::uint32_t> leaving = leaving_half_edges(disk);
   Eigen::MatrixX2d solution;
   const auto number_of = [&](std::uint32_t vertex) { return number[vertex]; };
-  if (!solve(assemble(disk, angle, leaving, free_vertices, number_of, u, v), solution)) return false;
+  if (!solve(assemble(disk, leaving, free_vertices, number_of, u, v), solution)) return false;
   for (std::size_t i = 0; i < free_vertices.size(); ++i) {
     u[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 0);
     v[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 1);

@@ -12,31 +12,12 @@ namespace {
 
 constexpr int largest_patch = 6;  // rings
 constexpr int rounds = 3;         // patches may meet: look again after all were mended
-constexpr std::size_t too_many_flips = 4096;
-constexpr double sliver = 1000;  // distortion at which "not flipped" is the luck of rounding
-
-bool is_bad(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
-            std::span<const double> u, std::span<const double> v, std::uint32_t t) {
-  if (!geometry.counts[t]) return false;
-  const std::uint32_t a = triangles[3 * t], b = triangles[3 * t + 1], c = triangles[3 * t + 2];
-  return !(orient2d(u[a], v[a], u[b], v[b], u[c], v[c]) > 0) ||
-         triangle_distortion(geometry, triangles, u, v, t) > sliver;
-}
-
-std::vector<std::uint32_t> bad_triangles(const IntrinsicDisk& disk, const ChartGeometry& geometry,
-                                         std::span<const double> u, std::span<const double> v) {
-  std::vector<std::uint32_t> bad;
-  for (std::uint32_t t = 0; t < disk.triangle_count(); ++t)
-    if (is_bad(geometry, disk.triangles, u, v, t)) bad.push_back(t);
-  return bad;
-}
+constexpr std::size_t too_many = 4096;
 
 class Patcher {
  public:
-  Patcher(const IntrinsicDisk& disk, std::span<const double> angle, const ChartGeometry& geometry,
-          std::span<double> u, std::span<double> v)
+  Patcher(const IntrinsicDisk& disk, const ChartGeometry& geometry, std::span<double> u, std::span<double> v)
       : disk_(disk),
-        angle_(angle),
         geometry_(geometry),
         u_(u),
         v_(v),
@@ -44,7 +25,7 @@ class Patcher {
         vertex_mark_(disk.vertex_count, 0),
         moved_(disk.triangle_count(), 0) {}
 
-  bool bad(std::uint32_t t) const { return is_bad(geometry_, disk_.triangles, u_, v_, t); }
+  bool bad(std::uint32_t t) const { return is_bad_triangle(geometry_, disk_.triangles, u_, v_, t); }
 
   // Mends the cluster that triangle t belongs to.
   void mend(std::uint32_t t) {
@@ -63,7 +44,7 @@ class Patcher {
       const std::vector<std::uint32_t> touched = triangles_at(free);
       const std::size_t before = count_bad(touched);
       const std::vector<double> old = positions(free);
-      if (!solve_mean_value(disk_, angle_, leaving_, free, u_, v_)) continue;
+      if (!solve_mean_value(disk_, leaving_, free, u_, v_)) continue;
       const std::size_t after = count_bad(touched);
       if (after == 0) {
         mark_moved(touched);
@@ -166,7 +147,6 @@ class Patcher {
   }
 
   const IntrinsicDisk& disk_;
-  std::span<const double> angle_;
   const ChartGeometry& geometry_;
   std::span<double> u_, v_;
   std::vector<std::uint32_t> leaving_;
@@ -177,21 +157,21 @@ class Patcher {
 
 }  // namespace
 
-std::uint32_t repair_flips(const IntrinsicDisk& disk, std::span<const double> angle,
-                           const ChartGeometry& geometry, std::span<double> u, std::span<double> v,
+std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geometry,
+                           std::span<const std::uint32_t> bad, std::span<double> u, std::span<double> v,
                            const CancelToken& cancel) {
-  std::vector<std::uint32_t> bad = bad_triangles(disk, geometry, u, v);
-  if (bad.empty() || bad.size() > too_many_flips) return 0;
-  Patcher patcher(disk, angle, geometry, u, v);
-  for (int round = 0; round < rounds && !bad.empty(); ++round) {
-    for (const std::uint32_t t : bad) {
+  if (bad.empty() || bad.size() > too_many) return 0;
+  Patcher patcher(disk, geometry, u, v);
+  std::vector<std::uint32_t> left(bad.begin(), bad.end());
+  for (int round = 0; round < rounds && !left.empty(); ++round) {
+    for (const std::uint32_t t : left) {
       if (!patcher.bad(t)) continue;  // mended together with another one
       cancel.check();
       patcher.mend(t);
     }
-    const std::size_t before = bad.size();
-    bad = bad_triangles(disk, geometry, u, v);
-    if (bad.size() >= before) break;
+    const std::size_t before = left.size();
+    left = scan_map(geometry, disk.triangles, u, v).bad;
+    if (left.size() >= before) break;
   }
   return patcher.moved_count();
 }

@@ -1,0 +1,55 @@
+// Sparse Cholesky factorisation for symmetric positive definite matrices with the graph of a mesh.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/flatten/elimination_order.h"
+
+namespace meander {
+
+// A = L L^T by supernodes, multifrontal (Duff and Reid 1983; Liu 1992). Everything is sequential and
+// deterministic. Memory: the factor plus the stack of update matrices, together about twice the factor.
+class SparseCholesky {
+ public:
+  // `values` beside graph.neighbours holds the entries off the diagonal (repeats are added up, no vertex
+  // with itself), `diagonal` the others. `order` is the elimination order to start from;
+  // it is refined so that supernodes are contiguous. Throws timeout / RunCancelled.
+  void factorise(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
+                 std::span<const std::uint32_t> order, const CancelToken& cancel = {});
+
+  // False when a pivot was not positive: the matrix is not positive definite, up to rounding.
+  bool succeeded() const { return succeeded_; }
+  std::size_t factor_entries() const { return panel_.size(); }
+
+  // x = A^-1 b in place, for one or two right-hand sides at once.
+  void solve(std::span<double> b) const;
+  void solve(std::span<double> b, std::span<double> c) const;
+
+ private:
+  // The strict lower triangle by columns, in the order of elimination.
+  struct Lower {
+    std::vector<std::uint32_t> begin, row;
+    std::vector<double> value, diagonal;
+  };
+  Lower permute(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
+                std::span<const std::uint32_t> order);
+  void find_supernodes(const Lower& lower, std::span<const std::uint32_t> parent);
+  void find_rows(const Lower& lower);
+  template <int Count>
+  void solve_permuted(double* x) const;
+
+  std::vector<std::uint32_t> place_;      // unknown -> column of the factor
+  std::vector<std::uint32_t> first_;      // supernodes + 1: first column
+  std::vector<std::uint32_t> parent_;     // supernode above, 0xFFFFFFFF at roots
+  std::vector<std::size_t> row_begin_;    // supernodes + 1 offsets into rows_
+  std::vector<std::uint32_t> rows_;       // rows of a supernode's panel, ascending, its own columns first
+  std::vector<std::size_t> panel_begin_;  // supernodes + 1 offsets into panel_
+  std::vector<double> panel_;             // rows x columns of every supernode, by columns
+  std::vector<std::uint32_t> tree_;       // column -> next column up the elimination tree
+  bool succeeded_ = false;
+};
+
+}  // namespace meander
