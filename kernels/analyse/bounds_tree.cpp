@@ -1,9 +1,10 @@
 #include "kernels/analyse/bounds_tree.h"
 
+#include <array>
 #include <limits>
-#include <numeric>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/radix_sort.h"
 #include "kernels/curve/curve_key.h"
 
 namespace meander {
@@ -36,18 +37,17 @@ std::vector<std::uint32_t> hilbert_order(std::span<const double> low, std::span<
   const std::size_t count = low.size() / 3;
   const Frame frame = frame_of(low, high);
   const double scale = 1 / frame.half;
-  std::vector<std::uint64_t> keys(count);
+  std::vector<KeyIndex> keys(count), scratch;
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vector3 middle{0.5 * (low[3 * i] + high[3 * i]), 0.5 * (low[3 * i + 1] + high[3 * i + 1]),
                            0.5 * (low[3 * i + 2] + high[3 * i + 2])};
-      keys[i] = hilbert_key_3d(scale * (middle - frame.centre));
+      keys[i] = {hilbert_key_3d(scale * (middle - frame.centre)), static_cast<std::uint32_t>(i)};
     }
   });
+  radix_sort(keys, scratch);
   std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return keys[a] != keys[b] ? keys[a] < keys[b] : a < b; });
+  for (std::size_t i = 0; i < count; ++i) order[i] = keys[i].index;
   return order;
 }
 

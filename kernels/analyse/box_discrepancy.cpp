@@ -218,14 +218,6 @@ std::size_t count_in(const PointTree& set, const RotatedBox& box) {
   return count;
 }
 
-// Runs body(i) for every box, as parallel work: one box counts as many cheap elements.
-template <class Body>
-void for_each_box(std::size_t boxes, const Body& body) {
-  constexpr std::size_t elements_per_box = 1024;
-  parallel_blocks(boxes * elements_per_box, elements_per_box,
-                  [&](std::size_t begin, std::size_t) { body(begin / elements_per_box); });
-}
-
 }  // namespace
 
 double area_in_box(std::span<const double> x, std::span<const double> y, std::span<const double> z,
@@ -252,7 +244,7 @@ std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const 
   const RandomKey key = make_random_key(parameters.seed, {});
   std::vector<RotatedBox> drawn(parameters.boxes);
   std::vector<std::uint8_t> kept(parameters.boxes, 0);
-  for_each_box(parameters.boxes, [&](std::size_t i) {
+  parallel_tasks(parameters.boxes, [&](std::size_t i) {
     for (std::uint32_t draw = 0; draw < draws_per_box && kept[i] == 0; ++draw) {
       drawn[i] = draw_box(surface, parameters, key, static_cast<std::uint32_t>(i), draw);
       drawn[i].share = surface.area_in(drawn[i]) / surface.total();
@@ -271,7 +263,7 @@ double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double
   const PointTree set = build_point_tree(points);
   const auto n = static_cast<double>(set.tree.count());
   std::vector<double> squared(boxes.size()), variance(boxes.size());
-  for_each_box(boxes.size(), [&](std::size_t i) {
+  parallel_tasks(boxes.size(), [&](std::size_t i) {
     const double share = boxes[i].share;
     const double error = static_cast<double>(count_in(set, boxes[i])) / n - share;
     squared[i] = error * error;

@@ -31,10 +31,7 @@ RgbImage contact_sheet(std::span<const SheetModel> models, const SheetParameters
   const std::uint32_t step_x = size + gap, step_y = size + label_height + gap;
   RgbImage sheet(gap + columns * step_x, gap + rows * step_y);
 
-  // One cell is work for a task; parallel_blocks counts cheap elements.
-  constexpr std::size_t elements_per_cell = parallel_threshold;
-  parallel_blocks(models.size() * elements_per_cell, elements_per_cell, [&](std::size_t begin, std::size_t) {
-    const std::size_t i = begin / elements_per_cell;
+  parallel_tasks(models.size(), [&](std::size_t i) {
     const SheetModel& model = models[i];
     const auto x = static_cast<std::uint32_t>(gap + i % columns * step_x);
     const auto y = static_cast<std::uint32_t>(gap + i / columns * step_y);
