@@ -17,6 +17,7 @@ struct Camera {
   Vector3 right, up, back;   // orthonormal; `back` points to the eye
   Vector3 centre;            // model point in the middle of the picture
   double scale = 1;          // fine pixels per unit of the model
+  double spacing = 1;        // sqrt(area / N) in fine pixels
   double middle = 0;         // fine pixels from the border to the middle
   double near = 0, far = 1;  // range of depths (along `back`) in fine pixels
 };
@@ -29,8 +30,9 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
 
 bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// Fits all finite points into the picture; false when there are none.
-bool place_camera(Camera& camera, std::span<const float> points, const SplatParameters& parameters) {
+// Fits all finite points and their discs into the picture; false when there are none.
+bool place_camera(Camera& camera, std::span<const float> points, double area,
+                  const SplatParameters& parameters) {
   camera.back = unit(parameters.view);
   camera.right = unit(cross(parameters.up, camera.back));
   camera.up = cross(camera.back, camera.right);
@@ -49,8 +51,14 @@ bool place_camera(Camera& camera, std::span<const float> points, const SplatPara
   }
   if (!(least[0] <= most[0])) return false;
   const double fine = static_cast<double>(parameters.size) * oversampling;
+  // Discs of few samples are kept small, or they would hide the shape.
+  constexpr double largest_spacing = 0.08;
   const double extent = std::max(most[0] - least[0], most[1] - least[1]);
-  camera.scale = extent > 0 ? fine * (1 - 2 * parameters.margin) / extent : 1;
+  double spacing = std::sqrt(area / static_cast<double>(points.size() / 3));
+  if (!(spacing > 0) || !(spacing < largest_spacing * extent)) spacing = largest_spacing * extent;
+  const double room = fine * (1 - 2 * parameters.margin);
+  camera.scale = extent > 0 ? room / (extent + 2 * parameters.disc_radius * spacing) : 1;
+  camera.spacing = extent > 0 ? spacing * camera.scale : largest_spacing * room;
   camera.middle = 0.5 * fine;
   camera.centre = {0, 0, 0};
   for (std::size_t k = 0; k < 3; ++k) camera.centre = camera.centre + (0.5 * (least[k] + most[k])) * axes[k];
@@ -59,22 +67,24 @@ bool place_camera(Camera& camera, std::span<const float> points, const SplatPara
   return true;
 }
 
-// Depth (towards the eye) and brightness of every fine pixel.
+// Every fine pixel: depth (towards the eye), brightness, and 1 where a bead lies, 0 for the discs below.
 struct Canvas {
   std::int64_t size = 0;
-  std::vector<float> depth, light;
+  std::vector<float> depth, light, bead;
 };
 
 // Light on a normal in the camera's frame that faces the eye: a key light from the upper left, a weak one
 // from below right, and what the sky gives.
 float light_on(Vector3 n) {
-  static const Vector3 key = unit({-0.45, 0.65, 0.75}), fill = unit({0.7, -0.35, 0.4});
+  static const Vector3 key = unit({-0.45, -0.65, 0.75}), fill = unit({0.7, 0.35, 0.4});
   const double lit = 0.34 + 0.62 * std::max(0.0, dot(n, key)) + 0.16 * std::max(0.0, dot(n, fill));
   return static_cast<float>(lit);
 }
 
-void draw_disc(Canvas& canvas, Vector3 at, Vector3 normal, double radius) {
-  // Edge-on discs keep a thin outline: a slope of more than 4 would leave gaps at contours.
+// A round spot perpendicular to `normal` (unit, facing the eye). `bend`: how far the normals of a bead lean
+// outwards at its rim, 0 for a flat disc.
+void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double bend) {
+  // Spots seen edge-on keep a thin outline: a slope of more than 4 would leave gaps at contours.
   normal.z = std::max(normal.z, 0.25);
   normal = unit(normal);
   const double slope_x = -normal.x / normal.z, slope_y = -normal.y / normal.z;
@@ -89,15 +99,13 @@ void draw_disc(Canvas& canvas, Vector3 at, Vector3 normal, double radius) {
       const double dz = slope_x * dx + slope_y * dy;
       const double q = (dx * dx + dy * dy + dz * dz) * inverse;
       if (q > 1) continue;
-      // A flat bead: a little higher in the middle, so that discs that overlap meet along a line between
-      // their centres.
-      const auto depth = static_cast<float>(at.z + dz - 0.5 * radius * q);
+      const auto depth = static_cast<float>(at.z + dz);
       const auto i = static_cast<std::size_t>(y * canvas.size + x);
       if (depth <= canvas.depth[i]) continue;
       canvas.depth[i] = depth;
-      const double bend = 0.55 * q / radius;
-      const Vector3 bead = unit(normal + Vector3{bend * dx, bend * dy, bend * dz});
-      canvas.light[i] = light_on(bead) * static_cast<float>(1 - 0.25 * q * q);
+      const double lean = bend / radius;
+      canvas.light[i] = light_on(unit(normal + Vector3{lean * dx, lean * dy, lean * dz}));
+      canvas.bead[i] = bend > 0 ? 1.0f : 0.0f;
     }
 }
 
@@ -148,8 +156,9 @@ std::uint8_t to_byte(float linear) {
 }
 
 RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size) {
-  // Linear colours of the nearest and the farthest samples.
-  constexpr std::array<float, 3> near_colour = {0.93f, 0.47f, 0.16f}, far_colour = {0.20f, 0.36f, 0.62f};
+  // Linear colours: beads from the nearest to the farthest, and the discs below them.
+  constexpr std::array<float, 3> near_colour = {0.80f, 0.16f, 0.03f}, far_colour = {0.05f, 0.16f, 0.48f};
+  constexpr std::array<float, 3> disc_colour = {0.80f, 0.79f, 0.76f};
   RgbImage image(size, size);
   const auto range = static_cast<float>(std::max(camera.near - camera.far, 1e-9));
   for (std::uint32_t y = 0; y < size; ++y)
@@ -161,8 +170,11 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
         const bool empty = canvas.depth[i] == nothing;
         const float t =
             empty ? 0 : std::clamp((static_cast<float>(camera.near) - canvas.depth[i]) / range, 0.0f, 1.0f);
-        for (std::size_t k = 0; k < 3; ++k)
-          sum[k] += empty ? 1.0f : canvas.light[i] * (near_colour[k] + t * (far_colour[k] - near_colour[k]));
+        for (std::size_t k = 0; k < 3; ++k) {
+          const float bead = near_colour[k] + t * (far_colour[k] - near_colour[k]);
+          const float colour = disc_colour[k] + canvas.bead[i] * (bead - disc_colour[k]);
+          sum[k] += empty ? 1.0f : canvas.light[i] * colour;
+        }
       }
       for (std::size_t k = 0; k < 3; ++k)
         image.pixel(x, y)[k] = to_byte(sum[k] / (oversampling * oversampling));
@@ -175,16 +187,16 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
 RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
                        const SplatParameters& parameters) {
   Camera camera;
-  if (!place_camera(camera, points, parameters)) return RgbImage(parameters.size, parameters.size);
+  if (!place_camera(camera, points, area, parameters)) return RgbImage(parameters.size, parameters.size);
   const std::size_t count = points.size() / 3;
-  double radius = parameters.disc_radius * camera.scale * std::sqrt(area / static_cast<double>(count));
-  if (!(radius > 0) || !std::isfinite(radius)) radius = camera.middle / 40;
-  radius = std::clamp(radius, 1.5, 0.5 * camera.middle);
+  const double disc = parameters.disc_radius * camera.spacing;
+  const double bead = std::max(parameters.bead_radius * camera.spacing, 1.5);  // half a pixel at least
 
   Canvas canvas;
   canvas.size = static_cast<std::int64_t>(parameters.size) * oversampling;
   canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), nothing);
   canvas.light.assign(canvas.depth.size(), 0.0f);
+  canvas.bead.assign(canvas.depth.size(), 0.0f);
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3 p = vector_at(points, i), n = vector_at(normals, i);
     if (!finite(p)) continue;
@@ -195,7 +207,10 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     Vector3 facing{dot(camera.right, n), -dot(camera.up, n), dot(camera.back, n)};
     if (!finite(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
-    draw_disc(canvas, at, unit(facing), radius);
+    facing = unit(facing);
+    // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.
+    if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0);
+    draw_spot(canvas, at, facing, bead, 0.7);
   }
   darken_hollows(canvas, camera);
   return resolve(canvas, camera, parameters.size);
