@@ -34,25 +34,16 @@ VertexCorners corners_of_vertices(const PreparedMesh& mesh) {
 // What one triangle gives to the vertex at its corner.
 struct CornerShare {
   double angle = 0;
-  double mixed_area = 0;
   Vector3 area_gradient;
 };
 
 CornerShare corner_share(Vector3 p, Vector3 q, Vector3 r, double area) {
-  const Vector3 to_q = q - p, to_r = r - p, across = r - q;
+  const Vector3 to_q = q - p, to_r = r - p;
   const Vector3 normal = cross(to_q, to_r);
-  const double twice_area = norm(normal), along = dot(to_q, to_r);
+  const double twice_area = norm(normal);
   CornerShare share;
-  share.angle = std::atan2(twice_area, along);
-  if (area <= 0 || twice_area <= 0) return share;
-  share.area_gradient = (0.5 / twice_area) * cross(normal, across);
-  const double at_q = -dot(to_q, across), at_r = dot(to_r, across);
-  if (along < 0)
-    share.mixed_area = area / 2;
-  else if (at_q < 0 || at_r < 0)
-    share.mixed_area = area / 4;
-  else
-    share.mixed_area = (dot(to_q, to_q) * at_r + dot(to_r, to_r) * at_q) / (8 * twice_area);
+  share.angle = std::atan2(twice_area, dot(to_q, to_r));
+  if (area > 0 && twice_area > 0) share.area_gradient = (0.5 / twice_area) * cross(normal, r - q);
   return share;
 }
 
@@ -101,6 +92,16 @@ void fill_unknown(const PreparedMesh& mesh, const VertexCorners& around, std::ve
 
 }  // namespace
 
+double mixed_area_share(Vector3 p, Vector3 q, Vector3 r, double area) {
+  if (!(area > 0)) return 0;
+  const Vector3 to_q = q - p, to_r = r - p, across = r - q;
+  const double at_p = dot(to_q, to_r), at_q = -dot(to_q, across), at_r = dot(to_r, across);
+  if (at_p < 0) return area / 2;
+  if (at_q < 0 || at_r < 0) return area / 4;
+  // Voronoi area: (cot r |pq|^2 + cot q |pr|^2) / 8, with cot = dot / (2 area)
+  return (dot(to_q, to_q) * at_r + dot(to_r, to_r) * at_q) / (16 * area);
+}
+
 VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& cancel) {
   const std::size_t vertices = mesh.vertex_count();
   const VertexCorners around = corners_of_vertices(mesh);
@@ -121,11 +122,12 @@ VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& ca
       for (std::uint32_t k = around.begin[v]; k < around.begin[v + 1]; ++k) {
         const std::uint32_t h = around.corners[k], previous = previous_half_edge(h);
         boundary = boundary || mesh.opposite[h] == no_index || mesh.opposite[previous] == no_index;
-        const CornerShare share =
-            corner_share(mesh.position(mesh.triangles[h]), mesh.position(mesh.triangles[next_half_edge(h)]),
-                         mesh.position(mesh.triangles[previous]), mesh.area[h / 3]);
+        const Vector3 p = mesh.position(mesh.triangles[h]);
+        const Vector3 q = mesh.position(mesh.triangles[next_half_edge(h)]);
+        const Vector3 r = mesh.position(mesh.triangles[previous]);
+        const CornerShare share = corner_share(p, q, r, mesh.area[h / 3]);
         angles += share.angle;
-        area += share.mixed_area;
+        area += mixed_area_share(p, q, r, mesh.area[h / 3]);
         gradient = gradient + share.area_gradient;
       }
       result.mixed_area[v] = area;

@@ -8,6 +8,10 @@
 
 namespace meander {
 
+// The part of a triangle (p, q, r) of the given area that belongs to p: its Voronoi area, or, where the
+// triangle is obtuse, half (at p) or a quarter (elsewhere). The three parts sum to the area.
+double mixed_area_share(Vector3 p, Vector3 q, Vector3 r, double area);
+
 // W values each, working units: area is squared, mean is 1 / length, gaussian 1 / length^2.
 struct VertexCurvature {
   std::vector<double> mixed_area;  // tiles the mesh: the sum is the area
