@@ -56,8 +56,9 @@ CancelToken token_of(const GraphParameters& parameters, const std::atomic<bool>*
   CancelToken token;
   token.cancelled = cancelled;
   if (parameters.timeout_seconds > 0)
-    token.deadline = std::chrono::steady_clock::now() +
-                     std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(parameters.timeout_seconds));
+    token.deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                               std::chrono::duration<double>(parameters.timeout_seconds));
   return token;
 }
 
@@ -80,8 +81,9 @@ struct Envelope {
 // The graph with its books. Lives for one call of run_sampling_graph.
 class SamplingGraph {
  public:
-  SamplingGraph(const std::vector<PlanItem>& plan, const GraphParameters& parameters, const GraphStages& stages,
-                const StoreHeader& header, RowSink& sink, std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+  SamplingGraph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
+                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
+                std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
                 const std::function<void(const FinishedItem&)>& observer)
       : plan_(plan),
         parameters_(parameters),
@@ -91,7 +93,8 @@ class SamplingGraph {
         statistics_(statistics),
         observer_(observer),
         admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
-        admit_items_(graph_, flow::serial, [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
+        admit_items_(graph_, flow::serial,
+                     [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
         write_row_(graph_, flow::serial, [this](Envelope envelope) { return write(std::move(envelope)); }) {
     statistics_ = std::vector<NodeStatistics>(stages.size() + 3);
     statistics_.front().name = "admit_items";
@@ -99,12 +102,15 @@ class SamplingGraph {
     for (std::size_t i = 0; i < stages.size(); ++i) {
       statistics_[i + 1].name = stages[i].name;
       stage_nodes_.push_back(std::make_unique<StageNode>(
-          graph_, flow::unlimited, [this, &stage = stages[i], &node = statistics_[i + 1]](Envelope e) { return work(stage, node, std::move(e)); }));
+          graph_, flow::unlimited, [this, &stage = stages[i], &node = statistics_[i + 1]](Envelope e) {
+            return work(stage, node, std::move(e));
+          }));
       flow::make_edge(*last, *stage_nodes_.back());
       last = stage_nodes_.back().get();
     }
     statistics_[stages.size() + 1].name = "encode_row";
-    encode_row_ = std::make_unique<StageNode>(graph_, flow::unlimited, [this](Envelope e) { return encode(std::move(e)); });
+    encode_row_ = std::make_unique<StageNode>(graph_, flow::unlimited,
+                                              [this](Envelope e) { return encode(std::move(e)); });
     flow::make_edge(*last, *encode_row_);
     statistics_.back().name = "write_row";
     flow::make_edge(*encode_row_, write_row_);
@@ -117,12 +123,14 @@ class SamplingGraph {
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
-    if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 || admission_.bytes_in_flight() != 0 ||
-        (!cancelled_ && result_.stopped))
-      throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) + " taken, " +
-                             std::to_string(result_.written) + " written, " + std::to_string(result_.dropped) + " dropped, " +
+    if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
+        admission_.bytes_in_flight() != 0 || (!cancelled_ && result_.stopped))
+      throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) +
+                             " taken, " + std::to_string(result_.written) + " written, " +
+                             std::to_string(result_.dropped) + " dropped, " +
                              std::to_string(admission_.items_in_flight()) + " items and " +
-                             std::to_string(admission_.bytes_in_flight()) + " bytes in flight, of " + std::to_string(plan_.size()));
+                             std::to_string(admission_.bytes_in_flight()) + " bytes in flight, of " +
+                             std::to_string(plan_.size()));
     return result_;
   }
 
@@ -130,7 +138,8 @@ class SamplingGraph {
   using AdmitNode = flow::multifunction_node<Envelope, std::tuple<Envelope>>;
   using StageNode = flow::function_node<Envelope, Envelope>;
 
-  // Two per thread: one to work on and one that is ready when it ends. A crash has to look at these again, one by one.
+  // Two per thread: one to work on and one that is ready when it ends. A crash has to look at these again,
+  // one by one.
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
@@ -142,7 +151,8 @@ class SamplingGraph {
       enqueue(back.ticket.item, back.needed_bytes, out);
     } else if (!started_) {
       started_ = true;
-      for (std::size_t i = 0; i < plan_.size(); ++i) enqueue(i, std::max<std::uint64_t>(1, plan_[i].reserved_bytes), out);
+      for (std::size_t i = 0; i < plan_.size(); ++i)
+        enqueue(i, std::max<std::uint64_t>(1, plan_[i].reserved_bytes), out);
     }
     if (cancelled_) admission_.drop_waiting();
     while (const auto ticket = admission_.next()) send(*ticket, out);
@@ -155,8 +165,8 @@ class SamplingGraph {
     }
     const Envelope envelope = open_item(index);
     fail(*envelope.item, "admit_items", Status::too_large,
-         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " + std::to_string(parameters_.memory_bytes >> 20) +
-             " MiB (--memory, --allow-oversize)");
+         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
+             std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
     std::get<0>(out).try_put(envelope);
   }
 
@@ -271,7 +281,8 @@ class SamplingGraph {
 void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
   const PlanItem& plan = *item.plan;
   if (!plan.known_format)
-    throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() + "` is none of .off, .obj, .ply, .stl");
+    throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
+                                                    "` is none of .off, .obj, .ply, .stl");
   const MappedFile file(plan.path);
   item.file_bytes = file.bytes().size();
   Row& row = item.model.row;
@@ -293,23 +304,28 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
 
 }  // namespace
 
-GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeader&, const EmbreeDevice& device, ReuseLookup reuse) {
+GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeader&,
+                            const EmbreeDevice& device, ReuseLookup reuse) {
   const auto on_model = [&parameters](void (*stage)(ModelState&, const SampleParameters&)) {
     return [&parameters, stage](GraphItem& item) { stage(item.model, parameters); };
   };
-  return {{"read_mesh", [&parameters, reuse = std::move(reuse)](GraphItem& item) { read_item(item, parameters, reuse); }},
+  return {{"read_mesh",
+           [&parameters, reuse = std::move(reuse)](GraphItem& item) { read_item(item, parameters, reuse); }},
           {"prepare_mesh", on_model(prepare_model)},
           {"cut_to_disk", on_model(cut_model)},
           {"flatten_chart", on_model(flatten_model)},
           {"build_curve", on_model(build_model_curves)},
-          {"locate_vertices", [&parameters, &device](GraphItem& item) { locate_model(item.model, parameters, &device); }},
+          {"locate_vertices",
+           [&parameters, &device](GraphItem& item) { locate_model(item.model, parameters, &device); }},
           {"place_samples", on_model(place_model)}};
 }
 
-GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters, const GraphStages& stages,
-                               const StoreHeader& header, RowSink& sink, std::atomic<bool>& cancelled,
-                               std::vector<NodeStatistics>& statistics, const std::function<void(const FinishedItem&)>& observer) {
-  const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(parameters.threads));
+GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
+                               const GraphStages& stages, const StoreHeader& header, RowSink& sink,
+                               std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                               const std::function<void(const FinishedItem&)>& observer) {
+  const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(parameters.threads));
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
   arena.execute([&] {
