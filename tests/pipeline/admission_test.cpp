@@ -56,7 +56,8 @@ TEST_CASE("Admission: small items fill up beside a large one and never keep a wa
   std::vector<Admission::Ticket> ahead;
   while (const auto ticket = admission.next()) ahead.push_back(*ticket);
   CHECK(ahead.size() == 2);  // 20 bytes are free, and 30 would be beside the giant
-  // Small items go on ending and starting while the first giant runs: the waiting one must start as soon as it ends.
+  // Small items go on ending and starting while the first giant runs: the waiting one must start as soon as
+  // it ends.
   for (int round = 0; round < 10; ++round) {
     admission.release(ahead.back());
     ahead.pop_back();

@@ -1,5 +1,5 @@
-// The graph on items made in memory, with failures put into every node (the traps of flow graphs: lost messages, holes,
-// re-entered bodies, exceptions that cancel everything, books that do not balance).
+// The graph on items made in memory, with failures put into every node (the traps of flow graphs: lost
+// messages, holes, re-entered bodies, exceptions that cancel everything, books that do not balance).
 #include "pipeline/sampling_graph.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -126,11 +126,13 @@ TEST_CASE("sampling graph: every kind of exception in every node becomes that it
       };
       std::vector<std::string> told;
       const GraphResult result = setup.run(stages, [&](const FinishedItem& item) {
-        if (item.report.status != Status::ok) told.push_back(item.plan.id + " in " + std::string(item.failed_in));
+        if (item.report.status != Status::ok)
+          told.push_back(item.plan.id + " in " + std::string(item.failed_in));
       });
       CHECK(result.written == 60);
       CHECK(result.failed == 1);
-      const Status expected[] = {Status::zero_area, Status::out_of_memory, Status::internal, Status::internal};
+      const Status expected[] = {Status::zero_area, Status::out_of_memory, Status::internal,
+                                 Status::internal};
       CHECK(setup.sink.rows.at(30).report.status == expected[kind]);
       CHECK_FALSE(setup.sink.rows.at(30).report.reason.empty());
       CHECK(setup.sink.rows.at(31).report.status == Status::ok);
@@ -199,7 +201,8 @@ TEST_CASE("sampling graph: a sink that fails ends the run with its exception, no
 TEST_CASE("sampling graph: it stops once too many items failed") {
   Setup setup(1000);
   setup.parameters.max_failures = 10;
-  const GraphResult result = setup.run(three_stages([](GraphItem&) { throw ItemError(Status::empty, "nothing"); }));
+  const GraphResult result =
+      setup.run(three_stages([](GraphItem&) { throw ItemError(Status::empty, "nothing"); }));
   CHECK(result.stopped);
   CHECK(result.failed > 10);
   CHECK(result.failed < 100);
@@ -219,7 +222,8 @@ TEST_CASE("sampling graph: a file larger than reserved goes back to the queue wi
   CHECK(result.peak_reserved_bytes <= 20);
 }
 
-TEST_CASE("sampling graph: an item that needs more than the budget is too_large, and runs alone when allowed") {
+TEST_CASE(
+    "sampling graph: an item that needs more than the budget is too_large, and runs alone when allowed") {
   for (const bool allowed : {false, true}) {
     Setup setup(20);
     setup.plan[5].reserved_bytes = 100;
