@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -126,7 +127,9 @@ void release_reserved(const FileDescriptor& file, const fs::path& path) {
 }
 
 std::uint32_t checksum_of_file(const FileDescriptor& file, std::uint64_t begin, const fs::path& path) {
-  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  const std::uint64_t size = file_size(file, path);
+  // One byte more than a small file has, so that the first read meets its end.
+  std::vector<std::byte> buffer(std::min<std::uint64_t>(size + 1, std::uint64_t{1} << 20));
   std::uint32_t checksum = 0;
   for (std::uint64_t offset = begin;;) {
     const std::size_t count = read_at(file, buffer, offset, path);
