@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "kernels/flatten/flatten_chart.h"
+#include "kernels/flatten/orient2d.h"
 
 namespace meander {
 
@@ -28,17 +29,21 @@ inline double uv_area(const UvTriangle& t) {
   return 0.5 * std::abs((t.u[1] - t.u[0]) * (t.v[2] - t.v[0]) - (t.u[2] - t.u[0]) * (t.v[1] - t.v[0]));
 }
 
-// True only where the point is inside beyond any rounding of the three edge tests (the error bound of
-// Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric predicates").
+// Sign of the turn, exact: 1 counter-clockwise, -1 clockwise, 0 without area.
+inline int orientation(const UvTriangle& t) {
+  const double twice_area = orient2d(t.u[0], t.v[0], t.u[1], t.v[1], t.u[2], t.v[2]);
+  return (twice_area > 0) - (twice_area < 0);
+}
+
+// Exact: false on the border, so that no point is strictly inside two triangles of a map that does not
+// overlap.
 inline bool strictly_inside(const UvTriangle& t, double u, double v) {
-  constexpr double bound = 4e-16;
   int positive = 0, negative = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
-    const double left = (t.u[k] - u) * (t.v[next] - v), right = (t.v[k] - v) * (t.u[next] - u);
-    const double error = bound * (std::abs(left) + std::abs(right));
-    positive += left - right > error;
-    negative += right - left > error;
+    const double side = orient2d(t.u[k], t.v[k], t.u[next], t.v[next], u, v);
+    positive += side > 0;
+    negative += side < 0;
   }
   return positive == 3 || negative == 3;
 }

@@ -29,8 +29,8 @@ struct ChartWork {
   std::uint64_t rays = 0, multiple_hits = 0;
 };
 
-// Those of the hits that cover the point in double precision too: rays through borders, and what float32 did
-// to the chart, make no overlap.
+// Those of the hits that cover the point in the double precision chart too, exactly: rays through borders,
+// and what float32 did to the chart, make no overlap.
 std::span<const std::uint32_t> sure_hits(const FlatChart& chart, std::span<const std::uint32_t> hits,
                                          double u, double v,
                                          std::array<std::uint32_t, most_hits_per_ray>& storage) {
@@ -78,11 +78,22 @@ void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, D
   work.rays += refine_by_rays(tree, scene, depths, cancel, random_point, visit);
 }
 
-// Step 3: what else lies over the centroid of each triangle, then the sheets. Neighbours in conflict are not
-// left out: a fold is exactly that. What must be left out is the touching of neighbours along a border, and
-// sure_hits does that.
-void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetParameters& parameters,
-                       const CancelToken& cancel) {
+// Neighbours that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays
+// say.
+void add_folds(const FlatChart& chart, std::vector<Conflict>& conflicts) {
+  const std::size_t triangles = chart.cut.triangle_count();
+  std::vector<int> turn(triangles);
+  for (std::size_t t = 0; t < triangles; ++t) turn[t] = orientation(uv_triangle(chart, t));
+  for (std::uint32_t h = 0; h < chart.cut.opposite.size(); ++h) {
+    const std::uint32_t other = chart.cut.opposite[h];
+    if (other != no_index && h < other && turn[h / 3] * turn[other / 3] < 0)
+      conflicts.push_back({std::min(h / 3, other / 3), std::max(h / 3, other / 3)});
+  }
+}
+
+// What else lies over the centroid of each triangle. Pairs of neighbours count as all others do: the touching
+// along a border, which is no conflict, sure_hits leaves out.
+void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const CancelToken& cancel) {
   const std::size_t triangles = work.masses.size();
   std::vector<float> u(triangles), v(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
@@ -102,6 +113,13 @@ void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetPara
     for (const std::uint32_t other : sure)
       if (other != t) work.conflicts.push_back({std::min(t, other), std::max(t, other)});
   }
+}
+
+// Step 3.
+void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetParameters& parameters,
+                       const CancelToken& cancel) {
+  add_folds(work.chart, work.conflicts);
+  add_centroid_conflicts(work, scene, cancel);
   const std::vector<std::uint8_t> sheet =
       separate_sheets(work.chart.cut.opposite, work.masses, std::move(work.conflicts), parameters);
   std::copy(sheet.begin(), sheet.end(), work.sheet.begin());

@@ -1,12 +1,12 @@
 // The survey's locator: curve vertices at the leaf centres, local areas by Meyer et al. at the mesh vertices.
 //
 // The area of a leaf is its UV area times the area factor at its curve vertex. The factor of a mesh vertex is
-// its mixed area (Meyer et al. 2003) over a third of the UV areas around it, and is linear over triangles in
+// its mixed area (Meyer et al. 2003) on the surface over that on the chart, and is linear over triangles in
 // between. That is defined wherever a triangle is hit, however the spacing of curve vertices compares with
 // that of mesh vertices (sharing out each vertex's mixed area among the curve vertices nearest to it is not:
-// a mesh vertex without one loses its area, and leaves of unequal size get equal shares). And its integral
-// over the chart is the exact area, so that as the curve gets finer only the borders of triangles are
-// blurred: the linear factor moves area between triangles that meet at a vertex.
+// a mesh vertex without one loses its area, and leaves of unequal size get equal shares). It is exact where
+// the chart is a similarity, and near where it is conformal, since angles decide how a triangle is shared
+// out.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -38,19 +38,21 @@ struct CurveVertices {
   }
 };
 
-// Mixed area over a third of the UV areas, per chart vertex; 0 where the chart has no area.
+// Mixed area on the surface over mixed area on the chart, per chart vertex; 0 where the chart has none.
 std::vector<double> area_factors(const PreparedMesh& mesh, const Component& component,
                                  const FlatChart& chart) {
   std::vector<double> mixed(chart.cut.vertex_count(), 0.0), flat(chart.cut.vertex_count(), 0.0);
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
     const std::size_t local = t - component.triangle_begin;
-    const double third = uv_area(uv_triangle(chart, local)) / 3;
-    std::array<Vector3, 3> corner;
-    for (std::size_t k = 0; k < 3; ++k) corner[k] = mesh.position(mesh.triangles[3 * t + k]);
+    const UvTriangle map = uv_triangle(chart, local);
+    const double flat_area = uv_area(map);
     for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
       const std::uint32_t vertex = chart.cut.triangles[3 * local + k];
-      mixed[vertex] += mixed_area_share(corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3], mesh.area[t]);
-      flat[vertex] += third;
+      const auto at = [&](std::size_t corner) { return mesh.position(mesh.triangles[3 * t + corner]); };
+      const auto flat_at = [&](std::size_t corner) { return Vector3{map.u[corner], map.v[corner], 0}; };
+      mixed[vertex] += mixed_area_share(at(k), at(next), at(last), mesh.area[t]);
+      flat[vertex] += mixed_area_share(flat_at(k), flat_at(next), flat_at(last), flat_area);
     }
   }
   for (std::size_t v = 0; v < mixed.size(); ++v) mixed[v] = flat[v] > 0 ? mixed[v] / flat[v] : 0.0;
