@@ -132,6 +132,15 @@ void check_prefixes(Model& model, std::span<const RotatedBox> boxes, std::uint32
 
 std::string label(MethodChoice method) { return method == MethodChoice::direct ? "direct" : "conformal"; }
 
+void check_shared_prefixes(MethodChoice method) {
+  for (const char* file : {"bunny_closed.off", "maxplanck_25k.off"}) {
+    INFO(file);
+    Model model = flattened(shared_mesh(file), method);
+    const std::vector<RotatedBox> boxes = boxes_on(model);
+    for (const std::uint32_t n : {2048u, 3000u, 100000u}) check_prefixes(model, boxes, n, 20, 0.10, 0.30);
+  }
+}
+
 // Root mean square ratio of the samples of `file` seen on the flat mesh, where boxes tell the layers apart.
 double unfolded_ratio(const PolygonMesh& file, const FlatMesh& flat, MethodChoice method, std::uint32_t n,
                       std::uint64_t seeds) {
@@ -236,15 +245,14 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
   }
 }
 
-TEST_CASE("sampling quality: prefixes on the shared meshes", "[slow]") {
+TEST_CASE("sampling quality: prefixes on the shared meshes, direct", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
-  for (const char* file : {"bunny_closed.off", "maxplanck_25k.off"})
-    for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal})
-      for (const std::uint32_t n : {2048u, 3000u, 100000u}) {
-        INFO(file << ", " << label(method));
-        Model model = flattened(shared_mesh(file), method);
-        check_prefixes(model, boxes_on(model), n, 20, 0.10, 0.30);
-      }
+  check_shared_prefixes(MethodChoice::direct);
+}
+
+TEST_CASE("sampling quality: prefixes on the shared meshes, conformal", "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  check_shared_prefixes(MethodChoice::conformal);
 }
 
 TEST_CASE("sampling quality: thin plates and folded sheets, many sizes", "[slow]") {
