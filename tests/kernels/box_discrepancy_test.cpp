@@ -145,8 +145,8 @@ TEST_CASE("area_in_box: cap of a sphere") {
   const PolygonMesh sphere = icosphere(5);
   for (const double height : {-0.5, 0.0, 0.3, 0.8}) {
     RotatedBox box = straight_box({0, 0, height + 5}, 5, 5, 5);
-    // Edges are at most 0.041 long: the polyhedron lies up to 2e-4 below the sphere, so its area is up to 4e-4
-    // smaller and the cut up to 2e-4 lower, which is 1e-3 of the smallest cap.
+    // Edges are at most 0.041 long: the polyhedron lies up to 2e-4 below the sphere, so its area is up to
+    // 4e-4 smaller and the cut up to 2e-4 lower, which is 1e-3 of the smallest cap.
     CHECK(area_in_box(sphere, box) == Approx(2 * std::numbers::pi * (1 - height)).epsilon(1.5e-3));
     const PolygonMesh turned = moved(sphere, 1, 0, 0, 0);
     CHECK(area_in_box(turned, box) == Approx(2 * std::numbers::pi * (1 - height)).epsilon(1.5e-3));

@@ -32,7 +32,8 @@ TEST_CASE("random_pair: streams and counters do not repeat each other") {
   const RandomKey key = make_random_key(7, {});
   for (const Stream stream : {Stream::sequence, Stream::element_key, Stream::element_point})
     for (std::uint64_t index = 0; index < 100; ++index)
-      for (std::uint32_t counter = 0; counter < 3; ++counter) seen.insert(random_pair(key, stream, index, counter).first);
+      for (std::uint32_t counter = 0; counter < 3; ++counter)
+        seen.insert(random_pair(key, stream, index, counter).first);
   CHECK(seen.size() == 900);
 }
 
