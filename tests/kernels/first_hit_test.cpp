@@ -93,7 +93,8 @@ TEST_CASE("locate_first_hit: on an isometric chart the leaves over the surface a
 }
 
 TEST_CASE("locate_first_hit: the total comes near the area") {
-  // On a similarity the factor is exact, and only the border of the chart is blurred, ever less.
+  // On a similarity the factor is exact. What is lost are the leaves at the chart's border whose centre
+  // misses it (nothing splits those further), ever less with finer trees.
   double last = 1;
   for (const std::uint64_t samples : {16u, 256u, 4096u}) {
     const double error = std::abs(
@@ -102,7 +103,7 @@ TEST_CASE("locate_first_hit: the total comes near the area") {
     CHECK(error < 0.7 * last);
     last = error;
   }
-  CHECK(last < 1e-3);
+  CHECK(last < 5e-3);
   // Where the chart stretches (slopes up to 1.4, seen from above) the mixed areas leave a bias.
   const Found steep = first_hit(wavy_grid(25, 25, 0.3, bumps), turned, 1024);
   CHECK(std::abs(steep.ratio() - 1) < 0.02);
