@@ -16,7 +16,9 @@ struct CutParameters {
 };
 
 // A component with its cut: local numbering, vertices duplicated along the seams. One disk.
+// Chart triangle t is working triangle triangle_begin + t of the PreparedMesh.
 struct CutChart {
+  std::uint32_t triangle_begin = 0;
   std::vector<std::uint32_t> triangles;      // 3 T chart vertices
   std::vector<std::uint32_t> opposite;       // 3 T half-edges of this chart, no_index on the boundary
   std::vector<std::uint32_t> source_vertex;  // chart vertex -> working vertex of the PreparedMesh
@@ -28,9 +30,12 @@ struct CutChart {
 };
 
 // Tree-cotree for handles (Eppstein 2003; Erickson and Whittlesey 2005), boundary loops joined by shortest
-// paths, then farthest-point extremity seams. Postconditions, checked (ItemError(internal) when broken):
-// connected, V - E + F = 1, exactly one boundary loop of at least three edges, every vertex fan a half-disk
-// or disk. Cost: O(T log T). Deterministic; throws timeout / RunCancelled from `cancel`.
+// paths, then farthest-point extremity seams: shortest paths from the farthest vertex to everything cut so
+// far, as long as it is farther away than half the radius of a flat disk of the component's area. A closed
+// surface of genus 0 first gets a path between two far vertices, which counts as two seams. Postconditions,
+// checked (ItemError(internal) when broken): connected, V - E + F = 1, exactly one boundary loop of at least
+// three edges, every vertex fan a half-disk or disk. Cost: O(T log T). Deterministic; throws timeout /
+// RunCancelled from `cancel`.
 CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 

@@ -1,0 +1,81 @@
+// The vertices and edges of one component as a weighted graph, and shortest paths in it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/cut/radix_heap.h"
+#include "kernels/mesh/prepared_mesh.h"
+
+namespace meander {
+
+// An interior edge seen from one of its ends.
+struct SeamArc {
+  std::uint32_t vertex;     // the other end
+  std::uint32_t half_edge;  // runs from this vertex to the other one
+  double length;            // >= 0, working units
+};
+
+// A component (or a chart) with T triangles and V vertices, both counted from 0. Arcs of vertex v:
+// arcs[arc_begin[v]] .. arcs[arc_begin[v + 1]]; only interior edges, boundary edges are never cut.
+struct SeamGraph {
+  std::vector<std::uint32_t> triangles;      // 3 T
+  std::vector<std::uint32_t> opposite;       // 3 T, no_index at a boundary
+  std::vector<std::uint32_t> source_vertex;  // V working vertices
+  std::vector<std::uint32_t> arc_begin;      // V + 1
+  std::vector<SeamArc> arcs;
+  std::vector<std::uint32_t> loop;           // V: number of the boundary loop, no_index for interior vertices
+  std::vector<std::uint32_t> loop_begin;     // loops + 1 offsets into loop_vertices
+  std::vector<std::uint32_t> loop_vertices;  // every boundary vertex once, loop by loop
+
+  std::size_t vertex_count() const { return source_vertex.size(); }
+  std::size_t triangle_count() const { return triangles.size() / 3; }
+  std::size_t loop_count() const { return loop_begin.size() - 1; }
+  std::uint32_t origin(std::uint32_t half_edge) const { return triangles[half_edge]; }
+  std::uint32_t target(std::uint32_t half_edge) const { return triangles[next_half_edge(half_edge)]; }
+  // Both half-edges of an edge give the same number.
+  std::uint32_t edge_name(std::uint32_t half_edge) const {
+    return opposite[half_edge] < half_edge ? opposite[half_edge] : half_edge;
+  }
+};
+
+// The component with its own numbering, arcs and boundary loops. O(T).
+SeamGraph make_seam_graph(const PreparedMesh& mesh, const Component& component);
+
+// Length of a half-edge between working vertices of the mesh.
+double edge_length(const PreparedMesh& mesh, std::uint32_t from, std::uint32_t to);
+
+// Distances along edges from a growing set of sources (Dijkstra). Adding sources later only visits what they
+// improve. Deterministic: ties fall by the order in which vertices were reached.
+class ShortestPaths {
+ public:
+  explicit ShortestPaths(const SeamGraph& graph)
+      : graph_(graph), distance_(graph.vertex_count(), unreached), arrival_(graph.vertex_count(), no_index) {}
+
+  static constexpr double unreached = 1e300;
+
+  void add_source(std::uint32_t vertex);
+  // With `whole_loops`, reaching one vertex of a boundary loop reaches all of them at the same distance.
+  void run(const CancelToken& cancel, bool whole_loops = false);
+
+  double distance(std::uint32_t vertex) const { return distance_[vertex]; }
+  // The half-edge through which the vertex was reached (it ends there); no_index at sources.
+  std::uint32_t arrival(std::uint32_t vertex) const { return arrival_[vertex]; }
+  // The farthest vertex that was reached, the smallest number among equals.
+  std::uint32_t farthest() const;
+  // Half-edges from `vertex` back to a source, each from its arrival.
+  std::vector<std::uint32_t> path_to(std::uint32_t vertex) const;
+
+ private:
+  void reach_loop(std::uint32_t vertex, double distance);
+
+  const SeamGraph& graph_;
+  std::vector<double> distance_;
+  std::vector<std::uint32_t> arrival_;
+  std::vector<std::uint8_t> loop_reached_;
+  RadixHeap heap_;
+};
+
+}  // namespace meander

@@ -1,0 +1,23 @@
+// Boundary-first flattening (Sawhney and Crane 2017, "Boundary first flattening", ACM TOG 37(1)).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/flatten/intrinsic_disk.h"
+
+namespace meander {
+
+struct ConformalMap {
+  bool finite = false;            // false: the solver failed, the other fields mean nothing
+  std::vector<double> u, v;       // V, lengths on the boundary close to those of the disk
+  std::vector<double> log_scale;  // V, 0 on the boundary
+  double turning = 0;             // sum of the boundary's target turning angles, 2 pi up to rounding
+};
+
+// The discrete conformal map of least area distortion: log scale 0 on the boundary. The boundary polygon is
+// closed by a least-squares correction of its lengths, both coordinates are extended harmonically with the
+// one factorisation. Does not check for flips. Lengths must be mollified. O(V^1.5).
+ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken& cancel = {});
+
+}  // namespace meander

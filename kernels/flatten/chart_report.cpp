@@ -1,0 +1,193 @@
+#include "kernels/flatten/chart_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/flatten/orient2d.h"
+
+namespace meander {
+
+namespace {
+
+constexpr double thinnest = 1e-12;           // area / longest edge^2 of a triangle that counts
+constexpr double largest_distortion = 1e12;  // what a collapsed triangle is reported as
+
+struct Uv {
+  double u, v;
+};
+
+// Marks the cells whose centres lie in the triangle. Edges are evaluated from their lower end, so that
+// neighbours share every centre out exactly once.
+class CoverageRaster {
+ public:
+  explicit CoverageRaster(std::size_t side) : side_(side), cells_(side * side, 0) {}
+
+  void add(Uv a, Uv b, Uv c) {
+    Uv p[3] = {scaled(a), scaled(b), scaled(c)};
+    std::sort(p, p + 3, [](Uv x, Uv y) { return x.v < y.v || (x.v == y.v && x.u < y.u); });
+    const std::ptrdiff_t begin = first_centre(p[0].v), end = first_centre(p[2].v);
+    for (std::ptrdiff_t row = begin; row < end; ++row) {
+      const double centre = static_cast<double>(row) + 0.5;
+      double left = crossing(p[0], p[2], centre);
+      double right = centre < p[1].v ? crossing(p[0], p[1], centre) : crossing(p[1], p[2], centre);
+      if (left > right) std::swap(left, right);
+      std::uint8_t* cells = cells_.data() + static_cast<std::size_t>(row) * side_;
+      const std::ptrdiff_t last = first_centre(right);
+      for (std::ptrdiff_t column = first_centre(left); column < last; ++column)
+        cells[column] = cells[column] == 0 ? 1 : 2;
+    }
+  }
+
+  double overlap() const {
+    std::size_t covered = 0, twice = 0;
+    for (const std::uint8_t cell : cells_) {
+      covered += cell > 0;
+      twice += cell > 1;
+    }
+    return covered == 0 ? 0.0 : static_cast<double>(twice) / static_cast<double>(covered);
+  }
+
+ private:
+  Uv scaled(Uv p) const { return {p.u * static_cast<double>(side_), p.v * static_cast<double>(side_)}; }
+  // The first cell whose centre is at or above x.
+  std::ptrdiff_t first_centre(double x) const {
+    return std::clamp(static_cast<std::ptrdiff_t>(std::ceil(x - 0.5)), std::ptrdiff_t{0},
+                      static_cast<std::ptrdiff_t>(side_));
+  }
+  static double crossing(Uv low, Uv high, double v) {
+    return low.u + (v - low.v) * ((high.u - low.u) / (high.v - low.v));
+  }
+
+  std::size_t side_;
+  std::vector<std::uint8_t> cells_;
+};
+
+double finite_ratio(double large, double small) {
+  return small > large / 1e300 ? large / small : (large > 0 ? 1e300 : 1.0);
+}
+
+}  // namespace
+
+ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart) {
+  ChartGeometry geometry;
+  const std::size_t count = chart.triangle_count();
+  geometry.length = chart_edge_lengths(mesh, chart);
+  geometry.area.resize(count);
+  geometry.counts.resize(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const double* l = &geometry.length[3 * t];
+    const double longest = std::max({l[0], l[1], l[2]});
+    geometry.area[t] = mesh.area[chart.triangle_begin + t];
+    geometry.counts[t] = geometry.area[t] > thinnest * longest * longest;
+    if (geometry.counts[t]) geometry.total_area += geometry.area[t];
+  }
+  return geometry;
+}
+
+std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> triangles,
+                                             std::span<const std::uint8_t> counts, std::span<const double> u,
+                                             std::span<const double> v) {
+  std::vector<std::uint32_t> flipped;
+  for (std::uint32_t t = 0; t < counts.size(); ++t) {
+    if (!counts[t]) continue;
+    const std::uint32_t a = triangles[3 * t], b = triangles[3 * t + 1], c = triangles[3 * t + 2];
+    if (!(orient2d(u[a], v[a], u[b], v[b], u[c], v[c]) > 0)) flipped.push_back(t);
+  }
+  return flipped;
+}
+
+double triangle_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                           std::span<const double> u, std::span<const double> v, std::uint32_t triangle) {
+  const double* l = &geometry.length[3 * std::size_t{triangle}];
+  const std::uint32_t* corner = &triangles[3 * std::size_t{triangle}];
+  int base = 0;  // the longest edge lies along the first axis of the triangle's own frame
+  for (int k = 1; k < 3; ++k)
+    if (l[k] > l[base]) base = k;
+  const double a = l[base], b = l[(base + 1) % 3], c = l[(base + 2) % 3];
+  const double x = 0.5 * (a + (c - b) * (c + b) / a), y = 2 * geometry.area[triangle] / a;
+  const std::uint32_t p = corner[base], q = corner[(base + 1) % 3], r = corner[(base + 2) % 3];
+  const double ux = (u[q] - u[p]) / a, vx = (v[q] - v[p]) / a;
+  const double uy = ((u[r] - u[p]) - ux * x) / y, vy = ((v[r] - v[p]) - vx * x) / y;
+  const double conformal = std::hypot(ux + vy, vx - uy), anti = std::hypot(ux - vy, vx + uy);
+  const double large = conformal + anti, small = std::abs(conformal - anti);
+  return large < largest_distortion * small ? large / small : largest_distortion;
+}
+
+double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                       std::span<const double> u, std::span<const double> v) {
+  double sum = 0;
+  for (std::uint32_t t = 0; t < geometry.counts.size(); ++t)
+    if (geometry.counts[t]) sum += geometry.area[t] * triangle_distortion(geometry, triangles, u, v, t);
+  return geometry.total_area > 0 ? sum / geometry.total_area : 1.0;
+}
+
+std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std::span<const double> v) {
+  std::vector<std::uint8_t> on_boundary(chart.vertex_count(), 0);
+  for (std::uint32_t h = 0; h < chart.opposite.size(); ++h)
+    if (chart.opposite[h] == no_index) on_boundary[chart.triangles[h]] = 1;
+  const auto interior = std::count(on_boundary.begin(), on_boundary.end(), std::uint8_t{0});
+  // Signed angles of a triangle sum to +-pi, those round an interior vertex to 2 pi times its winding.
+  double total = 0;
+  for (std::size_t t = 0; t < chart.triangle_count(); ++t) {
+    const std::uint32_t* c = &chart.triangles[3 * t];
+    const double sign = orient2d(u[c[0]], v[c[0]], u[c[1]], v[c[1]], u[c[2]], v[c[2]]) < 0 ? -1.0 : 1.0;
+    total += sign * std::numbers::pi;
+    for (int k = 0; k < 3; ++k) {
+      if (!on_boundary[c[k]]) continue;
+      const std::uint32_t p = c[k], q = c[(k + 1) % 3], r = c[(k + 2) % 3];
+      const double ax = u[q] - u[p], ay = v[q] - v[p], bx = u[r] - u[p], by = v[r] - v[p];
+      total -= sign * std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
+    }
+  }
+  return std::llround(total / (2 * std::numbers::pi)) - static_cast<std::int64_t>(interior);
+}
+
+double overlap_share(std::span<const std::uint32_t> triangles, std::span<const double> u,
+                     std::span<const double> v) {
+  const double wanted = std::sqrt(8.0 * static_cast<double>(triangles.size() / 3));
+  std::size_t side = 16;
+  while (side < 512 && static_cast<double>(side) < wanted) side *= 2;
+  CoverageRaster raster(side);
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const std::uint32_t a = triangles[t], b = triangles[t + 1], c = triangles[t + 2];
+    raster.add({u[a], v[a]}, {u[b], v[b]}, {u[c], v[c]});
+  }
+  return raster.overlap();
+}
+
+void measure_chart(const ChartGeometry& geometry, const CutChart& chart, std::span<const double> u,
+                   std::span<const double> v, ChartReport& report) {
+  const std::size_t count = chart.triangle_count();
+  report.triangles = static_cast<std::uint32_t>(count);
+  report.area = 0;
+  for (const double a : geometry.area) report.area += a;
+  report.flips = static_cast<std::uint32_t>(flipped_triangles(chart.triangles, geometry.counts, u, v).size());
+  double weighted = 0, smallest = std::numeric_limits<double>::infinity(), largest = 0;
+  double shortest = std::numeric_limits<double>::infinity();
+  report.max_distortion = 1;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const std::uint32_t* c = &chart.triangles[3 * std::size_t{t}];
+    const double u1 = u[c[1]] - u[c[0]], v1 = v[c[1]] - v[c[0]];
+    const double u2 = u[c[2]] - u[c[0]], v2 = v[c[2]] - v[c[0]];
+    const double u3 = u2 - u1, v3 = v2 - v1;
+    shortest = std::min({shortest, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3});
+    if (!geometry.counts[t]) continue;
+    const double ratio = 0.5 * std::abs(u1 * v2 - u2 * v1) / geometry.area[t];
+    smallest = std::min(smallest, ratio);
+    largest = std::max(largest, ratio);
+    const double q = triangle_distortion(geometry, chart.triangles, u, v, t);
+    report.max_distortion = std::max(report.max_distortion, q);
+    weighted += geometry.area[t] * q;
+  }
+  report.mean_distortion = geometry.total_area > 0 ? std::max(1.0, weighted / geometry.total_area) : 1.0;
+  report.area_scale_range = geometry.total_area > 0 ? finite_ratio(largest, smallest) : 1.0;
+  report.min_uv_edge = std::sqrt(shortest);
+  report.overlap = count > 1 ? overlap_share(chart.triangles, u, v) : 0.0;
+}
+
+}  // namespace meander

@@ -1,0 +1,50 @@
+// What a flat chart does to the surface: flips, distortion, overlap.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/flatten/flatten_chart.h"
+
+namespace meander {
+
+// 3-D side of a chart, the same for every try on it. A triangle counts when its area is above 1e-12 of its
+// longest edge squared: thinner ones have no direction in double.
+struct ChartGeometry {
+  std::vector<double> length;        // 3 T edge lengths in space, not mollified
+  std::vector<double> area;          // T
+  std::vector<std::uint8_t> counts;  // T: 1 where the triangle counts
+  double total_area = 0;             // of the triangles that count
+};
+ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart);
+
+// Chart triangles that count and whose UV orientation is not positive (exact sign). O(T).
+std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> triangles,
+                                             std::span<const std::uint8_t> counts, std::span<const double> u,
+                                             std::span<const double> v);
+
+// Ratio of the singular values of the map of triangle t, in [1, 1e12].
+double triangle_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                           std::span<const double> u, std::span<const double> v, std::uint32_t triangle);
+
+// Area-weighted mean of triangle_distortion over the triangles that count. O(T).
+double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+                       std::span<const double> u, std::span<const double> v);
+
+// Sum over interior vertices of (times their triangles wind round them in UV - 1): 0 for a map that is
+// locally injective, given that no triangle is flipped. O(T).
+std::int64_t branch_points(const CutChart& chart, std::span<const double> u, std::span<const double> v);
+
+// Share of the covered UV area that more than one triangle covers, on a raster whose resolution is the power
+// of two in 16 .. 512 next above sqrt(8 T); a cell is covered by the triangles that contain its centre. UV in
+// [0, 1]^2. O(T + cells).
+double overlap_share(std::span<const std::uint32_t> triangles, std::span<const double> u,
+                     std::span<const double> v);
+
+// Everything of ChartReport that follows from the map; method, extra seams and repaired triangles are left
+// alone.
+void measure_chart(const ChartGeometry& geometry, const CutChart& chart, std::span<const double> u,
+                   std::span<const double> v, ChartReport& report);
+
+}  // namespace meander

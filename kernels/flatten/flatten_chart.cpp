@@ -1,0 +1,206 @@
+#include "kernels/flatten/flatten_chart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "kernels/flatten/boundary_first.h"
+#include "kernels/flatten/chart_report.h"
+#include "kernels/flatten/fit_square.h"
+#include "kernels/flatten/intrinsic_delaunay.h"
+#include "kernels/flatten/mean_value.h"
+#include "kernels/flatten/repair_flips.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::uint32_t seams_per_try = 4;  // tentacles that get their seam in one go
+constexpr std::uint32_t patience = 3;       // tries without progress in q before the best one is kept
+constexpr double progress = 0.995;          // of the best mean q so far
+
+// A cut chart with its geometry: what every try on this cut shares.
+struct CutDisk {
+  CutChart cut;
+  ChartGeometry geometry;
+  IntrinsicDisk disk;  // mollified
+
+  CutDisk(const PreparedMesh& mesh, CutChart chart) : cut(std::move(chart)) {
+    geometry = chart_geometry(mesh, cut);
+    disk.triangles = cut.triangles;
+    disk.opposite = cut.opposite;
+    disk.length = geometry.length;
+    disk.vertex_count = static_cast<std::uint32_t>(cut.vertex_count());
+    mollify(disk.length);
+  }
+};
+
+struct Try {
+  bool finite = false;
+  std::vector<double> u, v;  // in the unit square
+  std::vector<double> log_scale;
+  double least_log_scale = 0;
+  double mean_distortion = std::numeric_limits<double>::infinity();
+  std::uint32_t repaired = 0;
+  bool sound = false;  // no flips, no branch points
+};
+
+void judge(const CutDisk& chart, Try& attempt) {
+  attempt.sound =
+      attempt.finite &&
+      flipped_triangles(chart.cut.triangles, chart.geometry.counts, attempt.u, attempt.v).empty() &&
+      branch_points(chart.cut, attempt.u, attempt.v) == 0;
+}
+
+Try try_conformal(const CutDisk& chart, const IntrinsicDisk& disk, const CancelToken& cancel) {
+  Try attempt;
+  ConformalMap map = flatten_boundary_first(disk, cancel);
+  attempt.log_scale = std::move(map.log_scale);
+  attempt.finite = map.finite;
+  if (!map.finite) return attempt;
+  attempt.u = std::move(map.u);
+  attempt.v = std::move(map.v);
+  fit_square(attempt.u, attempt.v);
+  for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
+  attempt.mean_distortion = mean_distortion(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
+  return attempt;
+}
+
+void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
+  judge(chart, attempt);
+  if (attempt.sound || !attempt.finite) return;
+  const CornerGeometry corners = corner_geometry(chart.disk.length);
+  attempt.repaired =
+      repair_flips(chart.disk, corners.angle, chart.geometry.counts, attempt.u, attempt.v, cancel);
+  judge(chart, attempt);
+}
+
+// The tip of every region below the threshold that hangs together, smallest scale first: one per tentacle.
+std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const double> log_scale,
+                                         double threshold) {
+  std::vector<std::vector<std::uint32_t>> neighbours;
+  std::vector<std::uint32_t> region(cut.vertex_count(), no_index), number(cut.vertex_count(), no_index), low;
+  for (std::uint32_t w = 0; w < log_scale.size(); ++w)
+    if (log_scale[w] < threshold) {
+      number[w] = static_cast<std::uint32_t>(low.size());
+      low.push_back(w);
+    }
+  neighbours.resize(low.size());
+  for (std::uint32_t h = 0; h < cut.triangles.size(); ++h) {
+    const std::uint32_t a = number[cut.triangles[h]], b = number[cut.triangles[next_half_edge(h)]];
+    if (a != no_index && b != no_index) neighbours[a].push_back(b);
+  }
+  std::vector<std::uint32_t> tips, stack;
+  std::vector<std::uint8_t> seen(low.size(), 0);
+  for (std::uint32_t start = 0; start < low.size(); ++start) {
+    if (seen[start]) continue;
+    std::uint32_t tip = start;
+    seen[start] = 1;
+    stack.assign(1, start);
+    while (!stack.empty()) {
+      const std::uint32_t i = stack.back();
+      stack.pop_back();
+      if (log_scale[low[i]] < log_scale[low[tip]]) tip = i;
+      for (const std::uint32_t j : neighbours[i]) {
+        if (seen[j]) continue;
+        seen[j] = 1;
+        stack.push_back(j);
+      }
+    }
+    tips.push_back(low[tip]);
+  }
+  std::sort(tips.begin(), tips.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return log_scale[a] < log_scale[b] || (log_scale[a] == log_scale[b] && a < b);
+  });
+  return tips;
+}
+
+// Seams for the next try; 0 when there is nowhere left to cut.
+std::uint32_t add_seams(const PreparedMesh& mesh, CutChart& cut, const Try& attempt,
+                        const FlattenParameters& parameters, std::uint32_t most, const CancelToken& cancel) {
+  std::vector<std::uint32_t> tips;
+  if (attempt.least_log_scale < parameters.min_log_scale) {
+    tips = shrunken_tips(cut, attempt.log_scale, parameters.min_log_scale);
+  } else {
+    const auto at = std::min_element(attempt.log_scale.begin(), attempt.log_scale.end());
+    if (*at < 0) tips.push_back(static_cast<std::uint32_t>(at - attempt.log_scale.begin()));
+  }
+  std::uint32_t added = 0;
+  for (const std::uint32_t tip : tips) {
+    if (added >= std::min(most, seams_per_try)) break;
+    if (add_seam(mesh, cut, tip, cancel)) ++added;
+  }
+  return added;
+}
+
+bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
+  const bool a_shrunk = a.least_log_scale < parameters.min_log_scale;
+  const bool b_shrunk = b.least_log_scale < parameters.min_log_scale;
+  if (a_shrunk != b_shrunk) return b_shrunk;
+  return a.mean_distortion < progress * b.mean_distortion;
+}
+
+}  // namespace
+
+FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
+                        const CancelToken& cancel) {
+  CutDisk chart(mesh, std::move(cut));
+  Try best = try_conformal(chart, chart.disk, cancel);
+  std::uint32_t extra = 0, best_extra = 0;
+  {
+    CutChart next_cut = chart.cut;
+    Try last = best;
+    for (std::uint32_t waited = 0; extra < parameters.max_extra_seams && waited < patience;) {
+      const bool shrunk = last.least_log_scale < parameters.min_log_scale;
+      if (!last.finite || (!shrunk && !(last.mean_distortion > parameters.max_mean_distortion))) break;
+      const std::uint32_t added =
+          add_seams(mesh, next_cut, last, parameters, parameters.max_extra_seams - extra, cancel);
+      if (added == 0) break;
+      extra += added;
+      CutDisk next(mesh, next_cut);
+      last = try_conformal(next, next.disk, cancel);
+      if (!last.finite) break;
+      if (!better(last, best, parameters)) {
+        if (!shrunk) ++waited;
+        continue;
+      }
+      waited = 0;
+      best = last;
+      best_extra = extra;
+      chart = std::move(next);
+    }
+  }
+  Method method = Method::conformal;
+  mend(chart, best, cancel);
+  if (!best.sound) {
+    IntrinsicDisk delaunay = chart.disk;
+    make_intrinsic_delaunay(delaunay, cancel);
+    Try second = try_conformal(chart, delaunay, cancel);
+    mend(chart, second, cancel);
+    if (second.sound) best = std::move(second);
+  }
+  if (!best.sound) {
+    Try circle;
+    const CornerGeometry corners = corner_geometry(chart.disk.length);
+    circle.finite = flatten_to_circle(chart.disk, corners.angle, circle.u, circle.v);
+    cancel.check();
+    if (circle.finite) {
+      fit_square(circle.u, circle.v);
+      mend(chart, circle, cancel);
+    }
+    method = circle.sound ? Method::mean_value : Method::none;
+    if (circle.finite) best = std::move(circle);
+  }
+  FlatChart flat;
+  flat.report.method = method;
+  flat.report.extra_seams = best_extra;
+  flat.report.repaired_triangles = best.repaired;
+  flat.u = std::move(best.u);
+  flat.v = std::move(best.v);
+  if (best.finite) measure_chart(chart.geometry, chart.cut, flat.u, flat.v, flat.report);
+  flat.cut = std::move(chart.cut);
+  return flat;
+}
+
+}  // namespace meander

@@ -1,0 +1,49 @@
+// A disk known by its edge lengths alone: what the flattening solvers work on.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/cut/cut_to_disk.h"
+#include "kernels/mesh/prepared_mesh.h"
+
+namespace meander {
+
+// T triangles over V vertices, one boundary loop. Lengths are positive and agree on both sides of an edge;
+// the triangle inequality holds strictly after mollify(). A pair of vertices may be joined by more than one
+// edge, and an edge may end where it began (intrinsic triangulations).
+struct IntrinsicDisk {
+  std::vector<std::uint32_t> triangles;  // 3 T
+  std::vector<std::uint32_t> opposite;   // 3 T, no_index on the boundary
+  std::vector<double> length;            // 3 T, of the half-edge with the same number
+  std::uint32_t vertex_count = 0;
+
+  std::size_t triangle_count() const { return triangles.size() / 3; }
+};
+
+// Edge lengths of the chart in space, working units.
+std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart);
+
+// Adds the smallest uniform length to all edges so that every triangle inequality holds with a margin of
+// 1e-9 mean lengths (and 1e-12 of the triangle's longest edge): cotangents are finite then. Nothing happens
+// to a mesh without degenerate triangles. Returns the length added. Sharp and Crane 2020, "A Laplacian for
+// nonmanifold triangle meshes".
+double mollify(std::span<double> length);
+
+// Angle and half cotangent per corner, from lengths. Angles of a triangle sum to pi. O(T).
+struct CornerGeometry {
+  std::vector<double> angle;           // 3 T, radians, of corner h
+  std::vector<double> half_cotangent;  // 3 T, of the corner opposite half-edge h
+};
+CornerGeometry corner_geometry(std::span<const double> length);
+
+// Area from three lengths, stable for needles (Kahan 2014); 0 where the lengths form no triangle.
+double area_from_lengths(double a, double b, double c);
+
+// Boundary half-edges in order round the disk, starting with the smallest number.
+std::vector<std::uint32_t> boundary_half_edges(std::span<const std::uint32_t> triangles,
+                                               std::span<const std::uint32_t> opposite,
+                                               std::uint32_t vertex_count);
+
+}  // namespace meander

@@ -1,0 +1,38 @@
+// Mean-value coordinates (Floater 2003, "Mean value coordinates"): positive weights, so that every free
+// vertex lies inside the hull of its neighbours.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/flatten/intrinsic_disk.h"
+
+namespace meander {
+
+// w_ij = (tan(a / 2) + tan(b / 2)) / l_ij for the edge that half-edge h runs along from its origin i, a and b
+// the angles beside it at i. Positive and finite for mollified lengths. O(1).
+double mean_value_weight(const IntrinsicDisk& disk, std::span<const double> angle, std::uint32_t half_edge);
+
+// The vertex before the origin of half-edge h counter-clockwise, as a half-edge out of the same vertex;
+// no_index past the boundary.
+inline std::uint32_t next_outgoing(const IntrinsicDisk& disk, std::uint32_t half_edge) {
+  return disk.opposite[previous_half_edge(half_edge)];
+}
+
+// Moves the listed vertices (interior, no repeats) to the solution of the mean-value equations with all other
+// vertices fixed. `leaving` gives one half-edge out of each vertex. Returns false, nothing moved, when the
+// solver fails. Cost: dense elimination up to 48 vertices, sparse LU above.
+bool solve_mean_value(const IntrinsicDisk& disk, std::span<const double> angle,
+                      std::span<const std::uint32_t> leaving, std::span<const std::uint32_t> free_vertices,
+                      std::span<double> u, std::span<double> v);
+
+// One half-edge out of each vertex. O(T).
+std::vector<std::uint32_t> leaving_half_edges(const IntrinsicDisk& disk);
+
+// The whole disk into a circle of radius 1, the boundary spread by its edge lengths. Without flips in exact
+// arithmetic (Tutte 1963, Floater 2003). False when the solver fails.
+bool flatten_to_circle(const IntrinsicDisk& disk, std::span<const double> angle, std::vector<double>& u,
+                       std::vector<double>& v);
+
+}  // namespace meander

@@ -1,0 +1,84 @@
+#include "kernels/flatten/orient2d.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace meander {
+
+namespace {
+
+// Relies on round-to-nearest doubles without contraction or excess precision.
+struct Pair {
+  double high, low;
+};
+
+Pair two_sum(double a, double b) {
+  const double sum = a + b;
+  const double b_part = sum - a;
+  return {sum, (a - (sum - b_part)) + (b - b_part)};
+}
+
+Pair split(double a) {
+  const double scaled = 134217729.0 * a;  // 2^27 + 1
+  const double high = scaled - (scaled - a);
+  return {high, a - high};
+}
+
+Pair two_product(double a, double b) {
+  const double product = a * b;
+  const Pair x = split(a), y = split(b);
+  const double error = ((product - x.high * y.high) - x.low * y.high) - x.high * y.low;
+  return {product, x.low * y.low - error};
+}
+
+// A sum of doubles that do not overlap, smallest first; adding one more keeps it exact (grow-expansion).
+class Expansion {
+ public:
+  void add(double value) {
+    double carry = value;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Pair sum = two_sum(carry, terms_[i]);
+      carry = sum.high;
+      if (sum.low != 0) terms_[kept++] = sum.low;
+    }
+    count_ = kept;
+    if (carry != 0) terms_[count_++] = carry;
+  }
+  void add_product(double a, double b) {
+    const Pair product = two_product(a, b);
+    add(product.low);
+    add(product.high);
+  }
+  // The largest term outweighs all others together.
+  double estimate() const { return count_ == 0 ? 0.0 : terms_[count_ - 1]; }
+
+ private:
+  std::array<double, 16> terms_{};
+  std::size_t count_ = 0;
+};
+
+double orient2d_exact(double ax, double ay, double bx, double by, double cx, double cy) {
+  Expansion sum;
+  sum.add_product(ax, by);
+  sum.add_product(-ay, bx);
+  sum.add_product(bx, cy);
+  sum.add_product(-by, cx);
+  sum.add_product(cx, ay);
+  sum.add_product(-cy, ax);
+  return sum.estimate();
+}
+
+}  // namespace
+
+double orient2d(double ax, double ay, double bx, double by, double cx, double cy) {
+  const double left = (ax - cx) * (by - cy), right = (ay - cy) * (bx - cx);
+  const double determinant = left - right;
+  // (3 + 16 e) e with e = 2^-53 bounds the relative rounding error of the determinant.
+  constexpr double bound = (3.0 + 16.0 * 0x1p-53) * 0x1p-53;
+  if (std::abs(determinant) > bound * (std::abs(left) + std::abs(right))) return determinant;
+  return orient2d_exact(ax, ay, bx, by, cx, cy);
+}
+
+}  // namespace meander

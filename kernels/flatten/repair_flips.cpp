@@ -1,0 +1,186 @@
+#include "kernels/flatten/repair_flips.h"
+
+#include <algorithm>
+
+#include "kernels/flatten/chart_report.h"
+#include "kernels/flatten/mean_value.h"
+#include "kernels/flatten/orient2d.h"
+
+namespace meander {
+
+namespace {
+
+constexpr int largest_patch = 6;  // rings
+constexpr int rounds = 3;         // patches may meet: look again after all were mended
+constexpr std::size_t too_many_flips = 4096;
+
+class Patcher {
+ public:
+  Patcher(const IntrinsicDisk& disk, std::span<const double> angle, std::span<const std::uint8_t> counts,
+          std::span<double> u, std::span<double> v)
+      : disk_(disk),
+        angle_(angle),
+        counts_(counts),
+        u_(u),
+        v_(v),
+        leaving_(leaving_half_edges(disk)),
+        vertex_mark_(disk.vertex_count, 0),
+        moved_(disk.triangle_count(), 0) {}
+
+  bool flipped(std::uint32_t t) const {
+    const std::uint32_t a = disk_.triangles[3 * t], b = disk_.triangles[3 * t + 1],
+                        c = disk_.triangles[3 * t + 2];
+    return counts_[t] && !(orient2d(u_[a], v_[a], u_[b], v_[b], u_[c], v_[c]) > 0);
+  }
+
+  // Mends the cluster that triangle t belongs to.
+  void mend(std::uint32_t t) {
+    std::vector<std::uint32_t> vertices = cluster_vertices(t);
+    ++stamp_;
+    for (const std::uint32_t w : vertices) vertex_mark_[w] = stamp_;
+    std::size_t most_mended = 0;
+    std::vector<std::uint32_t> best_free;
+    std::vector<double> best_uv;
+    for (int ring = 0; ring <= largest_patch; ++ring) {
+      if (ring > 0) grow(vertices);
+      std::vector<std::uint32_t> free;
+      for (const std::uint32_t w : vertices)
+        if (!on_boundary(w)) free.push_back(w);
+      if (free.empty()) continue;
+      const std::vector<std::uint32_t> touched = triangles_at(free);
+      const std::size_t before = count_flips(touched);
+      const std::vector<double> old = positions(free);
+      if (!solve_mean_value(disk_, angle_, leaving_, free, u_, v_)) continue;
+      const std::size_t after = count_flips(touched);
+      if (after == 0 && before > 0) {
+        mark_moved(touched);
+        return;
+      }
+      if (after < before && before - after > most_mended) {
+        most_mended = before - after;
+        best_free = free;
+        best_uv = positions(free);
+      }
+      restore(free, old);
+    }
+    if (best_free.empty()) return;
+    restore(best_free, best_uv);
+    mark_moved(triangles_at(best_free));
+  }
+
+  std::uint32_t moved_count() const {
+    return static_cast<std::uint32_t>(std::count(moved_.begin(), moved_.end(), std::uint8_t{1}));
+  }
+
+ private:
+  bool on_boundary(std::uint32_t w) const { return disk_.opposite[leaving_[w]] == no_index; }
+
+  template <class Body>
+  void for_each_outgoing(std::uint32_t w, Body&& body) const {
+    const std::uint32_t first = leaving_[w];
+    std::uint32_t h = first;
+    do {
+      body(h);
+      h = next_outgoing(disk_, h);
+    } while (h != first && h != no_index);
+  }
+
+  // Vertices of all flipped triangles that hang together with t by vertices.
+  std::vector<std::uint32_t> cluster_vertices(std::uint32_t t) {
+    ++stamp_;
+    std::vector<std::uint32_t> vertices;
+    const auto take = [&](std::uint32_t triangle) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t w = disk_.triangles[3 * triangle + k];
+        if (vertex_mark_[w] == stamp_) continue;
+        vertex_mark_[w] = stamp_;
+        vertices.push_back(w);
+      }
+    };
+    take(t);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      for_each_outgoing(vertices[i], [&](std::uint32_t h) {
+        if (flipped(h / 3)) take(h / 3);
+      });
+    return vertices;
+  }
+
+  void grow(std::vector<std::uint32_t>& vertices) {
+    const std::size_t count = vertices.size();
+    const auto take = [&](std::uint32_t w) {
+      if (vertex_mark_[w] == stamp_) return;
+      vertex_mark_[w] = stamp_;
+      vertices.push_back(w);
+    };
+    for (std::size_t i = 0; i < count; ++i)
+      for_each_outgoing(vertices[i], [&](std::uint32_t h) {
+        take(disk_.triangles[next_half_edge(h)]);
+        take(disk_.triangles[previous_half_edge(h)]);
+      });
+  }
+
+  std::vector<std::uint32_t> triangles_at(const std::vector<std::uint32_t>& vertices) const {
+    std::vector<std::uint32_t> touched;
+    for (const std::uint32_t w : vertices)
+      for_each_outgoing(w, [&](std::uint32_t h) { touched.push_back(h / 3); });
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    return touched;
+  }
+
+  std::size_t count_flips(const std::vector<std::uint32_t>& triangles) const {
+    std::size_t count = 0;
+    for (const std::uint32_t t : triangles) count += flipped(t);
+    return count;
+  }
+
+  std::vector<double> positions(const std::vector<std::uint32_t>& vertices) const {
+    std::vector<double> uv;
+    for (const std::uint32_t w : vertices) {
+      uv.push_back(u_[w]);
+      uv.push_back(v_[w]);
+    }
+    return uv;
+  }
+  void restore(const std::vector<std::uint32_t>& vertices, const std::vector<double>& uv) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      u_[vertices[i]] = uv[2 * i];
+      v_[vertices[i]] = uv[2 * i + 1];
+    }
+  }
+  void mark_moved(const std::vector<std::uint32_t>& triangles) {
+    for (const std::uint32_t t : triangles) moved_[t] = 1;
+  }
+
+  const IntrinsicDisk& disk_;
+  std::span<const double> angle_;
+  std::span<const std::uint8_t> counts_;
+  std::span<double> u_, v_;
+  std::vector<std::uint32_t> leaving_;
+  std::vector<std::uint32_t> vertex_mark_;
+  std::vector<std::uint8_t> moved_;
+  std::uint32_t stamp_ = 0;
+};
+
+}  // namespace
+
+std::uint32_t repair_flips(const IntrinsicDisk& disk, std::span<const double> angle,
+                           std::span<const std::uint8_t> counts, std::span<double> u, std::span<double> v,
+                           const CancelToken& cancel) {
+  std::vector<std::uint32_t> flips = flipped_triangles(disk.triangles, counts, u, v);
+  if (flips.empty() || flips.size() > too_many_flips) return 0;
+  Patcher patcher(disk, angle, counts, u, v);
+  for (int round = 0; round < rounds && !flips.empty(); ++round) {
+    for (const std::uint32_t t : flips) {
+      if (!patcher.flipped(t)) continue;  // mended together with another one
+      cancel.check();
+      patcher.mend(t);
+    }
+    const std::size_t before = flips.size();
+    flips = flipped_triangles(disk.triangles, counts, u, v);
+    if (flips.size() >= before) break;
+  }
+  return patcher.moved_count();
+}
+
+}  // namespace meander

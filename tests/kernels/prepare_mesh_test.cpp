@@ -1,0 +1,263 @@
+#include "kernels/mesh/prepare_mesh.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "kernels/mesh/triangulate_polygon.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+Status status_of(const PolygonMesh& mesh) {
+  try {
+    prepare_mesh(mesh);
+  } catch (const ItemError& error) {
+    return error.status();
+  }
+  return Status::ok;
+}
+
+double file_area(const PreparedMesh& mesh) { return mesh.total_area * mesh.unit * mesh.unit; }
+
+// Every postcondition that later stages rely on.
+void check_invariants(const PreparedMesh& mesh) {
+  const std::size_t half_edges = 3 * mesh.triangle_count();
+  REQUIRE(mesh.opposite.size() == half_edges);
+  for (std::uint32_t h = 0; h < half_edges; ++h) {
+    const std::uint32_t other = mesh.opposite[h];
+    if (other == no_index) continue;
+    REQUIRE(mesh.opposite[other] == h);
+    REQUIRE(mesh.triangles[h] == mesh.triangles[next_half_edge(other)]);
+    REQUIRE(mesh.triangles[other] == mesh.triangles[next_half_edge(h)]);
+  }
+  std::uint32_t triangle = 0, vertex = 0;
+  for (const Component& c : mesh.components) {
+    REQUIRE(c.triangle_begin == triangle);
+    REQUIRE(c.vertex_begin == vertex);
+    for (std::uint32_t h = 3 * c.triangle_begin; h < 3 * c.triangle_end; ++h) {
+      REQUIRE(mesh.triangles[h] >= c.vertex_begin);
+      REQUIRE(mesh.triangles[h] < c.vertex_end);
+    }
+    triangle = c.triangle_end;
+    vertex = c.vertex_end;
+  }
+  REQUIRE(triangle == mesh.triangle_count());
+  REQUIRE(vertex == mesh.vertex_count());
+}
+
+}  // namespace
+
+TEST_CASE("prepare_mesh: closed shapes keep their topology and area") {
+  const PreparedMesh sphere = prepare_mesh(icosphere(3));
+  check_invariants(sphere);
+  REQUIRE(sphere.components.size() == 1);
+  CHECK(sphere.components[0].genus == 0);
+  CHECK(sphere.components[0].boundary_loops == 0);
+  CHECK(file_area(sphere) == Approx(4 * std::numbers::pi).epsilon(0.01));
+
+  const PreparedMesh ring = prepare_mesh(torus(20, 10));
+  check_invariants(ring);
+  CHECK(ring.components[0].genus == 1);
+  const PreparedMesh box = prepare_mesh(cube());
+  check_invariants(box);
+  CHECK(file_area(box) == Approx(24).epsilon(1e-14));
+  CHECK(box.triangle_count() == 12);
+  CHECK(box.diagonal == Approx(std::sqrt(12.0)));
+}
+
+TEST_CASE("prepare_mesh: a plane has one boundary loop, an annulus two") {
+  CHECK(prepare_mesh(grid_plane(4, 3)).components[0].boundary_loops == 1);
+  PolygonMesh annulus = torus(12, 6);  // leaving out one ring of quads leaves a tube
+  PolygonMesh tube = annulus;
+  tube.corners.clear();
+  tube.polygon_begin = {0};
+  for (std::size_t p = 0; p < annulus.polygon_count(); ++p) {
+    if (p % 12 < 2) continue;
+    tube.corners.insert(tube.corners.end(), annulus.corners.begin() + 3 * static_cast<std::ptrdiff_t>(p),
+                        annulus.corners.begin() + 3 * static_cast<std::ptrdiff_t>(p) + 3);
+    tube.polygon_begin.push_back(static_cast<std::uint32_t>(tube.corners.size()));
+  }
+  const PreparedMesh prepared = prepare_mesh(tube);
+  check_invariants(prepared);
+  CHECK(prepared.components[0].boundary_loops == 2);
+  CHECK(prepared.components[0].genus == 0);
+}
+
+TEST_CASE("prepare_mesh: an unwelded cube soup becomes one closed cube") {
+  const PolygonMesh closed = cube();
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (const std::uint32_t corner : closed.corners) {
+    if (xyz.size() / 3 % 4 == 0) faces.emplace_back();
+    faces.back().push_back(static_cast<std::uint32_t>(xyz.size() / 3));
+    xyz.insert(xyz.end(),
+               {closed.x[corner] == -1 ? -1.0 : closed.x[corner], closed.y[corner], closed.z[corner]});
+  }
+  const PreparedMesh mesh = prepare_mesh(polygon_mesh(xyz, faces));
+  check_invariants(mesh);
+  CHECK(mesh.components.size() == 1);
+  CHECK(mesh.vertex_count() == 8);
+  CHECK(mesh.repairs[Repair::welded_vertices] == 16);
+}
+
+TEST_CASE("prepare_mesh: negative zero welds with zero") {
+  const PreparedMesh mesh = prepare_mesh(
+      polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, -0.0, 1, 0, 1, 0, -0.0, 1, 1, 0}, {{0, 1, 2}, {4, 5, 3}}));
+  CHECK(mesh.components.size() == 1);
+  CHECK(mesh.vertex_count() == 4);
+}
+
+TEST_CASE("prepare_mesh: two cubes that share an edge come apart at it") {
+  PolygonMesh second = cube();
+  for (double& x : second.x) x += 2;
+  for (double& y : second.y) y += 2;
+  const PreparedMesh mesh = prepare_mesh(merged(cube(), second));
+  check_invariants(mesh);
+  CHECK(mesh.repairs[Repair::split_edges] == 1);
+  CHECK(file_area(mesh) == Approx(48).epsilon(1e-14));
+}
+
+TEST_CASE("prepare_mesh: a bow-tie vertex is split into one vertex per fan") {
+  const PreparedMesh mesh =
+      prepare_mesh(polygon_mesh({0, 0, 0, 1, 0, 0, 1, 1, 0, -1, 0, 0, -1, -1, 0}, {{0, 1, 2}, {0, 3, 4}}));
+  check_invariants(mesh);
+  CHECK(mesh.components.size() == 2);
+  CHECK(mesh.vertex_count() == 6);
+  CHECK(mesh.repairs[Repair::split_vertices] == 1);
+}
+
+TEST_CASE("prepare_mesh: a Moebius strip is cut and becomes orientable") {
+  const PreparedMesh mesh = prepare_mesh(moebius_strip(24));
+  check_invariants(mesh);
+  CHECK(mesh.repairs[Repair::cut_edges] >= 1);
+  CHECK(mesh.components[0].genus == 0);
+  CHECK(mesh.triangle_count() == 48);
+}
+
+TEST_CASE("prepare_mesh: reversed faces are turned to the majority of the area") {
+  PolygonMesh mesh = icosphere(2);
+  for (std::size_t t = 0; t < mesh.corners.size(); t += 12)
+    std::swap(mesh.corners[t + 1], mesh.corners[t + 2]);
+  const PreparedMesh prepared = prepare_mesh(mesh);
+  check_invariants(prepared);
+  CHECK(prepared.repairs[Repair::flipped_faces] == 80);
+  CHECK(prepared.components.size() == 1);
+  for (std::size_t t = 0; t < prepared.triangle_count(); ++t) {  // every normal points outwards
+    const Vector3 a = prepared.position(prepared.triangles[3 * t]),
+                  b = prepared.position(prepared.triangles[3 * t + 1]),
+                  c = prepared.position(prepared.triangles[3 * t + 2]);
+    REQUIRE(dot(cross(b - a, c - a), a) > 0);
+  }
+}
+
+TEST_CASE("prepare_mesh: a face stored twice counts twice") {
+  PolygonMesh mesh = tetrahedron();
+  const double area = file_area(prepare_mesh(mesh));
+  mesh.corners.insert(mesh.corners.end(), {0, 1, 2});
+  mesh.polygon_begin.push_back(15);
+  const PreparedMesh twice = prepare_mesh(mesh);
+  check_invariants(twice);
+  CHECK(file_area(twice) == Approx(area * 1.25).epsilon(1e-14));
+}
+
+TEST_CASE("prepare_mesh: bad faces are dropped and counted, numbers of the file survive") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const PreparedMesh mesh = prepare_mesh(polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, nan, 0, 0, 5, 5, 5},
+                                                      {{0, 1}, {0, 1, 9}, {0, 1, 3}, {0, 0, 1}, {0, 1, 2}}));
+  CHECK(mesh.repairs[Repair::short_faces] == 1);
+  CHECK(mesh.repairs[Repair::index_out_of_range] == 1);
+  CHECK(mesh.repairs[Repair::non_finite] == 1);
+  CHECK(mesh.repairs[Repair::repeated_corners] == 1);
+  CHECK(mesh.unreferenced_vertices == 2);
+  REQUIRE(mesh.triangle_count() == 1);
+  CHECK(mesh.polygon[0] == 4);
+  CHECK(mesh.corner_slot[0] == 11);
+}
+
+TEST_CASE("prepare_mesh: what cannot be sampled has a named status") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  CHECK(status_of(PolygonMesh{}) == Status::empty);
+  CHECK(status_of(polygon_mesh({0, 0, 0, 1, 0, 0}, {})) == Status::empty);
+  CHECK(status_of(polygon_mesh({0, 0, 0, 1, 0, 0}, {{0, 1}})) == Status::empty);
+  CHECK(status_of(polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 3}})) == Status::index_out_of_range);
+  CHECK(status_of(polygon_mesh({0, 0, 0, 1, 0, 0, 0, infinity, 0}, {{0, 1, 2}})) == Status::non_finite);
+  CHECK(status_of(polygon_mesh({0, 0, 0, 1, 1, 1, 2, 2, 2}, {{0, 1, 2}})) == Status::zero_area);
+  CHECK(status_of(polygon_mesh({1, 1, 1, 1, 1, 1, 1, 1, 1}, {{0, 1, 2}})) == Status::zero_area);
+}
+
+TEST_CASE("prepare_mesh: extreme scales and origins are normalised away") {
+  for (const double scale : {1e-30, 1e-3, 1.0, 1e30}) {
+    const PreparedMesh mesh = prepare_mesh(moved(icosphere(2), scale, scale, 2 * scale, -3 * scale));
+    CHECK(file_area(mesh) == Approx(file_area(prepare_mesh(icosphere(2))) * scale * scale).epsilon(1e-12));
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+      REQUIRE(std::abs(mesh.x[v]) <= 1);
+      REQUIRE(std::abs(mesh.y[v]) <= 1);
+      REQUIRE(std::abs(mesh.z[v]) <= 1);
+    }
+  }
+}
+
+TEST_CASE("prepare_mesh: zero-area triangles stay for adjacency and are counted") {
+  const PreparedMesh mesh = prepare_mesh(polygon_mesh({0, 0, 0, 2, 0, 0, 0, 2, 0, 1, 0, 0, 1, -1, 0},
+                                                      {{0, 1, 2}, {0, 3, 1}, {0, 4, 3}, {3, 4, 1}}));
+  check_invariants(mesh);
+  CHECK(mesh.components.size() == 1);
+  CHECK(mesh.repairs[Repair::zero_area_faces] == 1);
+}
+
+TEST_CASE("triangulate_polygon: a convex polygon is fanned, a concave one clipped, areas agree") {
+  std::vector<std::uint32_t> triangles;
+  const std::vector<Vector3> square = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  CHECK_FALSE(triangulate_polygon(square, triangles));
+  CHECK(triangles == std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3});
+
+  // An L and a five-pointed star outline in a tilted plane.
+  const auto tilt = [](double x, double y) { return Vector3{x, 0.6 * y, 0.8 * y}; };
+  std::vector<Vector3> shape = {tilt(0, 0), tilt(2, 0), tilt(2, 1), tilt(1, 1), tilt(1, 2), tilt(0, 2)};
+  const auto area_of = [&](const std::vector<Vector3>& p) {
+    triangles.clear();
+    CHECK(triangulate_polygon(p, triangles));
+    REQUIRE(triangles.size() == 3 * (p.size() - 2));
+    double area = 0;
+    for (std::size_t t = 0; t < triangles.size(); t += 3)
+      area += triangle_area(p[triangles[t]], p[triangles[t + 1]], p[triangles[t + 2]]);
+    return area;
+  };
+  CHECK(area_of(shape) == Approx(3).epsilon(1e-12));
+  shape.clear();
+  double exact = 0;
+  std::vector<std::pair<double, double>> flat;
+  for (int i = 0; i < 10; ++i) {
+    const double r = i % 2 ? 0.3 : 1, s = std::numbers::pi * i / 5;
+    flat.emplace_back(r * std::cos(s), r * std::sin(s));
+    shape.push_back(tilt(flat.back().first, flat.back().second));
+  }
+  for (std::size_t i = 0; i < 10; ++i) {
+    const auto [ax, ay] = flat[i];
+    const auto [bx, by] = flat[(i + 1) % 10];
+    exact += 0.5 * (ax * by - ay * bx);
+  }
+  CHECK(area_of(shape) == Approx(exact).epsilon(1e-12));
+}
+
+TEST_CASE("triangulate_polygon: a bridge to a hole and a polygon without area still cover every corner") {
+  // A square with a square hole, joined by a bridge that is walked twice.
+  const std::vector<Vector3> holed = {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
+                                      {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
+  std::vector<std::uint32_t> triangles;
+  triangulate_polygon(holed, triangles);
+  REQUIRE(triangles.size() == 24);
+  double area = 0;
+  for (std::size_t t = 0; t < triangles.size(); t += 3)
+    area += triangle_area(holed[triangles[t]], holed[triangles[t + 1]], holed[triangles[t + 2]]);
+  CHECK(area == Approx(8).epsilon(1e-12));
+  triangles.clear();
+  CHECK_FALSE(
+      triangulate_polygon(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, triangles));
+  CHECK(triangles.size() == 6);
+}
