@@ -62,8 +62,7 @@ struct TriangleSource {
 };
 
 struct Element {
-  std::uint64_t key;  // along the curve of the chart
-  std::uint64_t tie;  // 3-D Hilbert key
+  std::uint64_t key;  // along the curve of the chart, or the 3-D Hilbert key
   double mass;
   std::uint32_t triangle, path;
   std::uint32_t group;  // component and sheet
@@ -86,6 +85,17 @@ std::array<double, 2> random_point(const Piece& piece, UnitPair uniform) {
   const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
   return {w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2],
           w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
+}
+
+// The same point as the barycentric weights (of corners 1 and 2) in its triangle.
+std::array<double, 2> element_point(const Piece& piece, RandomKey key, std::uint32_t triangle,
+                                    std::uint32_t path) {
+  const std::uint64_t index = static_cast<std::uint64_t>(triangle) << 32 | path;
+  return random_point(piece, random_pair(key, Stream::element_key, index));
+}
+
+std::uint64_t space_key(const Vector3 (&corner)[3], double b1, double b2) {
+  return hilbert_key_3d((1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2]);
 }
 
 // Depth-first bisection of one triangle until every piece weighs at most `limit` and there are at least
@@ -159,13 +169,10 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
       cut_triangle(source, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
-        const std::uint64_t index = static_cast<std::uint64_t>(t) << 32 | piece.path;
-        const auto [b1, b2] = random_point(piece.weights, random_pair(key, Stream::element_key, index));
+        const auto [b1, b2] = element_point(piece.weights, key, static_cast<std::uint32_t>(t), piece.path);
         const double b0 = 1 - b1 - b2;
-        const Vector3 p = b0 * source.corner[0] + b1 * source.corner[1] + b2 * source.corner[2];
         Element e;
-        e.tie = hilbert_key_3d(p);
-        e.key = chart == no_index ? e.tie
+        e.key = chart == no_index ? space_key(source.corner, b1, b2)
                                   : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
                                               b0 * v[0] + b1 * v[1] + b2 * v[2]);
         e.mass = mass;
@@ -189,8 +196,20 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
   return elements;
 }
 
+// The 3-D Hilbert key of an element, which decides between equal keys of a chart. Worked out again from the
+// element's name: so few elements need it that keeping it for all would cost more.
+std::uint64_t tie_of(const PreparedMesh& mesh, RandomKey key, const Element& e) {
+  Vector3 corner[3];
+  for (std::size_t k = 0; k < 3; ++k)
+    corner[k] = mesh.position(mesh.triangles[3 * std::size_t{e.triangle} + k]);
+  const auto [b1, b2] =
+      element_point(piece_of(corner[0], corner[1], corner[2], e.path), key, e.triangle, e.path);
+  return space_key(corner, b1, b2);
+}
+
 // Order of the elements: group, key, tie, then triangle and path (the order they are in).
-std::vector<KeyIndex> curve_order(const std::vector<Element>& elements) {
+std::vector<KeyIndex> curve_order(const std::vector<Element>& elements, const PreparedMesh& mesh,
+                                  RandomKey key) {
   std::vector<KeyIndex> order(elements.size()), scratch;
   for (std::size_t i = 0; i < elements.size(); ++i)
     order[i] = {elements[i].key, static_cast<std::uint32_t>(i)};
@@ -204,17 +223,23 @@ std::vector<KeyIndex> curve_order(const std::vector<Element>& elements) {
   // Runs of equal group and key are rare (a part of the chart that shrank below the finest cell): sort them
   // by tie.
   const auto same_cell = [&](const KeyIndex& a, const KeyIndex& b) {
+    if (a.key != b.key) return false;  // of the last sort: by group or, with one group only, by curve key
     const Element &ea = elements[a.index], &eb = elements[b.index];
     return ea.group == eb.group && ea.key == eb.key;
   };
+  std::vector<KeyIndex> ties;
   for (auto run = order.begin(); run != order.end();) {
     auto run_end = run + 1;
     while (run_end != order.end() && same_cell(*run, *run_end)) ++run_end;
-    if (run_end - run > 1)
-      std::sort(run, run_end, [&](const KeyIndex& a, const KeyIndex& b) {
-        return elements[a.index].tie != elements[b.index].tie ? elements[a.index].tie < elements[b.index].tie
-                                                              : a.index < b.index;
+    if (run_end - run > 1) {
+      ties.clear();
+      for (auto at = run; at != run_end; ++at)
+        ties.push_back({tie_of(mesh, key, elements[at->index]), at->index});
+      std::sort(ties.begin(), ties.end(), [](const KeyIndex& a, const KeyIndex& b) {
+        return a.key != b.key ? a.key < b.key : a.index < b.index;
       });
+      std::transform(ties.begin(), ties.end(), run, [](const KeyIndex& tie) { return tie; });
+    }
     run = run_end;
   }
   return order;
@@ -239,7 +264,7 @@ CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
     throw ItemError(Status::too_large,
                     std::to_string(elements.size()) + " curve elements are more than 32 bits can number");
   cancel.check();
-  const std::vector<KeyIndex> order = curve_order(elements);
+  const std::vector<KeyIndex> order = curve_order(elements, mesh, key);
 
   CurveElements result;
   const std::size_t count = elements.size();
