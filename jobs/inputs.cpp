@@ -20,6 +20,12 @@ struct Found {
   std::string label;  // empty: none
 };
 
+// The own name of a folder, whatever slashes and dots it was written with.
+std::string own_name(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
 class Collector {
  public:
   explicit Collector(Inputs& inputs) : inputs_(inputs) {}
@@ -38,7 +44,7 @@ class Collector {
         continue;
       }
       std::string id = at->path().lexically_relative(root).generic_string();
-      if (prefixed) id = fs::absolute(root).lexically_normal().filename().string() + "/" + id;
+      if (prefixed) id = own_name(root) + "/" + id;
       found.push_back({id, at->path(), {}});
     }
   }

@@ -119,10 +119,11 @@ double triangle_distortion(const ChartGeometry& geometry, std::span<const std::u
 }
 
 double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
-                       std::span<const double> u, std::span<const double> v) {
+                       std::span<const double> u, std::span<const double> v, double cap) {
   double sum = 0;
   for (std::uint32_t t = 0; t < geometry.counts.size(); ++t)
-    if (geometry.counts[t]) sum += geometry.area[t] * triangle_distortion(geometry, triangles, u, v, t);
+    if (geometry.counts[t])
+      sum += geometry.area[t] * std::min(cap, triangle_distortion(geometry, triangles, u, v, t));
   return geometry.total_area > 0 ? sum / geometry.total_area : 1.0;
 }
 

@@ -28,9 +28,9 @@ std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> tria
 double triangle_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
                            std::span<const double> u, std::span<const double> v, std::uint32_t triangle);
 
-// Area-weighted mean of triangle_distortion over the triangles that count. O(T).
+// Area-weighted mean of min(cap, triangle_distortion) over the triangles that count. O(T).
 double mean_distortion(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
-                       std::span<const double> u, std::span<const double> v);
+                       std::span<const double> u, std::span<const double> v, double cap);
 
 // Sum over interior vertices of (times their triangles wind round them in UV - 1): 0 for a map that is
 // locally injective, given that no triangle is flipped. O(T).

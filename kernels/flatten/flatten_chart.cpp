@@ -17,8 +17,8 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t seams_per_try = 4;  // tentacles that get their seam in one go
-constexpr std::uint32_t patience = 3;       // tries without progress in q before the best one is kept
-constexpr double progress = 0.995;          // of the best mean q so far
+constexpr std::uint32_t patience = 2;       // tries with too little progress in q before it is given up
+constexpr double capped_distortion = 100;   // of one triangle when tries are compared: flips are mended later
 
 // A cut chart with its geometry: what every try on this cut shares.
 struct CutDisk {
@@ -63,16 +63,15 @@ Try try_conformal(const CutDisk& chart, const IntrinsicDisk& disk, const CancelT
   attempt.v = std::move(map.v);
   fit_square(attempt.u, attempt.v);
   for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
-  attempt.mean_distortion = mean_distortion(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
+  attempt.mean_distortion =
+      mean_distortion(chart.geometry, chart.cut.triangles, attempt.u, attempt.v, capped_distortion);
   return attempt;
 }
 
 void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
-  judge(chart, attempt);
-  if (attempt.sound || !attempt.finite) return;
+  if (!attempt.finite) return;
   const CornerGeometry corners = corner_geometry(chart.disk.length);
-  attempt.repaired =
-      repair_flips(chart.disk, corners.angle, chart.geometry.counts, attempt.u, attempt.v, cancel);
+  attempt.repaired = repair_flips(chart.disk, corners.angle, chart.geometry, attempt.u, attempt.v, cancel);
   judge(chart, attempt);
 }
 
@@ -134,11 +133,45 @@ std::uint32_t add_seams(const PreparedMesh& mesh, CutChart& cut, const Try& atte
   return added;
 }
 
+bool shrunk(const Try& attempt, const FlattenParameters& parameters) {
+  return attempt.least_log_scale < parameters.min_log_scale;
+}
+
 bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
-  const bool a_shrunk = a.least_log_scale < parameters.min_log_scale;
-  const bool b_shrunk = b.least_log_scale < parameters.min_log_scale;
-  if (a_shrunk != b_shrunk) return b_shrunk;
-  return a.mean_distortion < progress * b.mean_distortion;
+  if (shrunk(b, parameters)) return a.least_log_scale > b.least_log_scale;
+  return !shrunk(a, parameters) && a.mean_distortion < b.mean_distortion;
+}
+
+// Conformal tries on charts with ever more seams; `chart` and the result are the best of them. Returns the
+// number of seams that were added to it.
+std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenParameters& parameters,
+                                        const CancelToken& cancel, CutDisk& chart, Try& best) {
+  CutChart cut = chart.cut;
+  Try last = best;
+  std::uint32_t extra = 0, best_extra = 0, waited = 0;
+  while (last.finite && extra < parameters.max_extra_seams) {
+    const bool too_small = shrunk(last, parameters);
+    if (!too_small && !(last.mean_distortion > parameters.max_mean_distortion)) break;
+    const std::uint32_t added =
+        add_seams(mesh, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
+    if (added == 0) break;
+    extra += added;
+    CutDisk next(mesh, cut);
+    Try attempt = try_conformal(next, next.disk, cancel);
+    if (!attempt.finite) break;
+    // A seam that brings q less than its share of the way to the bound is one of the two that may.
+    const double wanted = (last.mean_distortion - parameters.max_mean_distortion) /
+                          static_cast<double>(parameters.max_extra_seams - extra + 1);
+    const bool enough = last.mean_distortion - attempt.mean_distortion >= 0.5 * wanted;
+    if (better(attempt, best, parameters)) {
+      best = attempt;
+      best_extra = extra;
+      chart = std::move(next);
+    }
+    if (!too_small && !enough && ++waited >= patience) break;
+    last = std::move(attempt);
+  }
+  return best_extra;
 }
 
 }  // namespace
@@ -147,30 +180,7 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
                         const CancelToken& cancel) {
   CutDisk chart(mesh, std::move(cut));
   Try best = try_conformal(chart, chart.disk, cancel);
-  std::uint32_t extra = 0, best_extra = 0;
-  {
-    CutChart next_cut = chart.cut;
-    Try last = best;
-    for (std::uint32_t waited = 0; extra < parameters.max_extra_seams && waited < patience;) {
-      const bool shrunk = last.least_log_scale < parameters.min_log_scale;
-      if (!last.finite || (!shrunk && !(last.mean_distortion > parameters.max_mean_distortion))) break;
-      const std::uint32_t added =
-          add_seams(mesh, next_cut, last, parameters, parameters.max_extra_seams - extra, cancel);
-      if (added == 0) break;
-      extra += added;
-      CutDisk next(mesh, next_cut);
-      last = try_conformal(next, next.disk, cancel);
-      if (!last.finite) break;
-      if (!better(last, best, parameters)) {
-        if (!shrunk) ++waited;
-        continue;
-      }
-      waited = 0;
-      best = last;
-      best_extra = extra;
-      chart = std::move(next);
-    }
-  }
+  const std::uint32_t extra = add_seams_while_they_help(mesh, parameters, cancel, chart, best);
   Method method = Method::conformal;
   mend(chart, best, cancel);
   if (!best.sound) {
@@ -194,7 +204,7 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
   }
   FlatChart flat;
   flat.report.method = method;
-  flat.report.extra_seams = best_extra;
+  flat.report.extra_seams = extra;
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);
   flat.v = std::move(best.v);

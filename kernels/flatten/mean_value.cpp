@@ -75,9 +75,11 @@ bool solve(const System& system, Eigen::MatrixX2d& solution) {
 }  // namespace
 
 double mean_value_weight(const IntrinsicDisk& disk, std::span<const double> angle, std::uint32_t half_edge) {
-  double tangents = std::tan(0.5 * angle[half_edge]);
+  // A flat angle would nail the vertex to the line between two neighbours and squash what lies beside it.
+  constexpr double widest = 0.9 * std::numbers::pi;
+  double tangents = std::tan(0.5 * std::min(angle[half_edge], widest));
   const std::uint32_t other = disk.opposite[half_edge];
-  if (other != no_index) tangents += std::tan(0.5 * angle[next_half_edge(other)]);
+  if (other != no_index) tangents += std::tan(0.5 * std::min(angle[next_half_edge(other)], widest));
   return tangents / disk.length[half_edge];
 }
 

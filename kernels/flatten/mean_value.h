@@ -11,7 +11,7 @@
 namespace meander {
 
 // w_ij = (tan(a / 2) + tan(b / 2)) / l_ij for the edge that half-edge h runs along from its origin i, a and b
-// the angles beside it at i. Positive and finite for mollified lengths. O(1).
+// the angles beside it at i, clamped to 0.9 pi. Positive and finite for mollified lengths. O(1).
 double mean_value_weight(const IntrinsicDisk& disk, std::span<const double> angle, std::uint32_t half_edge);
 
 // The vertex before the origin of half-edge h counter-clockwise, as a half-edge out of the same vertex;

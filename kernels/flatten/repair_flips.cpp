@@ -13,25 +13,38 @@ namespace {
 constexpr int largest_patch = 6;  // rings
 constexpr int rounds = 3;         // patches may meet: look again after all were mended
 constexpr std::size_t too_many_flips = 4096;
+constexpr double sliver = 1000;  // distortion at which "not flipped" is the luck of rounding
+
+bool is_bad(const ChartGeometry& geometry, std::span<const std::uint32_t> triangles,
+            std::span<const double> u, std::span<const double> v, std::uint32_t t) {
+  if (!geometry.counts[t]) return false;
+  const std::uint32_t a = triangles[3 * t], b = triangles[3 * t + 1], c = triangles[3 * t + 2];
+  return !(orient2d(u[a], v[a], u[b], v[b], u[c], v[c]) > 0) ||
+         triangle_distortion(geometry, triangles, u, v, t) > sliver;
+}
+
+std::vector<std::uint32_t> bad_triangles(const IntrinsicDisk& disk, const ChartGeometry& geometry,
+                                         std::span<const double> u, std::span<const double> v) {
+  std::vector<std::uint32_t> bad;
+  for (std::uint32_t t = 0; t < disk.triangle_count(); ++t)
+    if (is_bad(geometry, disk.triangles, u, v, t)) bad.push_back(t);
+  return bad;
+}
 
 class Patcher {
  public:
-  Patcher(const IntrinsicDisk& disk, std::span<const double> angle, std::span<const std::uint8_t> counts,
+  Patcher(const IntrinsicDisk& disk, std::span<const double> angle, const ChartGeometry& geometry,
           std::span<double> u, std::span<double> v)
       : disk_(disk),
         angle_(angle),
-        counts_(counts),
+        geometry_(geometry),
         u_(u),
         v_(v),
         leaving_(leaving_half_edges(disk)),
         vertex_mark_(disk.vertex_count, 0),
         moved_(disk.triangle_count(), 0) {}
 
-  bool flipped(std::uint32_t t) const {
-    const std::uint32_t a = disk_.triangles[3 * t], b = disk_.triangles[3 * t + 1],
-                        c = disk_.triangles[3 * t + 2];
-    return counts_[t] && !(orient2d(u_[a], v_[a], u_[b], v_[b], u_[c], v_[c]) > 0);
-  }
+  bool bad(std::uint32_t t) const { return is_bad(geometry_, disk_.triangles, u_, v_, t); }
 
   // Mends the cluster that triangle t belongs to.
   void mend(std::uint32_t t) {
@@ -48,11 +61,11 @@ class Patcher {
         if (!on_boundary(w)) free.push_back(w);
       if (free.empty()) continue;
       const std::vector<std::uint32_t> touched = triangles_at(free);
-      const std::size_t before = count_flips(touched);
+      const std::size_t before = count_bad(touched);
       const std::vector<double> old = positions(free);
       if (!solve_mean_value(disk_, angle_, leaving_, free, u_, v_)) continue;
-      const std::size_t after = count_flips(touched);
-      if (after == 0 && before > 0) {
+      const std::size_t after = count_bad(touched);
+      if (after == 0) {
         mark_moved(touched);
         return;
       }
@@ -85,7 +98,7 @@ class Patcher {
     } while (h != first && h != no_index);
   }
 
-  // Vertices of all flipped triangles that hang together with t by vertices.
+  // Vertices of all bad triangles that hang together with t by vertices.
   std::vector<std::uint32_t> cluster_vertices(std::uint32_t t) {
     ++stamp_;
     std::vector<std::uint32_t> vertices;
@@ -100,7 +113,7 @@ class Patcher {
     take(t);
     for (std::size_t i = 0; i < vertices.size(); ++i)
       for_each_outgoing(vertices[i], [&](std::uint32_t h) {
-        if (flipped(h / 3)) take(h / 3);
+        if (bad(h / 3)) take(h / 3);
       });
     return vertices;
   }
@@ -128,9 +141,9 @@ class Patcher {
     return touched;
   }
 
-  std::size_t count_flips(const std::vector<std::uint32_t>& triangles) const {
+  std::size_t count_bad(const std::vector<std::uint32_t>& triangles) const {
     std::size_t count = 0;
-    for (const std::uint32_t t : triangles) count += flipped(t);
+    for (const std::uint32_t t : triangles) count += bad(t);
     return count;
   }
 
@@ -154,7 +167,7 @@ class Patcher {
 
   const IntrinsicDisk& disk_;
   std::span<const double> angle_;
-  std::span<const std::uint8_t> counts_;
+  const ChartGeometry& geometry_;
   std::span<double> u_, v_;
   std::vector<std::uint32_t> leaving_;
   std::vector<std::uint32_t> vertex_mark_;
@@ -165,20 +178,20 @@ class Patcher {
 }  // namespace
 
 std::uint32_t repair_flips(const IntrinsicDisk& disk, std::span<const double> angle,
-                           std::span<const std::uint8_t> counts, std::span<double> u, std::span<double> v,
+                           const ChartGeometry& geometry, std::span<double> u, std::span<double> v,
                            const CancelToken& cancel) {
-  std::vector<std::uint32_t> flips = flipped_triangles(disk.triangles, counts, u, v);
-  if (flips.empty() || flips.size() > too_many_flips) return 0;
-  Patcher patcher(disk, angle, counts, u, v);
-  for (int round = 0; round < rounds && !flips.empty(); ++round) {
-    for (const std::uint32_t t : flips) {
-      if (!patcher.flipped(t)) continue;  // mended together with another one
+  std::vector<std::uint32_t> bad = bad_triangles(disk, geometry, u, v);
+  if (bad.empty() || bad.size() > too_many_flips) return 0;
+  Patcher patcher(disk, angle, geometry, u, v);
+  for (int round = 0; round < rounds && !bad.empty(); ++round) {
+    for (const std::uint32_t t : bad) {
+      if (!patcher.bad(t)) continue;  // mended together with another one
       cancel.check();
       patcher.mend(t);
     }
-    const std::size_t before = flips.size();
-    flips = flipped_triangles(disk.triangles, counts, u, v);
-    if (flips.size() >= before) break;
+    const std::size_t before = bad.size();
+    bad = bad_triangles(disk, geometry, u, v);
+    if (bad.size() >= before) break;
   }
   return patcher.moved_count();
 }

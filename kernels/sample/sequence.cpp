@@ -90,37 +90,50 @@ std::uint64_t reversed_bits(std::uint64_t value, int bits) {
   return result;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key) {
+// progressive_order under a mask whose highest bit belongs to the first level.
+std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask) {
   std::vector<std::uint32_t> order;
   if (count == 0) return order;
   order.reserve(count);
   const int levels = count > 1 ? std::bit_width(count - 1) : 0;
   const RankBlocks blocks{count};
-  const std::uint64_t mask =
-      random_words(key, Stream::sequence_shift, 1)[0] & ((std::uint64_t{1} << levels) - 1);
-  const auto mask_bit = [&](int level) { return mask >> (levels - 1 - level) & 1; };
   // The rank that stands for a block: down by the mask's bits, into the other child where that one is empty.
   const auto representative = [&](int level, std::uint64_t block) {
     for (; level < levels; ++level) {
-      block = block << 1 | mask_bit(level);
+      block = block << 1 | (mask >> (31 - level) & 1);
       if (blocks.empty(level + 1, block)) block ^= 1;
     }
     return static_cast<std::uint32_t>(blocks.begin(levels, block));
   };
   order.push_back(representative(0, 0));
-  for (int level = 1; level <= levels; ++level) {
-    const std::uint64_t level_mask = mask >> (levels - level);
-    for (std::uint64_t j = std::uint64_t{1} << (level - 1); j < std::uint64_t{1} << level; ++j) {
-      const std::uint64_t block = reversed_bits(j, level) ^ level_mask;
-      // The sibling is where the parent's representative went, unless it is empty: then this block has it
-      // already.
-      if (!blocks.empty(level, block) && !blocks.empty(level, block ^ 1))
-        order.push_back(representative(level, block));
+  for (int level = 1; level < levels; ++level)
+    for (std::uint64_t j = 0; j < std::uint64_t{1} << (level - 1); ++j) {
+      // Bit reversal over the parents; the child is the one where the parent's representative did not go.
+      const std::uint64_t parent_mask = level == 1 ? 0 : mask >> (33 - level);
+      const std::uint64_t parent = reversed_bits(j, level - 1) ^ parent_mask;
+      order.push_back(representative(level, parent << 1 | (~(mask >> (32 - level)) & 1)));
     }
+  if (levels == 0) return order;
+  // On the last level only some parents have two children. Bit reversal over all parents would meet those in
+  // clumps (their pattern along the curve is nearly periodic), so they are taken in the progressive order of
+  // their own number.
+  std::vector<std::uint32_t> rest;
+  for (std::uint64_t parent = 0; parent < std::uint64_t{1} << (levels - 1); ++parent) {
+    const std::uint64_t child = parent << 1 | (~(mask >> (32 - levels)) & 1);
+    if (!blocks.empty(levels, child) && !blocks.empty(levels, child ^ 1))
+      rest.push_back(static_cast<std::uint32_t>(blocks.begin(levels, child)));
   }
+  for (const std::uint32_t i : masked_order(static_cast<std::uint32_t>(rest.size()), mask))
+    order.push_back(rest[i]);
   return order;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key) {
+  const int levels = count > 1 ? std::bit_width(count - 1) : 0;
+  const std::uint64_t word = random_words(key, Stream::sequence_shift, 1)[0];
+  return masked_order(count, static_cast<std::uint32_t>(word << (32 - levels)));
 }
 
 }  // namespace meander

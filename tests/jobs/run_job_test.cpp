@@ -24,8 +24,7 @@ const std::string program = MEANDER_FAULT_PROGRAM;
 
 std::vector<std::string> run_command(const std::filesystem::path& input, const std::filesystem::path& store,
                                      std::vector<std::string> more = {}) {
-  std::vector<std::string> arguments = {program, "run", input.string(), "-o",   store.string(),
-                                        "-n",    "64",  "--progress",   "plain"};
+  std::vector<std::string> arguments = {program, "run", input.string(), "-o", store.string(), "-n", "64"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
