@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/radix_sort.h"
 #include "kernels/locate/chart_geometry.h"
 #include "kernels/locate/chart_scene.h"
 #include "kernels/locate/ray_plan.h"
@@ -91,24 +92,37 @@ void add_folds(const FlatChart& chart, std::vector<Conflict>& conflicts) {
   }
 }
 
-// What else lies over the centroid of each triangle. Pairs of neighbours count as all others do: the touching
-// along a border, which is no conflict, sure_hits leaves out.
+// What else lies over the centroid of each triangle; cast along the curve, since the order of triangles in a
+// file can be anything (unsorted, a ray costs three times as much). Pairs of neighbours count as all others
+// do: the touching along a border, which is no conflict, sure_hits leaves out.
 void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const CancelToken& cancel) {
   const std::size_t triangles = work.masses.size();
+  std::vector<float> centre_u(triangles), centre_v(triangles);
+  std::vector<KeyIndex> order(triangles), scratch;
+  parallel_blocks(triangles, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const UvTriangle corners = uv_triangle(work.chart, t);
+      centre_u[t] = static_cast<float>((corners.u[0] + corners.u[1] + corners.u[2]) / 3);
+      centre_v[t] = static_cast<float>((corners.v[0] + corners.v[1] + corners.v[2]) / 3);
+      const std::uint64_t rank = curve_key(CurveKind::hilbert, centre_u[t], centre_v[t]) >> 32;
+      order[t] = {rank, static_cast<std::uint32_t>(t)};
+    }
+  });
+  radix_sort(order, scratch);
   std::vector<float> u(triangles), v(triangles);
-  for (std::size_t t = 0; t < triangles; ++t) {
-    const UvTriangle corners = uv_triangle(work.chart, t);
-    u[t] = static_cast<float>((corners.u[0] + corners.u[1] + corners.u[2]) / 3);
-    v[t] = static_cast<float>((corners.v[0] + corners.v[1] + corners.v[2]) / 3);
+  for (std::size_t r = 0; r < triangles; ++r) {
+    u[r] = centre_u[order[r].index];
+    v[r] = centre_v[order[r].index];
   }
   RayHits hits;
   scene.cast(u, v, hits, cancel);
   work.rays += triangles;
   std::array<std::uint32_t, most_hits_per_ray> storage;
-  for (std::uint32_t t = 0; t < triangles; ++t) {
-    const auto all = hits.of(t);
+  for (std::size_t r = 0; r < triangles; ++r) {
+    const auto all = hits.of(r);
     if (all.size() < 2) continue;
-    const auto sure = sure_hits(work.chart, all, u[t], v[t], storage);
+    const std::uint32_t t = order[r].index;
+    const auto sure = sure_hits(work.chart, all, u[r], v[r], storage);
     if (sure.size() > most_conflicting || std::find(sure.begin(), sure.end(), t) == sure.end()) continue;
     for (const std::uint32_t other : sure)
       if (other != t) work.conflicts.push_back({std::min(t, other), std::max(t, other)});
@@ -157,7 +171,9 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
     const ChartScene scene(device, charts[c].u, charts[c].v, charts[c].cut.triangles);
     const DepthRange depths = depth_range(component_mass(component, masses), plan, parameters.curve);
     cast_leaf_rays(work, scene, trees[c], depths, plan.leaf_mass, c, key, cancel);
-    if (work.multiple_hits > 0 && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
+    // A sheet worth a number of its own spans many leaves; no leaf weighs much more than leaf_mass.
+    const bool worth_it = static_cast<double>(work.multiple_hits) * plan.leaf_mass > sheets.min_mass;
+    if (worth_it && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
     counts[c] = {trees[c].leaf_count(), work.rays, work.multiple_hits};
   });
   for (const auto& [leaves, rays, multiple] : counts) {

@@ -57,13 +57,13 @@ std::vector<CurveTree> build_curves(const PreparedMesh& mesh, std::span<const Fl
 // under the point is recorded (a ray over more than 64 stands on a collapsed spot and counts as a miss).
 // Leaves are split, down to depth max(3, floor(log2(kappa N_c) / 2) - 1) everywhere (N_c: expected samples of
 // the chart), and further while the mass estimated from their hits exceeds total / (kappa N): each triangle
-// gives the leaf's share of its UV area, at most all of its mass. Where a ray meets more than one triangle
-// the chart overlaps itself: one ray through every centroid finds the triangles in conflict, and they are
-// told apart into sheets by growing regions that never join conflicting triangles. Decisions are integers on
-// hits sorted by triangle; ray positions are never used as sample positions, ray sums never as mass.
-// Deterministic for every thread count and machine. The trees are refined in place. Cost: about 70 ns a
-// triangle for the hierarchy, 100-200 ns a ray, 1.3 to 3 rays a leaf; plus one ray a triangle where the chart
-// overlaps.
+// gives the leaf's share of its UV area, at most all of its mass. Where rays meet more than one triangle the
+// chart overlaps itself; if there is enough of it for a sheet of min_sheet_samples, one ray through every
+// centroid finds the triangles in conflict, and they are told apart into sheets by growing regions that never
+// join conflicting triangles. Decisions are integers on hits sorted by triangle; ray positions are never used
+// as sample positions, ray sums never as mass. Deterministic for every thread count and machine. The trees
+// are refined in place. Cost: about 70 ns a triangle for the hierarchy, 100-200 ns a ray; little more than
+// one ray a leaf, and one a triangle where the chart overlaps.
 Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
                            std::span<const FlatChart> charts, std::span<const double> masses,
                            std::vector<CurveTree>& trees, RandomKey key, const LocateParameters& parameters,
