@@ -90,6 +90,21 @@ const char* parse_number_slowly(const char* at, const char* end, double& value) 
   return next;
 }
 
+const char* parse_digits_slowly(const char* at, const char* end, std::int64_t& value) {
+  const char* p = at;
+  const bool negative = p < end && *p == '-';
+  if (p < end && (*p == '-' || *p == '+')) ++p;
+  const char* const first = p;
+  std::int64_t size = 0;
+  while (p < end && is_digit(*p)) {
+    size = size < 100'000'000'000'000'000 ? 10 * size + (*p - '0') : 1'000'000'000'000'000'000;
+    ++p;
+  }
+  if (p == first) return nullptr;
+  value = negative ? -size : size;
+  return p;
+}
+
 std::size_t line_of(std::string_view text, const char* at) {
   return 1 + static_cast<std::size_t>(std::count(text.data(), at, '\n'));
 }

@@ -1,6 +1,5 @@
-// 3-D: Skilling 2004, "Programming the Hilbert curve", as a table of his states. 2-D: frame tables of
-// curve_frames.h. Both Hilbert keys take several levels a step: the levels form one chain of dependent
-// look-ups, whose length is the cost.
+// 3-D: Skilling 2004, "Programming the Hilbert curve", as a state machine. 2-D: frame tables of
+// curve_frames.h. Both machines read several levels a step from tables made once.
 #include "kernels/curve/curve_key.h"
 
 #include <algorithm>
@@ -33,51 +32,113 @@ std::uint32_t grid_coordinate(double w) {
   return static_cast<std::uint32_t>(std::clamp(scaled, 0.0, cells - 1.0));
 }
 
-// Spreads the bits of v so that a zero bit stands between any two of them.
-constexpr std::uint64_t spread_by_two(std::uint64_t v) {
-  v = (v | v << 16) & 0x0000FFFF0000FFFF;
-  v = (v | v << 8) & 0x00FF00FF00FF00FF;
-  v = (v | v << 4) & 0x0F0F0F0F0F0F0F0F;
-  v = (v | v << 2) & 0x3333333333333333;
-  v = (v | v << 1) & 0x5555555555555555;
-  return v;
-}
+// Four levels of the 2-D curve a step: the 4 + 4 cell bits in, 8 key bits and the next frame out.
+struct FourLevels {
+  std::array<std::array<std::uint8_t, 256>, 8> digits,
+      frame;  // by frame, then by 16 x (bits of x) + bits of y
+};
 
-// For every frame and the cell bits (y, x) of four levels: eight bits of curve digits, and the frame below
-// them in the bits above.
-using PlaneSteps = std::array<std::array<std::uint16_t, 256>, 8>;
-
-PlaneSteps make_plane_steps() {
+FourLevels make_four_levels() {
   const FrameTable& table = frame_table(CurveKind::hilbert);
-  PlaneSteps steps{};
-  for (std::size_t start = 0; start < static_cast<std::size_t>(table.frames); ++start)
-    for (std::uint32_t cells = 0; cells < 256; ++cells) {
-      std::size_t frame = start;
-      std::uint32_t digits = 0;
-      for (int level = 3; level >= 0; --level) {
-        const std::uint8_t digit = table.digit_of_cell[frame][cells >> 2 * level & 3];
-        digits = digits << 2 | digit;
-        frame = table.child_frame[frame][digit];
+  FourLevels result{};
+  for (std::uint8_t start = 0; start < table.frames; ++start)
+    for (unsigned x = 0; x < 16; ++x)
+      for (unsigned y = 0; y < 16; ++y) {
+        unsigned digits = 0;
+        std::uint8_t frame = start;
+        for (int level = 3; level >= 0; --level) {
+          const std::uint8_t digit = table.digit_of_cell[frame][(x >> level & 1u) + 2 * (y >> level & 1u)];
+          digits = digits << 2 | digit;
+          frame = table.child_frame[frame][digit];
+        }
+        result.digits[start][16 * x + y] = static_cast<std::uint8_t>(digits);
+        result.frame[start][16 * x + y] = frame;
       }
-      steps[start][cells] = static_cast<std::uint16_t>(frame << 8 | digits);
-    }
-  return steps;
+  return result;
 }
 
 std::uint64_t hilbert_key_2d(double u, double v) {
-  static const PlaneSteps steps = make_plane_steps();
-  constexpr double cells = 4294967296.0;  // 32 levels
+  static const FourLevels steps = make_four_levels();
+  constexpr double cells = 4294967296.0;
   const auto ix = static_cast<std::uint32_t>(std::clamp(u * cells, 0.0, cells - 1.0));
   const auto iy = static_cast<std::uint32_t>(std::clamp(v * cells, 0.0, cells - 1.0));
-  const std::uint64_t path = spread_by_two(iy) << 1 | spread_by_two(ix);
   std::uint64_t key = 0;
-  std::size_t frame = 0;
-  for (int shift = 56; shift >= 0; shift -= 8) {
-    const std::uint16_t step = steps[frame][path >> shift & 0xFF];
-    key = key << 8 | (step & 0xFF);
-    frame = step >> 8;
+  std::uint8_t frame = 0;
+  for (int shift = 28; shift >= 0; shift -= 4) {
+    const std::uint32_t cell = (ix >> shift & 15u) << 4 | (iy >> shift & 15u);
+    key = key << 8 | steps.digits[frame][cell];
+    frame = steps.frame[frame][cell];
   }
   return key;
+}
+
+// Skilling's loops work on all lower bits at once: what they do to the bits of one level depends only on
+// which axes the higher levels exchanged and inverted. That is the state: where each axis now is, which are
+// inverted, and the parity that his Gray code carries down.
+struct HilbertState {
+  std::array<std::uint8_t, 3> axis = {0, 1, 2};
+  std::uint8_t inverted = 0;
+  std::uint8_t parity = 0;
+  friend bool operator==(const HilbertState&, const HilbertState&) = default;
+};
+
+// One level: the bits (x << 2 | y << 1 | z) of the cell in, the digit of the key out; moves the state on.
+std::uint8_t next_level(HilbertState& state, std::uint8_t cell) {
+  std::array<std::uint8_t, 3> bit{};
+  for (std::size_t i = 0; i < 3; ++i)
+    bit[i] = static_cast<std::uint8_t>((cell >> (2 - state.axis[i]) ^ state.inverted >> i) & 1);
+  HilbertState next = state;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (bit[i]) {
+      next.inverted ^= 1;
+    } else if (i > 0) {
+      std::swap(next.axis[0], next.axis[i]);
+      const std::uint8_t first = next.inverted & 1, other = next.inverted >> i & 1;
+      if (first != other) next.inverted = static_cast<std::uint8_t>(next.inverted ^ 1 ^ 1 << i);
+    }
+  }
+  const std::uint8_t g0 = bit[0], g1 = bit[1] ^ g0, g2 = bit[2] ^ g1;
+  const auto digit =
+      static_cast<std::uint8_t>((g0 ^ state.parity) << 2 | (g1 ^ state.parity) << 1 | (g2 ^ state.parity));
+  next.parity = state.parity ^ g2;
+  state = next;
+  return digit;
+}
+
+// Two levels of the 3-D curve a step: six cell bits in, six key bits and the next state out.
+struct TwoLevels {
+  std::vector<std::array<std::uint8_t, 64>> digits, state;
+  std::array<std::uint8_t, 8> first_digit{},
+      first_state{};  // a single level from the start: 21 levels are odd
+};
+
+TwoLevels make_two_levels() {
+  TwoLevels result;
+  std::vector<HilbertState> states = {HilbertState{}};
+  const auto number = [&](const HilbertState& state) {
+    const auto at = std::find(states.begin(), states.end(), state);
+    if (at == states.end()) {
+      states.push_back(state);
+      return static_cast<std::uint8_t>(states.size() - 1);
+    }
+    return static_cast<std::uint8_t>(at - states.begin());
+  };
+  for (std::uint8_t cell = 0; cell < 8; ++cell) {
+    HilbertState state;
+    result.first_digit[cell] = next_level(state, cell);
+    result.first_state[cell] = number(state);
+  }
+  for (std::size_t s = 0; s < states.size(); ++s) {
+    auto& digits = result.digits.emplace_back();
+    auto& next = result.state.emplace_back();
+    for (std::uint8_t cells = 0; cells < 64; ++cells) {
+      HilbertState state = states[s];
+      const std::uint8_t high = next_level(state, cells >> 3), low = next_level(state, cells & 7);
+      digits[cells] = static_cast<std::uint8_t>(high << 3 | low);
+      next[cells] = number(state);
+    }
+  }
+  return result;
 }
 
 std::uint64_t base_three_key(CurveKind kind, double u, double v) {
@@ -109,73 +170,18 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
   return kind == CurveKind::hilbert ? hilbert_key_2d(u, v) : base_three_key(kind, u, v);
 }
 
-namespace {
-
-// What Skilling's transformation of the higher bits does to the lower ones: bit of axis i = bit of axis
-// source[i] of the point, inverted where flip[i]; and the parity of his Gray code.
-struct SpaceState {
-  std::array<std::uint8_t, 3> source{0, 1, 2};
-  std::array<bool, 3> flip{};
-  bool gray = false;
-  friend bool operator==(const SpaceState&, const SpaceState&) = default;
-};
-
-// The curve digit of one level (bits x, y, z of the cell, x highest), and the state below it.
-std::uint32_t space_level(SpaceState& state, std::uint32_t cell) {
-  std::array<bool, 3> bit;
-  for (std::size_t i = 0; i < 3; ++i) bit[i] = ((cell >> (2 - state.source[i]) & 1) != 0) != state.flip[i];
-  const bool gray = state.gray;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (bit[i]) {
-      state.flip[0] = !state.flip[0];
-    } else {
-      std::swap(state.source[0], state.source[i]);
-      std::swap(state.flip[0], state.flip[i]);
-    }
-  }
-  bit[1] = bit[1] != bit[0];
-  bit[2] = bit[2] != bit[1];
-  state.gray = gray != bit[2];
-  std::uint32_t digit = 0;
-  for (const bool b : bit) digit = digit << 1 | static_cast<std::uint32_t>(b != gray);
-  return digit;
-}
-
-// For every state that occurs and the cell bits of three levels: nine bits of curve digits, and the state
-// below them in the bits above.
-std::vector<std::array<std::uint16_t, 512>> make_space_steps() {
-  std::vector<SpaceState> states(1);
-  std::vector<std::array<std::uint16_t, 512>> steps;
-  for (std::size_t s = 0; s < states.size(); ++s) {
-    steps.emplace_back();
-    for (std::uint32_t cells = 0; cells < 512; ++cells) {
-      SpaceState state = states[s];
-      std::uint32_t digits = 0;
-      for (int level = 2; level >= 0; --level)
-        digits = digits << 3 | space_level(state, cells >> 3 * level & 7);
-      const auto found = std::find(states.begin(), states.end(), state);
-      const auto number = static_cast<std::uint32_t>(found - states.begin());
-      if (found == states.end()) states.push_back(state);
-      steps[s][cells] = static_cast<std::uint16_t>(number << 9 | digits);
-    }
-  }
-  return steps;
-}
-
-}  // namespace
-
 std::uint64_t hilbert_key_3d(Vector3 p) {
-  static const std::vector<std::array<std::uint16_t, 512>> steps = make_space_steps();
-  const std::uint64_t path = spread_by_three(grid_coordinate(p.x)) << 2 |
-                             spread_by_three(grid_coordinate(p.y)) << 1 |
-                             spread_by_three(grid_coordinate(p.z));
-  const auto* table = steps.data();
-  std::uint64_t key = 0;
-  std::size_t state = 0;
-  for (int shift = 54; shift >= 0; shift -= 9) {
-    const std::uint16_t step = table[state][path >> shift & 0x1FF];
-    key = key << 9 | (step & 0x1FF);
-    state = step >> 9;
+  static const TwoLevels steps = make_two_levels();
+  const std::uint64_t cells = spread_by_three(grid_coordinate(p.x)) << 2 |
+                              spread_by_three(grid_coordinate(p.y)) << 1 |
+                              spread_by_three(grid_coordinate(p.z));
+  const std::size_t top = cells >> 60;
+  std::uint64_t key = steps.first_digit[top];
+  std::uint8_t state = steps.first_state[top];
+  for (int shift = 54; shift >= 0; shift -= 6) {
+    const std::size_t cell = cells >> shift & 63;
+    key = key << 6 | steps.digits[state][cell];
+    state = steps.state[state][cell];
   }
   return key;
 }

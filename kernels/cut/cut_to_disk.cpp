@@ -48,8 +48,14 @@ class ExtremitySeams {
  public:
   ExtremitySeams(const PreparedMesh& mesh, const SeamGraph& graph, double area, const CancelToken& cancel)
       : mesh_(mesh), graph_(graph), cancel_(cancel), paths_(graph) {
-    // Nearer extremities than half the radius of a flat disk of this area are not worth a seam.
-    shortest_seam_ = 0.5 * std::sqrt(area / std::numbers::pi);
+    // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface with a rim at least half
+    // as long as a disk's gets seams beyond that distance only; others need seams to open at all.
+    double rim = 0;
+    for (std::uint32_t h = 0; h < graph.opposite.size(); ++h)
+      if (graph.opposite[h] == no_index)
+        rim += edge_length(mesh, graph.source_vertex[graph.origin(h)], graph.source_vertex[graph.target(h)]);
+    const double radius = std::sqrt(area / std::numbers::pi);
+    shortest_seam_ = rim >= std::numbers::pi * radius ? radius : 0.5 * radius;
     for (const std::uint32_t v : graph.loop_vertices) paths_.add_source(v);
     boundary_edges_ = static_cast<std::uint32_t>(graph.loop_vertices.size());
   }

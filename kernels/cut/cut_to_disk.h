@@ -31,11 +31,11 @@ struct CutChart {
 
 // Tree-cotree for handles (Eppstein 2003; Erickson and Whittlesey 2005), boundary loops joined by shortest
 // paths, then farthest-point extremity seams: shortest paths from the farthest vertex to everything cut so
-// far, as long as it is farther away than half the radius of a flat disk of the component's area. A closed
-// surface of genus 0 first gets a path between two far vertices, which counts as two seams. Postconditions,
-// checked (ItemError(internal) when broken): connected, V - E + F = 1, exactly one boundary loop of at least
-// three edges, every vertex fan a half-disk or disk. Cost: O(T log T). Deterministic; throws timeout /
-// RunCancelled from `cancel`.
+// far, as long as it is farther away than r = sqrt(area / pi), or r / 2 when the component is closed or its
+// rim is shorter than pi r. A closed surface of genus 0 first gets a path between two far vertices, which
+// counts as two seams. Postconditions, checked (ItemError(internal) when broken): connected, V - E + F = 1,
+// exactly one boundary loop of at least three edges, every vertex fan a half-disk or disk. Cost: O(T log T).
+// Deterministic; throws timeout / RunCancelled from `cancel`.
 CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 

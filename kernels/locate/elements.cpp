@@ -59,10 +59,11 @@ struct TriangleSource {
   Vector3 corner[3];
   double density[3];
   double area;
+  bool uniform;  // density 1 everywhere
 };
 
 struct Element {
-  std::uint64_t key;  // along the curve of the chart, or the 3-D Hilbert key
+  std::uint64_t key;  // along the curve of the chart
   double mass;
   std::uint32_t triangle, path;
   std::uint32_t group;  // component and sheet
@@ -71,12 +72,15 @@ struct Element {
 
 // Mass of a piece: area x mean of the linear density at its corners (exact for a linear density).
 double piece_mass(const TriangleSource& source, const Piece& piece, int bisections) {
+  // 2^-bisections, exact; a call of ldexp costs more than the rest.
+  const double share = std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
+  if (source.uniform) return source.area * share;
   double mean = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double b1 = piece.b1[k], b2 = piece.b2[k];
     mean += (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
   }
-  return std::ldexp(source.area, -bisections) * mean / 3;
+  return source.area * share * mean / 3;
 }
 
 // The uniformly random point of a piece that keys it; a pure function of (key, triangle, path).
@@ -87,24 +91,20 @@ std::array<double, 2> random_point(const Piece& piece, UnitPair uniform) {
           w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
 }
 
-// The same point as the barycentric weights (of corners 1 and 2) in its triangle.
-std::array<double, 2> element_point(const Piece& piece, RandomKey key, std::uint32_t triangle,
-                                    std::uint32_t path) {
-  const std::uint64_t index = static_cast<std::uint64_t>(triangle) << 32 | path;
-  return random_point(piece, random_pair(key, Stream::element_key, index));
-}
-
-std::uint64_t space_key(const Vector3 (&corner)[3], double b1, double b2) {
-  return hilbert_key_3d((1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2]);
-}
-
 // Depth-first bisection of one triangle until every piece weighs at most `limit` and there are at least
 // `wanted` of them; `emit` is called in path order.
 template <class Emit>
 void cut_triangle(const TriangleSource& source, double limit, std::uint32_t wanted,
                   std::vector<WorkPiece>& stack, const Emit& emit) {
   const int least = wanted > 1 ? std::bit_width(wanted - 1) : 0;
-  stack.push_back(whole_triangle(source.corner[0], source.corner[1], source.corner[2]));
+  const WorkPiece whole = whole_triangle(source.corner[0], source.corner[1], source.corner[2]);
+  const double whole_mass = piece_mass(source, whole.weights, 0);
+  if (!(whole_mass > 0)) return;
+  if (whole_mass <= limit && least == 0) {  // most triangles of a fine mesh
+    emit(whole, whole_mass);
+    return;
+  }
+  stack.push_back(whole);
   while (!stack.empty()) {
     const WorkPiece piece = stack.back();
     stack.pop_back();
@@ -127,6 +127,7 @@ TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::
     source.density[k] = density.uniform() ? 1.0 : density.corner[3 * t + k];
   }
   source.area = mesh.area[t];
+  source.uniform = density.uniform();
   return source;
 }
 
@@ -169,12 +170,14 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
       cut_triangle(source, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
-        const auto [b1, b2] = element_point(piece.weights, key, static_cast<std::uint32_t>(t), piece.path);
+        const std::uint64_t index = static_cast<std::uint64_t>(t) << 32 | piece.path;
+        const auto [b1, b2] = random_point(piece.weights, random_pair(key, Stream::element_key, index));
         const double b0 = 1 - b1 - b2;
         Element e;
-        e.key = chart == no_index ? space_key(source.corner, b1, b2)
-                                  : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
-                                              b0 * v[0] + b1 * v[1] + b2 * v[2]);
+        e.key = chart == no_index
+                    ? hilbert_key_3d(b0 * source.corner[0] + b1 * source.corner[1] + b2 * source.corner[2])
+                    : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
+                                b0 * v[0] + b1 * v[1] + b2 * v[2]);
         e.mass = mass;
         e.triangle = static_cast<std::uint32_t>(t);
         e.path = piece.path;
@@ -196,20 +199,25 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
   return elements;
 }
 
-// The 3-D Hilbert key of an element, which decides between equal keys of a chart. Worked out again from the
-// element's name: so few elements need it that keeping it for all would cost more.
-std::uint64_t tie_of(const PreparedMesh& mesh, RandomKey key, const Element& e) {
-  Vector3 corner[3];
-  for (std::size_t k = 0; k < 3; ++k)
-    corner[k] = mesh.position(mesh.triangles[3 * std::size_t{e.triangle} + k]);
-  const auto [b1, b2] =
-      element_point(piece_of(corner[0], corner[1], corner[2], e.path), key, e.triangle, e.path);
-  return space_key(corner, b1, b2);
+// The 3-D Hilbert key of an element's curve vertex.
+std::uint64_t space_key(const PreparedMesh& mesh, const Element& e) {
+  const auto corner = [&](std::size_t k) {
+    return mesh.position(mesh.triangles[3 * std::size_t{e.triangle} + k]);
+  };
+  return hilbert_key_3d((1.0 - e.b1 - e.b2) * corner(0) + static_cast<double>(e.b1) * corner(1) +
+                        static_cast<double>(e.b2) * corner(2));
 }
 
-// Order of the elements: group, key, tie, then triangle and path (the order they are in).
-std::vector<KeyIndex> curve_order(const std::vector<Element>& elements, const PreparedMesh& mesh,
-                                  RandomKey key) {
+// Elements of one cell of the finest level, along the 3-D curve instead; then in the order they are in.
+void sort_run(const PreparedMesh& mesh, const std::vector<Element>& elements, std::span<KeyIndex> run) {
+  for (KeyIndex& entry : run) entry.key = space_key(mesh, elements[entry.index]);
+  std::sort(run.begin(), run.end(), [](const KeyIndex& a, const KeyIndex& b) {
+    return a.key != b.key ? a.key < b.key : a.index < b.index;
+  });
+}
+
+// Order of the elements: group, key, 3-D Hilbert key, then triangle and path (the order they are in).
+std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<Element>& elements) {
   std::vector<KeyIndex> order(elements.size()), scratch;
   for (std::size_t i = 0; i < elements.size(); ++i)
     order[i] = {elements[i].key, static_cast<std::uint32_t>(i)};
@@ -220,27 +228,15 @@ std::vector<KeyIndex> curve_order(const std::vector<Element>& elements, const Pr
     for (KeyIndex& entry : order) entry.key = elements[entry.index].group;
     radix_sort(order, scratch);
   }
-  // Runs of equal group and key are rare (a part of the chart that shrank below the finest cell): sort them
-  // by tie.
-  const auto same_cell = [&](const KeyIndex& a, const KeyIndex& b) {
-    if (a.key != b.key) return false;  // of the last sort: by group or, with one group only, by curve key
-    const Element &ea = elements[a.index], &eb = elements[b.index];
-    return ea.group == eb.group && ea.key == eb.key;
-  };
-  std::vector<KeyIndex> ties;
-  for (auto run = order.begin(); run != order.end();) {
-    auto run_end = run + 1;
-    while (run_end != order.end() && same_cell(*run, *run_end)) ++run_end;
-    if (run_end - run > 1) {
-      ties.clear();
-      for (auto at = run; at != run_end; ++at)
-        ties.push_back({tie_of(mesh, key, elements[at->index]), at->index});
-      std::sort(ties.begin(), ties.end(), [](const KeyIndex& a, const KeyIndex& b) {
-        return a.key != b.key ? a.key < b.key : a.index < b.index;
-      });
-      std::transform(ties.begin(), ties.end(), run, [](const KeyIndex& tie) { return tie; });
-    }
-    run = run_end;
+  // Runs of equal group and key are rare: a part of the chart that shrank below the finest cell.
+  for (std::size_t begin = 0; begin < order.size();) {
+    const Element& first = elements[order[begin].index];
+    std::size_t end = begin + 1;
+    while (end < order.size() && elements[order[end].index].key == first.key &&
+           elements[order[end].index].group == first.group)
+      ++end;
+    if (end - begin > 1) sort_run(mesh, elements, std::span(order).subspan(begin, end - begin));
+    begin = end;
   }
   return order;
 }
@@ -264,7 +260,7 @@ CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
     throw ItemError(Status::too_large,
                     std::to_string(elements.size()) + " curve elements are more than 32 bits can number");
   cancel.check();
-  const std::vector<KeyIndex> order = curve_order(elements, mesh, key);
+  const std::vector<KeyIndex> order = curve_order(mesh, elements);
 
   CurveElements result;
   const std::size_t count = elements.size();

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <random>
 
+#include "kernels/core/random.h"
 #include "kernels/core/status.h"
 #include "kernels/curve/curve_frames.h"
 
@@ -348,4 +349,42 @@ TEST_CASE("hilbert_key_3d: clamps, and tells the finest cells apart") {
   const double cell = 0x1p-20;
   CHECK(hilbert_key_3d({0.5 * cell, 0, 0}) != hilbert_key_3d({1.5 * cell, 0, 0}));
   CHECK(hilbert_key_3d({0.25 * cell, 0, 0}) == hilbert_key_3d({0.75 * cell, 0, 0}));
+}
+
+namespace {
+
+// Skilling's own loops (2004), on a 2^21 grid.
+std::uint64_t skilling_key(std::array<std::uint32_t, 3> axis) {
+  constexpr std::uint32_t top = 1u << 20;
+  for (std::uint32_t bit = top; bit > 1; bit >>= 1)
+    for (std::uint32_t& a : axis) {
+      if (a & bit) {
+        axis[0] ^= bit - 1;
+      } else {
+        const std::uint32_t swap = (axis[0] ^ a) & (bit - 1);
+        axis[0] ^= swap;
+        a ^= swap;
+      }
+    }
+  axis[1] ^= axis[0];
+  axis[2] ^= axis[1];
+  std::uint32_t gray = 0;
+  for (std::uint32_t bit = top; bit > 1; bit >>= 1)
+    if (axis[2] & bit) gray ^= bit - 1;
+  for (std::uint32_t& a : axis) a ^= gray;
+  std::uint64_t key = 0;
+  for (int level = 20; level >= 0; --level)
+    for (const std::uint32_t a : axis) key = key << 1 | (a >> level & 1u);
+  return key;
+}
+
+}  // namespace
+
+TEST_CASE("hilbert_key_3d: the state machine gives Skilling's keys") {
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const PhiloxBlock w = random_words({}, Stream::leaf_ray, i);
+    const std::array<std::uint32_t, 3> cell = {w[0] >> 11, w[1] >> 11, w[2] >> 11};
+    const auto centre = [](std::uint32_t c) { return (c + 0.5) * 0x1p-20 - 1; };
+    REQUIRE(hilbert_key_3d({centre(cell[0]), centre(cell[1]), centre(cell[2])}) == skilling_key(cell));
+  }
 }
