@@ -1,6 +1,7 @@
 // meander run: from files to one store.
 #include <fmt/format.h>
 #include <malloc.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <unistd.h>
 
@@ -142,8 +143,10 @@ class RunJob {
     }
     if (!options_.reuse.empty()) reusable_ = std::make_unique<ReusableRows>(options_.reuse, header_);
     directory_ = std::make_unique<RunDirectory>(options_.store, header_);
-    if (!options_.retry.empty()) keep_finished_rows();
+    const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(options_.threads));
     try_suspects();
+    if (!options_.retry.empty()) keep_finished_rows();
     return run_graph();
   }
 
@@ -215,19 +218,23 @@ class RunJob {
     return parameters;
   }
 
-  // Items that were in flight when an earlier process died. Before any thread is started: it forks.
+  // Items that were in flight when an earlier process died. Before any thread is started: it forks. Writing a
+  // row may start threads (it may seal a shard), so the verdicts come first and the rows after them.
   void try_suspects() {
     const GraphParameters parameters = graph_parameters();
+    std::vector<std::pair<std::uint64_t, std::string>> crashed;
     for (const std::uint64_t row : directory_->suspects()) {
-      const LoneResult result = try_item_alone(inputs_.items[row], parameters, header_, hook_);
-      if (!result.crashed) continue;
-      Row crashed;
-      crashed.label = inputs_.items[row].label;
-      crashed.report.status = Status::crashed;
-      crashed.report.reason = result.reason;
-      directory_->end_item(encode_row(header_, row, crashed));
+      LoneResult result = try_item_alone(inputs_.items[row], parameters, header_, hook_);
+      if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
+    }
+    for (const auto& [row, reason] : crashed) {
+      Row content;
+      content.label = inputs_.items[row].label;
+      content.report.status = Status::crashed;
+      content.report.reason = reason;
+      directory_->end_item(encode_row(header_, row, content));
       if (options_.progress != "none" && options_.progress != "json")
-        fmt::print(stderr, "{}: crashed: {}\n", inputs_.items[row].id, result.reason);
+        fmt::print(stderr, "{}: crashed: {}\n", inputs_.items[row].id, reason);
     }
   }
 
