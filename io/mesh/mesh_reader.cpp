@@ -68,8 +68,10 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
 std::optional<std::string> converted(std::string_view content, MeshFormat format) {
   if (content.starts_with("\xFF\xFE")) return from_utf16(content, false);
   if (content.starts_with("\xFE\xFF")) return from_utf16(content, true);
-  // PLY headers take CR themselves: a copy would damage the binary data behind them.
-  if (format == MeshFormat::ply || content.find('\n') != std::string_view::npos) return std::nullopt;
+  if (content.find('\n') != std::string_view::npos) return std::nullopt;
+  // The header of a binary PLY file is read with its CR line ends: a copy would damage the data behind it.
+  if (format == MeshFormat::ply && content.substr(0, 64).find("ascii") == std::string_view::npos)
+    return std::nullopt;
   if (content.find('\r') == std::string_view::npos) return std::nullopt;
   // The bytes of a damaged binary STL file are no line ends.
   if (content.substr(0, 512).find('\0') != std::string_view::npos) return std::nullopt;

@@ -265,8 +265,7 @@ void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   for (const ObjPart& part : parts) {
     if (part.bad_vertex != nullptr)
       text::fail_at(content, part.bad_vertex,
-                    "a vertex needs three numbers, but there is " +
-                        (*part.bad_vertex == '\n' ? "a line end" : text::quoted(content, part.bad_vertex)));
+                    "a vertex needs three numbers, but there is " + text::quoted(content, part.bad_vertex));
     faces += part.polygons.count();
     bad_faces += part.bad_faces;
     vertices += part.x.size();

@@ -55,11 +55,11 @@ bool read_keyword(TextCursor& cursor, OffHeader& header) {
 
 std::uint64_t read_count(std::string_view content, TextCursor& cursor, const char* of_what) {
   std::int64_t count = 0;
-  const Token token = cursor.integer(count);
-  if (token == Token::ended)
+  if (!cursor.skip_to_token())
     text::fail_at(content, cursor.end, std::string("the file ends before the number of ") + of_what);
-  if (token == Token::bad || count < 0)
-    text::fail_at(content, cursor.at, text::quoted(content, cursor.at) + " is not a number of " + of_what);
+  const char* const at = cursor.at;
+  if (cursor.integer(count) != Token::ok || count < 0)
+    text::fail_at(content, at, text::quoted(content, at) + " is not a number of " + of_what);
   return static_cast<std::uint64_t>(count);
 }
 

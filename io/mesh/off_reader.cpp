@@ -59,8 +59,7 @@ struct OffRows {
   // bad: the polygon is there without corners, and its line is skipped. ended: nothing was added.
   static Token face(TextCursor& cursor, PolygonPart& part) {
     std::int64_t count = 0, number = 0;
-    Token token = cursor.integer(count);
-    if (token == Token::ok && (count < 0 || count > cursor.end - cursor.at)) token = Token::bad;
+    Token token = cursor.length(count);
     for (std::int64_t c = 0; token == Token::ok && c < count; ++c) {
       token = cursor.integer(number);
       if (token == Token::ok) part.corners.push_back(text::to_index(number));
@@ -111,17 +110,19 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
   part.corners.reserve(std::min(3 * std::min(header.faces, bytes), bytes / 2));
   const char* first_bad = nullptr;
   std::uint64_t bad = 0;
+  bool cut = false;  // in a face that is not there then
   while (part.count() < header.faces) {
     if (part.count() % rows_between_checks == 0) cancel.check();
     if (!cursor.skip_to_token()) break;
     const char* const start = cursor.at;
     const Token token = OffRows::face(cursor, part);
-    if (token == Token::ended) break;
+    cut = token == Token::ended;
+    if (cut) break;
     if (token == Token::bad && bad++ == 0) first_bad = start;
   }
   // Without a line end behind it and with faces missing, the last face was probably cut in the middle of a
   // number.
-  if (part.count() < header.faces && part.count() > 0 && cursor.at == cursor.end &&
+  if (!cut && part.count() < header.faces && part.count() > 0 && cursor.at == cursor.end &&
       !text::is_separator(content.back())) {
     part.begin.pop_back();
     part.corners.resize(part.begin.back());

@@ -193,7 +193,9 @@ MeshEstimate from_counts(const Peek& peek, MeshFormat format, std::uint64_t vert
 MeshEstimate peek_off(const Peek& peek) {
   const OffHeader header = parse_off_header(peek.head);
   if (!header.binary) return from_counts(peek, MeshFormat::off, header.vertices, header.faces, 0, true);
-  const std::uint64_t words = peek.file.bytes() / 4;
+  const std::uint64_t front = header.body + 12;  // the counts are three words
+  if (peek.file.bytes() < front) return from_size(peek.file.bytes());
+  const std::uint64_t words = (peek.file.bytes() - front) / 4;
   const std::uint64_t words_per_vertex =
       3 + header.homogeneous + (header.normals ? 3 : 0) + (header.colours ? 4 : 0) + (header.texture ? 2 : 0);
   const auto big_endian = [&](std::size_t at) {
@@ -205,7 +207,6 @@ MeshEstimate peek_off(const Peek& peek) {
   const auto little_endian = [&](std::size_t at) {
     return std::uint64_t{__builtin_bswap32(static_cast<std::uint32_t>(big_endian(at)))};
   };
-  if (peek.head.size() < header.body + 12) return from_size(peek.file.bytes());
   const bool swapped = big_endian(0) > words / words_per_vertex;
   const std::uint64_t vertices =
       std::min(swapped ? little_endian(0) : big_endian(0), words / words_per_vertex);
@@ -213,8 +214,8 @@ MeshEstimate peek_off(const Peek& peek) {
   const std::uint64_t left = words - vertices * words_per_vertex;  // words of faces
   // A face is its length, its corners and the number of its colour components.
   const std::uint64_t corners = left > 2 * faces ? left - 2 * faces : 0;
-  const std::uint64_t triangles = corners > 2 * faces ? corners - 2 * faces : std::min(faces, left / 5);
-  return {peek.file.bytes(), vertices, std::min(triangles, left / 3 + 1)};
+  // Less than triangles take: the file is cut, and polygons may be larger.
+  return {peek.file.bytes(), vertices, left < 5 * faces ? left / 3 + 1 : corners - 2 * faces};
 }
 
 // Binary: every size is known but the lists' lengths, and what the file holds beyond the rest is theirs.
@@ -286,7 +287,7 @@ MeshEstimate peek_stl(const Peek& peek) {
 MeshEstimate peek_obj(const Peek& peek) {
   const std::optional<Rows> rows = sampled(peek, count_obj_lines);
   const std::uint64_t bytes = peek.file.bytes();
-  if (peek.whole && rows && (rows->vertices == 0 || peek.head.find("\\\n") != std::string::npos))
+  if (peek.whole && rows && (rows->vertices == 0 || peek.head.find('\\') != std::string::npos))
     return from_reader(peek, MeshFormat::obj);
   if (!rows || rows->vertices == 0) return from_size(bytes);
   const double margin = peek.whole ? 1 : sampling_margin;

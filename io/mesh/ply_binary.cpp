@@ -162,10 +162,9 @@ class EqualRows {
   std::size_t row_bytes_;
 };
 
-// Reads rows one after the other, whatever their lengths.
-PlyProgress read_in_order(std::string_view data, const PlyElement& element, bool swap,
+// Reads the rows behind those that `progress` counts, one after the other, whatever their lengths.
+PlyProgress read_in_order(std::string_view data, PlyProgress progress, const PlyElement& element, bool swap,
                           const PlyColumns& columns, PolygonPart& polygons, const CancelToken& cancel) {
-  PlyProgress progress;
   std::vector<std::size_t> lengths;
   std::size_t row_bytes = 0;
   for (; progress.rows < element.count; ++progress.rows) {
@@ -213,7 +212,7 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
       if (regular.load(std::memory_order_relaxed) && !equal.hold(begin, end)) regular.store(false);
     });
-  if (!regular.load()) return read_in_order(data, element, swap, columns, polygons, cancel);
+  if (!regular.load()) return read_in_order(data, {}, element, swap, columns, polygons, cancel);
   if (columns.index_list >= 0) {
     check_count(corners, "corners");
     polygons.begin.resize(rows + 1);
@@ -223,7 +222,8 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
     cancel.check();
     equal.gather_rows(begin, end, columns, polygons);
   });
-  return {rows, rows * row_bytes};
+  // Where no more rows of this size fit, shorter ones may.
+  return read_in_order(data, {rows, rows * row_bytes}, element, swap, columns, polygons, cancel);
 }
 
 PolygonPart triangles_of_strips(const std::vector<PolygonPart>& strips) {

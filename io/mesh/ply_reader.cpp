@@ -208,8 +208,7 @@ class PlyMeshReader {
 
   static Token read_list(TextCursor& cursor, PolygonPart* polygons) {
     std::int64_t length = 0, number = 0;
-    if (const Token token = cursor.integer(length); token != Token::ok) return token;
-    if (length < 0 || length > cursor.end - cursor.at) return Token::bad;
+    if (const Token token = cursor.length(length); token != Token::ok) return token;
     for (std::int64_t k = 0; k < length; ++k) {
       if (polygons == nullptr) {
         if (cursor.word().empty()) return Token::ended;
@@ -269,10 +268,13 @@ class PlyMeshReader {
       parts.resize(1);
       PolygonPart& polygons = columns.index_list >= 0 ? parts[0] : unused;
       std::uint64_t row = element.properties.empty() ? element.count : 0;
+      bool cut = !complete_;  // in a row that is not there then
       for (; row < fit; ++row) {
         if (row % rows_between_checks == 0) cancel_.check();
+        if (!cursor.skip_to_token()) break;
         const Token token = read_row(cursor, e, row, columns, polygons, &mesh_.repairs);
-        if (token == Token::ended) break;
+        cut = token == Token::ended;
+        if (cut) break;
         if (token == Token::bad)
           text::fail_at(content_, cursor.at,
                         "vertex " + std::to_string(row) + " of " + std::to_string(element.count) + ": " +
@@ -280,8 +282,8 @@ class PlyMeshReader {
       }
       // Without a line end behind it and with rows missing, the last row was probably cut in the middle of a
       // number.
-      if (row < element.count && row > 0 && cursor.at == cursor.end && !text::is_separator(content_.back()) &&
-          complete_) {
+      if (!cut && row < element.count && row > 0 && cursor.at == cursor.end &&
+          !text::is_separator(content_.back())) {
         --row;
         if (columns.index_list >= 0) {
           polygons.begin.pop_back();

@@ -111,7 +111,8 @@ std::size_t line_of(std::string_view text, const char* at) {
 
 std::string quoted(std::string_view text, const char* at) {
   constexpr std::size_t longest = 24;
-  if (at == nullptr) return "the end of the line";  // the data of an empty word
+  if (at == text.data() + text.size()) return "the end of the file";
+  if (is_separator(*at)) return "the end of the line";
   std::string result = "`";
   for (const char* p = at; p < text.data() + text.size() && !is_separator(*p); ++p) {
     if (static_cast<std::size_t>(p - at) == longest) {

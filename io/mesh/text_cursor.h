@@ -161,6 +161,13 @@ struct TextCursor {
     at = next;
     return Token::ok;
   }
+  // The length of a list that follows. One that the rest of the text cannot hold is bad, or the text ends in
+  // it.
+  Token length(std::int64_t& value) {
+    if (const Token token = integer(value); token != Token::ok) return token;
+    if (value >= 0 && value <= end - at) return Token::ok;
+    return value > 0 && find_line_end(at, end) == end ? Token::ended : Token::bad;
+  }
   // The token up to the next separator.
   std::string_view word() {
     if (!skip_to_token()) return {at, 0};
@@ -172,7 +179,7 @@ struct TextCursor {
 
 // 1 + the number of line ends before `at`.
 std::size_t line_of(std::string_view text, const char* at);
-// The token at `at` in quotes: at most 24 bytes, what is not printable ASCII replaced.
+// The token at `at` in quotes: at most 24 bytes, what is not printable ASCII replaced; or that there is none.
 std::string quoted(std::string_view text, const char* at);
 // Throws ItemError(unreadable, "line 12: ...").
 [[noreturn]] void fail_at(std::string_view text, const char* at, const std::string& what);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -35,7 +35,8 @@ void put_bytes(std::string& data, T value, bool big_endian) {
 std::string number(std::uint64_t value) { return std::to_string(value); }
 
 bool has_vertex_normals(const PolygonMesh& mesh) {
-  return mesh.corner_normals.empty() && mesh.normals.size() == 3 * mesh.vertex_count() && !mesh.normals.empty();
+  return mesh.corner_normals.empty() && mesh.normals.size() == 3 * mesh.vertex_count() &&
+         !mesh.normals.empty();
 }
 
 template <class Action>
@@ -53,11 +54,12 @@ std::string off_text(const PolygonMesh& mesh) {
     put(text, mesh.x[v], ' ');
     put(text, mesh.y[v], ' ');
     put(text, mesh.z[v], normals ? ' ' : '\n');
-    for (std::size_t k = 0; normals && k < 3; ++k) put(text, double{mesh.normals[3 * v + k]}, k < 2 ? ' ' : '\n');
+    for (std::size_t k = 0; normals && k < 3; ++k)
+      put(text, double{mesh.normals[3 * v + k]}, k < 2 ? ' ' : '\n');
   }
   for_each_polygon(mesh, [&](std::size_t, const std::vector<std::uint32_t>& polygon) {
     text += number(polygon.size());
-    for (const std::uint32_t corner : polygon) text += " " + number(corner);
+    for (const std::uint32_t corner : polygon) (text += ' ') += number(corner);
     text += "\n";
   });
   return text;
@@ -69,7 +71,8 @@ std::string off_binary(const PolygonMesh& mesh) {
   for (const std::size_t count : {mesh.vertex_count(), mesh.polygon_count(), std::size_t{0}})
     put_bytes(data, static_cast<std::uint32_t>(count), true);
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]}) put_bytes(data, static_cast<float>(value), true);
+    for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]})
+      put_bytes(data, static_cast<float>(value), true);
     for (std::size_t k = 0; normals && k < 3; ++k) put_bytes(data, mesh.normals[3 * v + k], true);
   }
   for_each_polygon(mesh, [&](std::size_t, const std::vector<std::uint32_t>& polygon) {
@@ -95,20 +98,27 @@ std::string obj_text(const PolygonMesh& mesh) {
   for_each_polygon(mesh, [&](std::size_t p, const std::vector<std::uint32_t>& polygon) {
     text += "f";
     for (std::size_t c = 0; c < polygon.size(); ++c) {
-      text += " " + number(std::uint64_t{polygon[c]} + 1);
+      (text += ' ') += number(std::uint64_t{polygon[c]} + 1);
       if (!mesh.corner_normals.empty())
-        text += "//" + number(std::uint64_t{mesh.corner_normals[mesh.polygon_begin[p] + c]} + 1);
+        (text += "//") += number(std::uint64_t{mesh.corner_normals[mesh.polygon_begin[p] + c]} + 1);
       else if (has_vertex_normals(mesh))
-        text += "//" + number(std::uint64_t{polygon[c]} + 1);
+        (text += "//") += number(std::uint64_t{polygon[c]} + 1);
     }
     text += "\n";
   });
   return text;
 }
 
+// Whether a byte can hold the size of every polygon.
+bool has_short_polygons(const PolygonMesh& mesh) {
+  for (std::size_t p = 0; p < mesh.polygon_count(); ++p)
+    if (mesh.polygon_begin[p + 1] - mesh.polygon_begin[p] > 255) return false;
+  return true;
+}
+
 std::string ply(const PolygonMesh& mesh, MeshFile kind) {
   const bool ascii = kind == MeshFile::ply_ascii, big_endian = kind == MeshFile::ply_big_endian;
-  const bool normals = has_vertex_normals(mesh);
+  const bool normals = has_vertex_normals(mesh), short_polygons = has_short_polygons(mesh);
   std::string data = std::string("ply\nformat ") +
                      (ascii        ? "ascii"
                       : big_endian ? "binary_big_endian"
@@ -116,9 +126,12 @@ std::string ply(const PolygonMesh& mesh, MeshFile kind) {
                      " 1.0\nelement vertex " + number(mesh.vertex_count()) +
                      "\nproperty double x\nproperty double y\nproperty double z\n";
   if (normals) data += "property float nx\nproperty float ny\nproperty float nz\n";
-  for (const ScalarAttribute& attribute : mesh.vertex_attributes) data += "property double " + attribute.name + "\n";
-  data += "element face " + number(mesh.polygon_count()) + "\nproperty list uint int vertex_indices\n";
-  for (const ScalarAttribute& attribute : mesh.face_attributes) data += "property double " + attribute.name + "\n";
+  for (const ScalarAttribute& attribute : mesh.vertex_attributes)
+    data += "property double " + attribute.name + "\n";
+  data += "element face " + number(mesh.polygon_count()) + "\nproperty list " +
+          (short_polygons ? "uchar" : "uint") + " int vertex_indices\n";
+  for (const ScalarAttribute& attribute : mesh.face_attributes)
+    data += "property double " + attribute.name + "\n";
   data += "end_header\n";
   const auto write = [&](auto value) {
     if (ascii)
@@ -136,7 +149,10 @@ std::string ply(const PolygonMesh& mesh, MeshFile kind) {
     end_row();
   }
   for_each_polygon(mesh, [&](std::size_t p, const std::vector<std::uint32_t>& polygon) {
-    write(static_cast<std::uint32_t>(polygon.size()));
+    if (short_polygons)
+      write(static_cast<std::uint8_t>(polygon.size()));
+    else
+      write(static_cast<std::uint32_t>(polygon.size()));
     for (const std::uint32_t corner : polygon) write(static_cast<std::int32_t>(corner));
     for (const ScalarAttribute& attribute : mesh.face_attributes) write(attribute.values[p]);
     end_row();
@@ -175,12 +191,18 @@ std::string stl(const PolygonMesh& mesh, bool ascii) {
 
 std::string mesh_bytes(const PolygonMesh& mesh, MeshFile kind) {
   switch (kind) {
-    case MeshFile::off: return off_text(mesh);
-    case MeshFile::off_binary: return off_binary(mesh);
-    case MeshFile::obj: return obj_text(mesh);
-    case MeshFile::stl_ascii: return stl(mesh, true);
-    case MeshFile::stl_binary: return stl(mesh, false);
-    default: return ply(mesh, kind);
+    case MeshFile::off:
+      return off_text(mesh);
+    case MeshFile::off_binary:
+      return off_binary(mesh);
+    case MeshFile::obj:
+      return obj_text(mesh);
+    case MeshFile::stl_ascii:
+      return stl(mesh, true);
+    case MeshFile::stl_binary:
+      return stl(mesh, false);
+    default:
+      return ply(mesh, kind);
   }
 }
 
