@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/radix_sort.h"
 #include "kernels/core/status.h"
 #include "kernels/curve/curve_frames.h"
 
@@ -199,67 +200,66 @@ CurveTree join_levels(std::span<const CurveLevel> levels) {
 
 namespace {
 
-// The triangles under the nodes of one level: node i owns order[begin[i]] .. order[begin[i + 1] - 1].
-struct Gathered {
-  std::vector<std::uint32_t> order;
-  std::vector<std::uint32_t> begin;
-};
+// Triangles of positive mass along the curve, at their UV centroids.
+struct CentroidsOnCurve {
+  std::vector<std::uint64_t> key;  // ascending
+  std::vector<double> mass, uv_area;
 
-struct Masses {
-  std::span<const double> u, v, mass, uv_area;
-
-  double in_leaf(std::uint32_t t, double leaf_area) const {
-    return uv_area.empty() || uv_area[t] <= leaf_area ? mass[t] : mass[t] * (leaf_area / uv_area[t]);
+  double in_leaf(std::size_t i, double leaf_area) const {
+    return uv_area[i] <= leaf_area ? mass[i] : mass[i] * (leaf_area / uv_area[i]);
   }
 };
 
-// Index of the child, in curve order, that holds (u, v). Points on a border, and those that rounding puts
-// just outside the node, go to the nearest child.
-std::size_t child_digit(const FrameTable& table, const CurveTree& nodes, std::size_t node, double u,
-                        double v) {
-  const int last = table.branching - 1;
-  const double scale = table.branching / nodes.side[node];
-  const int x = std::clamp(static_cast<int>((u - nodes.u[node]) * scale), 0, last);
-  const int y = std::clamp(static_cast<int>((v - nodes.v[node]) * scale), 0, last);
-  return table.digit_of_cell[nodes.frame[node]][static_cast<std::size_t>(x + table.branching * y)];
-}
-
-// Hands the triangles of all split nodes down to their children (stable, so the order is one for every thread
-// count).
-Gathered hand_down(const CurveLevel& level, const Gathered& gathered, const Masses& masses) {
-  const Rules rules(level.nodes.kind);
-  std::vector<std::uint32_t> parents;
-  std::vector<std::uint32_t> offset = {0};
-  for (std::size_t i = 0; i < level.split.size(); ++i) {
-    if (level.split[i] == 0) continue;
-    parents.push_back(static_cast<std::uint32_t>(i));
-    offset.push_back(offset.back() + gathered.begin[i + 1] - gathered.begin[i]);
-  }
-  Gathered next;
-  next.order.resize(offset.back());
-  next.begin.resize(parents.size() * rules.children + 1, offset.back());
-  parallel_blocks(parents.size(), node_block / 16, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint8_t> digits;
-    for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t node = parents[p];
-      const std::span<const std::uint32_t> own(gathered.order.data() + gathered.begin[node],
-                                               offset[p + 1] - offset[p]);
-      std::array<std::uint32_t, 9> at{};
-      digits.resize(own.size());
-      for (std::size_t k = 0; k < own.size(); ++k) {
-        digits[k] = static_cast<std::uint8_t>(
-            child_digit(rules.table, level.nodes, node, masses.u[own[k]], masses.v[own[k]]));
-        ++at[digits[k]];
-      }
-      std::uint32_t position = offset[p];
-      for (std::size_t c = 0; c < rules.children; ++c) {
-        next.begin[p * rules.children + c] = position;
-        position += std::exchange(at[c], position);
-      }
-      for (std::size_t k = 0; k < own.size(); ++k) next.order[at[digits[k]]++] = own[k];
+CentroidsOnCurve sort_along_curve(CurveKind kind, std::span<const double> u, std::span<const double> v,
+                                  std::span<const double> mass, std::span<const double> uv_area) {
+  std::vector<KeyIndex> order(mass.size()), scratch;
+  parallel_blocks(mass.size(), node_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      order[t] = {curve_key(kind, u[t], v[t]), static_cast<std::uint32_t>(t)};
+  });
+  std::erase_if(order, [&](const KeyIndex& entry) { return !(mass[entry.index] > 0); });
+  radix_sort(order, scratch);
+  CentroidsOnCurve sorted;
+  sorted.key.resize(order.size());
+  sorted.mass.resize(order.size());
+  sorted.uv_area.resize(order.size());
+  parallel_blocks(order.size(), node_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      sorted.key[i] = order[i].key;
+      sorted.mass[i] = mass[order[i].index];
+      sorted.uv_area[i] = uv_area.empty() ? 0.0 : uv_area[order[i].index];
     }
   });
-  return next;
+  return sorted;
+}
+
+// Node i of a level owns the triangles range[2 i] .. range[2 i + 1] - 1 (nodes that were not split leave
+// gaps). Returns the ranges of the children.
+std::vector<std::uint32_t> ranges_of_children(const CurveLevel& level, const CurveTree& children,
+                                              std::span<const std::uint32_t> range,
+                                              const CentroidsOnCurve& triangles) {
+  const std::size_t branches = Rules(level.nodes.kind).children;
+  std::vector<std::uint32_t> parents;
+  for (std::uint32_t i = 0; i < level.split.size(); ++i)
+    if (level.split[i] != 0) parents.push_back(i);
+  std::vector<std::uint32_t> result(2 * children.leaf_count());
+  const auto key = triangles.key.begin();
+  parallel_blocks(parents.size(), node_block / 16, [&](std::size_t first, std::size_t last) {
+    for (std::size_t p = first; p < last; ++p) {
+      const std::uint32_t family_end = range[2 * parents[p] + 1];
+      std::uint32_t at = range[2 * parents[p]];
+      for (std::size_t c = p * branches; c < (p + 1) * branches; ++c) {
+        result[2 * c] = at;
+        if (c + 1 == (p + 1) * branches)
+          at = family_end;
+        else
+          at = static_cast<std::uint32_t>(std::lower_bound(key + at, key + family_end, children.key[c + 1]) -
+                                          key);
+        result[2 * c + 1] = at;
+      }
+    }
+  });
+  return result;
 }
 
 }  // namespace
@@ -267,13 +267,10 @@ Gathered hand_down(const CurveLevel& level, const Gathered& gathered, const Mass
 CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v, std::span<const double> mass,
                            std::span<const double> uv_area, double leaf_mass, int min_depth,
                            const CurveParameters& parameters, const CancelToken& cancel) {
-  const Masses masses = {u, v, mass, uv_area};
   const int deepest = curve_depth(parameters.kind, parameters.max_depth);
   const int shallowest = std::min(deepest, curve_depth(parameters.kind, min_depth));
-  Gathered gathered;
-  for (std::size_t t = 0; t < mass.size(); ++t)
-    if (mass[t] > 0) gathered.order.push_back(static_cast<std::uint32_t>(t));
-  gathered.begin = {0, static_cast<std::uint32_t>(gathered.order.size())};
+  const CentroidsOnCurve triangles = sort_along_curve(parameters.kind, u, v, mass, uv_area);
+  std::vector<std::uint32_t> range = {0, static_cast<std::uint32_t>(triangles.key.size())};
 
   std::vector<CurveLevel> levels;
   levels.push_back({curve_root(parameters.kind), {0}});
@@ -283,19 +280,19 @@ CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v,
     parallel_blocks(level.split.size(), node_block / 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const double leaf_area = level.nodes.side[i] * level.nodes.side[i];
-        bool split = depth < shallowest && gathered.begin[i] < gathered.begin[i + 1];
+        bool split = depth < shallowest && range[2 * i] < range[2 * i + 1];
         double sum = 0;
-        for (std::uint32_t k = gathered.begin[i]; !split && k < gathered.begin[i + 1]; ++k) {
-          sum += masses.in_leaf(gathered.order[k], leaf_area);
+        for (std::uint32_t k = range[2 * i]; !split && k < range[2 * i + 1]; ++k) {
+          sum += triangles.in_leaf(k, leaf_area);
           split = sum > leaf_mass;
         }
         level.split[i] = split;
       }
     });
-    if (std::find(level.split.begin(), level.split.end(), 1) == level.split.end()) break;
-    gathered = hand_down(level, gathered, masses);
     CurveTree children = children_of(level.nodes, level.split);
     const std::size_t count = children.leaf_count();
+    if (count == 0) break;
+    range = ranges_of_children(level, children, range, triangles);
     levels.push_back({std::move(children), std::vector<std::uint8_t>(count, 0)});
   }
   return join_levels(levels);

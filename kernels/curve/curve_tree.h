@@ -65,7 +65,7 @@ int curve_depth(CurveKind kind, int hilbert_levels);
 // where there is any mass at all. u, v: UV centroids of the triangles; mass: their masses >= 0. uv_area: UV
 // areas of the triangles; a triangle larger than a leaf then counts with the leaf's share of its mass only,
 // so that the tree does not dive for the centroid of a large triangle. Empty: every mass is a point mass.
-// O(T depth + L), 4 bytes a triangle and 44 a node of scratch.
+// O(T + L log T), 56 bytes a triangle and 44 a node of scratch.
 CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v, std::span<const double> mass,
                            std::span<const double> uv_area, double leaf_mass, int min_depth,
                            const CurveParameters& parameters, const CancelToken& cancel = {});
