@@ -1,1 +1,3 @@
-int main() { return 2; }
+#include "jobs/jobs.h"
+
+int main(int argc, char** argv) { return meander::run_program(argc, argv); }

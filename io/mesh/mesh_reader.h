@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "io/mesh/mapped_file.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
 
@@ -17,22 +18,6 @@ enum class MeshFormat : std::uint8_t { off, obj, ply, stl };
 
 // By extension, case-insensitive; false for any other extension.
 bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format);
-
-// A file mapped read-only for as long as the object lives. Throws ItemError(unreadable) with the system's
-// reason.
-class MappedFile {
- public:
-  explicit MappedFile(const std::filesystem::path& path);
-  ~MappedFile();
-  MappedFile(MappedFile&& other) noexcept;
-  MappedFile& operator=(MappedFile&&) = delete;
-  MappedFile(const MappedFile&) = delete;
-  std::span<const std::byte> bytes() const { return {data_, size_}; }
-
- private:
-  const std::byte* data_ = nullptr;
-  std::size_t size_ = 0;
-};
 
 // What a mesh of this format probably holds, from the first (and a few middle) kilobytes: for the memory
 // reservation.

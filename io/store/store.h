@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -115,6 +116,8 @@ class StoreReader {
   std::uint32_t method_version() const;
   std::string tool_version() const;
   std::uint64_t seed() const;
+  const std::string& order() const;
+  Compression compression() const;
   const std::string& parameters_json() const;
   const std::vector<std::string>& label_names() const;
   const std::vector<DescriptorSchema>& descriptors() const;
@@ -137,7 +140,8 @@ struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;
 };
-VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit = 100);
+VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit = 100,
+                          const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
 // Files for PointNet-style loaders: ply_data_train<k>.h5 shards of `shard_rows` ok rows (data f32, normal
 // f32, label u8), their id lists as JSON, train_files.txt and shape_names.txt, in an existing or new folder.

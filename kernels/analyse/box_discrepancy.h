@@ -27,21 +27,27 @@ struct BoxParameters {
 };
 
 // Exact area of the part of the triangles inside the box (each triangle clipped against the six planes, in
-// double). x, y, z: V positions; triangles: 3 T vertex numbers. O(T). Triangles of no area contribute
-// nothing.
+// double). x, y, z: V positions; triangles: 3 T vertex numbers. O(T), parallel in fixed blocks. Triangles of
+// no area contribute nothing. Positions must be finite.
 double area_in_box(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    std::span<const std::uint32_t> triangles, const RotatedBox& box);
 
 // Random test boxes on a surface: centre an area-random surface point moved by a uniform offset within half a
-// half-size along each box axis, uniform rotation, half-sizes as in the parameters, kept when the exact share
-// lies in [share_min, share_max]. Pure in the seed. O(boxes x triangles near the box).
+// half-size along each box axis, uniform rotation (Shoemake 1992, "Uniform random rotations"), half-sizes as
+// in the parameters (the diagonal is that of the box around all used vertices), kept when the exact share
+// lies in [share_min, share_max]. Pure in the seed: box i is a function of (surface, seed, i), so that fewer
+// boxes are a prefix of more. A box whose every draw of 1000 is refused is left out: fewer boxes than asked,
+// perhaps none, come back for surfaces that hardly have such boxes (all area in one spot). O(T log T) once,
+// then O(triangles across the faces of the box) a draw. Throws ItemError(zero_area) when there is no area.
 std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const double> y,
                                      std::span<const double> z, std::span<const std::uint32_t> triangles,
                                      const BoxParameters& parameters);
 
-// points: 3 n coordinates in the units of the boxes. Returns sqrt(mean over boxes of (count/n - share)^2)
-// over the Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random points, smaller is better. O(boxes x n),
-// vectorised, or better with a grid.
+// points: 3 n coordinates, finite, in the units of the boxes, in any order. Returns sqrt(mean over boxes of
+// (count/n - share)^2) over the Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random points (root mean
+// square over many sets), smaller is better. Points on a face of a box are inside. O(n log n) once, then
+// O(points near the faces of the box) a box. Deterministic for every thread count. Throws
+// std::invalid_argument without points or boxes.
 double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double> points);
 
 }  // namespace meander

@@ -36,6 +36,17 @@ void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
   });
 }
 
+// Calls body(i) for i in [0, count), each call a task of its own: for few, unequal, independent pieces of
+// work (the components of a model). Isolated like parallel_blocks.
+template <class Body>
+void parallel_tasks(std::size_t count, const Body& body) {
+  if (count < 2) {
+    if (count == 1) body(std::size_t{0});
+    return;
+  }
+  oneapi::tbb::this_task_arena::isolate([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, body); });
+}
+
 // Sum in fixed blocks with double accumulators: bit-identical for every thread count. O(n).
 inline double blocked_sum(std::span<const double> values) {
   std::vector<double> partial((values.size() + sum_block - 1) / sum_block, 0.0);

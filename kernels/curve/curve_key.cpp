@@ -1,8 +1,11 @@
-// 3-D: Skilling 2004, "Programming the Hilbert curve". 2-D: frame tables of curve_frames.h.
+// 3-D: Skilling 2004, "Programming the Hilbert curve", as a state machine. 2-D: frame tables of
+// curve_frames.h. Both machines read several levels a step from tables made once.
 #include "kernels/curve/curve_key.h"
 
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "kernels/curve/curve_frames.h"
 
@@ -29,22 +32,113 @@ std::uint32_t grid_coordinate(double w) {
   return static_cast<std::uint32_t>(std::clamp(scaled, 0.0, cells - 1.0));
 }
 
-// Binary digits of the cell, one curve digit a level, by the orientation table.
+// Four levels of the 2-D curve a step: the 4 + 4 cell bits in, 8 key bits and the next frame out.
+struct FourLevels {
+  std::array<std::array<std::uint8_t, 256>, 8> digits,
+      frame;  // by frame, then by 16 x (bits of x) + bits of y
+};
+
+FourLevels make_four_levels() {
+  const FrameTable& table = frame_table(CurveKind::hilbert);
+  FourLevels result{};
+  for (std::uint8_t start = 0; start < table.frames; ++start)
+    for (unsigned x = 0; x < 16; ++x)
+      for (unsigned y = 0; y < 16; ++y) {
+        unsigned digits = 0;
+        std::uint8_t frame = start;
+        for (int level = 3; level >= 0; --level) {
+          const std::uint8_t digit = table.digit_of_cell[frame][(x >> level & 1u) + 2 * (y >> level & 1u)];
+          digits = digits << 2 | digit;
+          frame = table.child_frame[frame][digit];
+        }
+        result.digits[start][16 * x + y] = static_cast<std::uint8_t>(digits);
+        result.frame[start][16 * x + y] = frame;
+      }
+  return result;
+}
+
 std::uint64_t hilbert_key_2d(double u, double v) {
-  constexpr int levels = 32;
+  static const FourLevels steps = make_four_levels();
   constexpr double cells = 4294967296.0;
   const auto ix = static_cast<std::uint32_t>(std::clamp(u * cells, 0.0, cells - 1.0));
   const auto iy = static_cast<std::uint32_t>(std::clamp(v * cells, 0.0, cells - 1.0));
-  const FrameTable& table = frame_table(CurveKind::hilbert);
   std::uint64_t key = 0;
   std::uint8_t frame = 0;
-  for (int level = levels - 1; level >= 0; --level) {
-    const std::uint32_t cell = (ix >> level & 1u) + 2 * (iy >> level & 1u);
-    const std::uint8_t digit = table.digit_of_cell[frame][cell];
-    key = key << 2 | digit;
-    frame = table.child_frame[frame][digit];
+  for (int shift = 28; shift >= 0; shift -= 4) {
+    const std::uint32_t cell = (ix >> shift & 15u) << 4 | (iy >> shift & 15u);
+    key = key << 8 | steps.digits[frame][cell];
+    frame = steps.frame[frame][cell];
   }
   return key;
+}
+
+// Skilling's loops work on all lower bits at once: what they do to the bits of one level depends only on
+// which axes the higher levels exchanged and inverted. That is the state: where each axis now is, which are
+// inverted, and the parity that his Gray code carries down.
+struct HilbertState {
+  std::array<std::uint8_t, 3> axis = {0, 1, 2};
+  std::uint8_t inverted = 0;
+  std::uint8_t parity = 0;
+  friend bool operator==(const HilbertState&, const HilbertState&) = default;
+};
+
+// One level: the bits (x << 2 | y << 1 | z) of the cell in, the digit of the key out; moves the state on.
+std::uint8_t next_level(HilbertState& state, std::uint8_t cell) {
+  std::array<std::uint8_t, 3> bit{};
+  for (std::size_t i = 0; i < 3; ++i)
+    bit[i] = static_cast<std::uint8_t>((cell >> (2 - state.axis[i]) ^ state.inverted >> i) & 1);
+  HilbertState next = state;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (bit[i]) {
+      next.inverted ^= 1;
+    } else if (i > 0) {
+      std::swap(next.axis[0], next.axis[i]);
+      const std::uint8_t first = next.inverted & 1, other = next.inverted >> i & 1;
+      if (first != other) next.inverted = static_cast<std::uint8_t>(next.inverted ^ 1 ^ 1 << i);
+    }
+  }
+  const std::uint8_t g0 = bit[0], g1 = bit[1] ^ g0, g2 = bit[2] ^ g1;
+  const auto digit =
+      static_cast<std::uint8_t>((g0 ^ state.parity) << 2 | (g1 ^ state.parity) << 1 | (g2 ^ state.parity));
+  next.parity = state.parity ^ g2;
+  state = next;
+  return digit;
+}
+
+// Two levels of the 3-D curve a step: six cell bits in, six key bits and the next state out.
+struct TwoLevels {
+  std::vector<std::array<std::uint8_t, 64>> digits, state;
+  std::array<std::uint8_t, 8> first_digit{},
+      first_state{};  // a single level from the start: 21 levels are odd
+};
+
+TwoLevels make_two_levels() {
+  TwoLevels result;
+  std::vector<HilbertState> states = {HilbertState{}};
+  const auto number = [&](const HilbertState& state) {
+    const auto at = std::find(states.begin(), states.end(), state);
+    if (at == states.end()) {
+      states.push_back(state);
+      return static_cast<std::uint8_t>(states.size() - 1);
+    }
+    return static_cast<std::uint8_t>(at - states.begin());
+  };
+  for (std::uint8_t cell = 0; cell < 8; ++cell) {
+    HilbertState state;
+    result.first_digit[cell] = next_level(state, cell);
+    result.first_state[cell] = number(state);
+  }
+  for (std::size_t s = 0; s < states.size(); ++s) {
+    auto& digits = result.digits.emplace_back();
+    auto& next = result.state.emplace_back();
+    for (std::uint8_t cells = 0; cells < 64; ++cells) {
+      HilbertState state = states[s];
+      const std::uint8_t high = next_level(state, cells >> 3), low = next_level(state, cells & 7);
+      digits[cells] = static_cast<std::uint8_t>(high << 3 | low);
+      next[cells] = number(state);
+    }
+  }
+  return result;
 }
 
 std::uint64_t base_three_key(CurveKind kind, double u, double v) {
@@ -77,27 +171,19 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
 }
 
 std::uint64_t hilbert_key_3d(Vector3 p) {
-  std::array<std::uint32_t, 3> axis = {grid_coordinate(p.x), grid_coordinate(p.y), grid_coordinate(p.z)};
-  constexpr std::uint32_t top = 1u << (axis_bits_3d - 1);
-  for (std::uint32_t bit = top; bit > 1; bit >>= 1) {
-    const std::uint32_t low = bit - 1;
-    for (std::uint32_t& a : axis) {
-      if (a & bit) {
-        axis[0] ^= low;
-      } else {
-        const std::uint32_t swap = (axis[0] ^ a) & low;
-        axis[0] ^= swap;
-        a ^= swap;
-      }
-    }
+  static const TwoLevels steps = make_two_levels();
+  const std::uint64_t cells = spread_by_three(grid_coordinate(p.x)) << 2 |
+                              spread_by_three(grid_coordinate(p.y)) << 1 |
+                              spread_by_three(grid_coordinate(p.z));
+  const std::size_t top = cells >> 60;
+  std::uint64_t key = steps.first_digit[top];
+  std::uint8_t state = steps.first_state[top];
+  for (int shift = 54; shift >= 0; shift -= 6) {
+    const std::size_t cell = cells >> shift & 63;
+    key = key << 6 | steps.digits[state][cell];
+    state = steps.state[state][cell];
   }
-  axis[1] ^= axis[0];
-  axis[2] ^= axis[1];
-  std::uint32_t gray = 0;
-  for (std::uint32_t bit = top; bit > 1; bit >>= 1)
-    if (axis[2] & bit) gray ^= bit - 1;
-  for (std::uint32_t& a : axis) a ^= gray;
-  return spread_by_three(axis[0]) << 2 | spread_by_three(axis[1]) << 1 | spread_by_three(axis[2]);
+  return key;
 }
 
 }  // namespace meander

@@ -13,11 +13,11 @@ enum class CurveKind : std::uint8_t { hilbert, peano, peano_meander };
 constexpr int curve_key_levels(CurveKind kind) { return kind == CurveKind::hilbert ? 32 : 20; }
 
 // Rank of the cell of the finest level that holds (u, v) along the curve over [0, 1]^2. u, v are clamped to
-// [0, 1). Keys of a coarser level are prefixes: key / (4^k or 9^k). Pure; 30-60 ns.
+// [0, 1). Keys of a coarser level are prefixes: key / (4^k or 9^k). Pure; 30 ns (Peano curves 100 ns).
 std::uint64_t curve_key(CurveKind kind, double u, double v);
 
 // Rank of the cell of the 2^21 grid that holds p along the 3-D Hilbert curve over [-1, 1]^3 (63 bits);
-// clamped. Skilling 2004, "Programming the Hilbert curve". Pure; about 40 ns.
+// clamped. Skilling 2004, "Programming the Hilbert curve". Pure; about 35 ns.
 std::uint64_t hilbert_key_3d(Vector3 p);
 
 }  // namespace meander

@@ -35,17 +35,39 @@ CurveTree curve_root(CurveKind kind);
 CurveTree refine(const CurveTree& tree, std::span<const std::uint8_t> split,
                  std::vector<std::uint32_t>* parent = nullptr);
 
+// The children alone of all leaves with split[i] != 0, in curve order: one level of a tree that is grown
+// level by level without copying the leaves that are done. Leaves at the finest level have no children. O(L).
+CurveTree children_of(const CurveTree& tree, std::span<const std::uint8_t> split);
+
+// One level of a growing tree: its nodes in curve order, and which of them were split. The nodes of the next
+// level are children_of(nodes, split).
+struct CurveLevel {
+  CurveTree nodes;
+  std::vector<std::uint8_t> split;
+};
+
+// The leaves of a tree grown level by level, in curve order: the nodes of all levels that were not split. The
+// first level covers the square; split flags of the last level are zero. O(nodes).
+CurveTree join_levels(std::span<const CurveLevel> levels);
+
 struct CurveParameters {
   CurveKind kind = CurveKind::hilbert;
   double leaves_per_sample = 2;  // kappa: a leaf is split while its mass > total / (kappa N); 1..256
   int max_depth = 24;  // of Hilbert levels; Peano trees stop at 2/3 of it (a factor 3 a level instead of 2)
 };
 
+// A depth given in Hilbert levels, in levels of the kind: itself, or 2/3 of it (rounded down); at most
+// curve_key_levels(kind).
+int curve_depth(CurveKind kind, int hilbert_levels);
+
 // The tree of build_curve: the masses of the triangles gathered at their UV centroids; leaves are split,
-// level by level, while their gathered mass exceeds leaf_mass, and down to min_depth where there is any mass
-// at all. u, v: UV centroids of the triangles; mass: their masses. O(T log T + L).
+// level by level, while their gathered mass exceeds leaf_mass, and down to min_depth (in Hilbert levels)
+// where there is any mass at all. u, v: UV centroids of the triangles; mass: their masses >= 0. uv_area: UV
+// areas of the triangles; a triangle larger than a leaf then counts with the leaf's share of its mass only,
+// so that the tree does not dive for the centroid of a large triangle. Empty: every mass is a point mass.
+// O(T + L log T), 56 bytes a triangle and 44 a node of scratch.
 CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v, std::span<const double> mass,
-                           double leaf_mass, int min_depth, const CurveParameters& parameters,
-                           const CancelToken& cancel = {});
+                           std::span<const double> uv_area, double leaf_mass, int min_depth,
+                           const CurveParameters& parameters, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -26,31 +26,50 @@ struct Soup {
   std::vector<std::uint32_t> polygon;      // T
 };
 
+// Vertices with a finite position. Most files have no other kind: an empty result says so.
+std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
+  const std::size_t vertices = mesh.vertex_count();
+  const auto finite = [&](std::size_t v) {
+    return std::isfinite(mesh.x[v]) && std::isfinite(mesh.y[v]) && std::isfinite(mesh.z[v]);
+  };
+  std::size_t first_bad = 0;
+  while (first_bad < vertices && finite(first_bad)) ++first_bad;
+  std::vector<std::uint8_t> result;
+  if (first_bad == vertices) return result;
+  result.resize(vertices);
+  for (std::size_t v = 0; v < vertices; ++v) result[v] = finite(v);
+  return result;
+}
+
 // Which polygons can be used at all; the others are counted by what is wrong with them, the first cause that
-// holds.
-std::vector<std::uint8_t> usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
+// holds. used: 1 for every vertex of a usable polygon.
+std::vector<std::uint8_t> usable_polygons(const PolygonMesh& mesh, std::vector<std::uint8_t>& used,
+                                          RepairCounts& repairs) {
   const std::size_t polygons = mesh.polygon_count(), vertices = mesh.vertex_count();
+  const std::vector<std::uint8_t> finite = finite_vertices(mesh);
   std::vector<std::uint8_t> usable(polygons, 0);
+  used.assign(vertices, 0);
   for (std::size_t p = 0; p < polygons; ++p) {
     const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
     if (end - begin < 3) {
       ++repairs[Repair::short_faces];
       continue;
     }
-    bool in_range = true, finite = true;
-    for (std::uint32_t k = begin; k < end && in_range; ++k) {
-      const std::uint32_t v = mesh.corners[k];
-      in_range = v < vertices;
-      finite = finite && in_range && std::isfinite(mesh.x[v]) && std::isfinite(mesh.y[v]) &&
-               std::isfinite(mesh.z[v]);
-    }
-    if (!in_range) {
+    std::uint32_t largest = 0;
+    for (std::uint32_t k = begin; k < end; ++k) largest = std::max(largest, mesh.corners[k]);
+    if (largest >= vertices) {
       ++repairs[Repair::index_out_of_range];
-    } else if (!finite) {
-      ++repairs[Repair::non_finite];
-    } else {
-      usable[p] = 1;
+      continue;
     }
+    bool all_finite = true;
+    if (!finite.empty())
+      for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[mesh.corners[k]];
+    if (!all_finite) {
+      ++repairs[Repair::non_finite];
+      continue;
+    }
+    usable[p] = 1;
+    for (std::uint32_t k = begin; k < end; ++k) used[mesh.corners[k]] = 1;
   }
   return usable;
 }
@@ -75,20 +94,15 @@ std::vector<std::uint8_t> usable_polygons(const PolygonMesh& mesh, RepairCounts&
                                      " have fewer than three corners");
 }
 
-void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> usable, PreparedMesh& out) {
+void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, PreparedMesh& out) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   out.bbox = {infinity, infinity, infinity, -infinity, -infinity, -infinity};
-  std::vector<std::uint8_t> used(mesh.vertex_count(), 0);
-  for (std::size_t p = 0; p < usable.size(); ++p) {
-    if (!usable[p]) continue;
-    for (std::uint32_t k = mesh.polygon_begin[p]; k < mesh.polygon_begin[p + 1]; ++k) {
-      const std::uint32_t v = mesh.corners[k];
-      used[v] = 1;
-      const double at[3] = {mesh.x[v], mesh.y[v], mesh.z[v]};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        out.bbox[axis] = std::min(out.bbox[axis], at[axis]);
-        out.bbox[axis + 3] = std::max(out.bbox[axis + 3], at[axis]);
-      }
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (!used[v]) continue;
+    const double at[3] = {mesh.x[v], mesh.y[v], mesh.z[v]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out.bbox[axis] = std::min(out.bbox[axis], at[axis]);
+      out.bbox[axis + 3] = std::max(out.bbox[axis + 3], at[axis]);
     }
   }
   out.unreferenced_vertices = static_cast<std::uint32_t>(std::count(used.begin(), used.end(), 0));
@@ -106,20 +120,15 @@ void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> usable, 
   out.diagonal = std::sqrt(dx * dx + dy * dy + dz * dz) * out.unit;
 }
 
-// welded[v]: the lowest vertex with the bits of v's position, for vertices of usable polygons; others keep
-// no_index.
-std::vector<std::uint32_t> weld(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
+// welded[v]: the lowest vertex with the bits of v's position, for used vertices; others keep no_index.
+std::vector<std::uint32_t> weld(const PolygonMesh& mesh, std::span<const std::uint8_t> used,
                                 RepairCounts& repairs) {
   std::vector<std::uint32_t> welded(mesh.vertex_count(), no_index);
-  for (std::size_t p = 0; p < usable.size(); ++p)
-    if (usable[p])
-      for (std::uint32_t k = mesh.polygon_begin[p]; k < mesh.polygon_begin[p + 1]; ++k)
-        welded[mesh.corners[k]] = 0;
   const std::size_t slots = std::bit_ceil(2 * mesh.vertex_count() + 2);
   std::vector<std::uint32_t> table(slots, no_index);
   const auto bits = [](double c) { return std::bit_cast<std::uint64_t>(c + 0.0); };  // -0 + 0 = 0
   for (std::uint32_t v = 0; v < welded.size(); ++v) {
-    if (welded[v] == no_index) continue;
+    if (!used[v]) continue;
     std::uint64_t hash = bits(mesh.x[v]);
     hash = (hash ^ (hash >> 32)) * 0x9E3779B97F4A7C15u + bits(mesh.y[v]);
     hash = (hash ^ (hash >> 29)) * 0xBF58476D1CE4E5B9u + bits(mesh.z[v]);
@@ -140,6 +149,13 @@ std::vector<std::uint32_t> weld(const PolygonMesh& mesh, std::span<const std::ui
   return welded;
 }
 
+// Working coordinates of a file vertex. The unit is a power of two: multiplying by its inverse is exact.
+Vector3 working_position(const PolygonMesh& mesh, const PreparedMesh& frame, std::uint32_t vertex) {
+  const double inverse = 1 / frame.unit;
+  return {(mesh.x[vertex] - frame.centre.x) * inverse, (mesh.y[vertex] - frame.centre.y) * inverse,
+          (mesh.z[vertex] - frame.centre.z) * inverse};
+}
+
 // Triangles of all usable polygons, without those that name a position twice.
 Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
                  std::span<const std::uint32_t> welded, const PreparedMesh& frame, RepairCounts& repairs) {
@@ -152,6 +168,18 @@ Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
   for (std::size_t p = 0; p < usable.size(); ++p) {
     if (!usable[p]) continue;
     const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
+    if (end - begin == 3) {
+      const std::uint32_t a = welded[mesh.corners[begin]], b = welded[mesh.corners[begin + 1]],
+                          c = welded[mesh.corners[begin + 2]];
+      if (a != b && b != c && c != a) {
+        soup.triangles.insert(soup.triangles.end(), {a, b, c});
+        soup.corner_slot.insert(soup.corner_slot.end(), {begin, begin + 1, begin + 2});
+        soup.polygon.push_back(static_cast<std::uint32_t>(p));
+      } else {
+        ++repairs[Repair::repeated_corners];
+      }
+      continue;
+    }
     slots.clear();
     for (std::uint32_t k = begin; k < end; ++k)
       if (slots.empty() || welded[mesh.corners[k]] != welded[mesh.corners[slots.back()]]) slots.push_back(k);
@@ -167,12 +195,7 @@ Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
       local = {0, 1, 2};
     } else {
       corners.clear();
-      for (const std::uint32_t k : slots) {
-        const std::uint32_t v = mesh.corners[k];
-        corners.push_back({(mesh.x[v] - frame.centre.x) / frame.unit,
-                           (mesh.y[v] - frame.centre.y) / frame.unit,
-                           (mesh.z[v] - frame.centre.z) / frame.unit});
-      }
+      for (const std::uint32_t k : slots) corners.push_back(working_position(mesh, frame, mesh.corners[k]));
       if (triangulate_polygon(corners, local)) ++repairs[Repair::concave_polygons];
     }
     bool repeated = shortened;
@@ -193,11 +216,6 @@ Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
     if (repeated) ++repairs[Repair::repeated_corners];
   }
   return soup;
-}
-
-Vector3 working_position(const PolygonMesh& mesh, const PreparedMesh& frame, std::uint32_t vertex) {
-  return {(mesh.x[vertex] - frame.centre.x) / frame.unit, (mesh.y[vertex] - frame.centre.y) / frame.unit,
-          (mesh.z[vertex] - frame.centre.z) / frame.unit};
 }
 
 std::vector<double> soup_areas(const PolygonMesh& mesh, const PreparedMesh& frame, const Soup& soup) {
@@ -276,6 +294,7 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
                                             const Soup& soup, std::span<const double> area,
                                             std::span<const std::uint32_t> component,
                                             std::uint32_t components) {
+  if (components == 1) return {0};
   std::vector<Vector3> moment(components), middle(components);
   std::vector<double> weight(components, 0.0);
   std::vector<std::uint32_t> members(components, 0);
@@ -306,6 +325,15 @@ void sort_by_component(Soup& soup, std::vector<std::uint32_t>& opposite, std::ve
                        PreparedMesh& out) {
   const std::size_t count = component.size(), components = place.size();
   out.components.assign(components, {});
+  if (components == 1) {
+    out.components[0].triangle_end = static_cast<std::uint32_t>(count);
+    out.opposite = std::move(opposite);
+    out.triangles = std::move(soup.triangles);
+    out.corner_slot = std::move(soup.corner_slot);
+    out.polygon = std::move(soup.polygon);
+    out.area = std::move(area);
+    return;
+  }
   std::vector<std::uint32_t> begin(components + 1, 0);
   for (std::size_t t = 0; t < count; ++t) ++begin[place[component[t]] + 1];
   for (std::size_t c = 0; c < components; ++c) begin[c + 1] += begin[c];
@@ -342,7 +370,10 @@ void split_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
   out.z.resize(fans);
   std::vector<std::uint8_t> seen(mesh.vertex_count(), 0);
   std::uint32_t distinct = 0;
+  std::uint32_t next = 0;
   for (std::size_t h = 0; h < fan.size(); ++h) {
+    if (fan[h] != next) continue;  // fans are numbered in the order in which they first appear
+    ++next;
     const std::uint32_t v = out.triangles[h];
     distinct += seen[v] == 0;
     seen[v] = 1;
@@ -392,12 +423,13 @@ void describe_components(PreparedMesh& out) {
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   PreparedMesh out;
   out.repairs = mesh.repairs;
-  const std::vector<std::uint8_t> usable = usable_polygons(mesh, out.repairs);
+  std::vector<std::uint8_t> used;
+  const std::vector<std::uint8_t> usable = usable_polygons(mesh, used, out.repairs);
   if (std::find(usable.begin(), usable.end(), 1) == usable.end()) fail_without_faces(mesh, out.repairs);
-  measure_box(mesh, usable, out);
+  measure_box(mesh, used, out);
   cancel.check();
 
-  const std::vector<std::uint32_t> welded = weld(mesh, usable, out.repairs);
+  const std::vector<std::uint32_t> welded = weld(mesh, used, out.repairs);
   Soup soup = triangulate(mesh, usable, welded, out, out.repairs);
   if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
   if (soup.polygon.size() > no_index / 3)

@@ -1,5 +1,6 @@
 #include "support/test_meshes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -158,6 +159,19 @@ PolygonMesh two_sided_plate(std::uint32_t n, double thickness) {
     wall(at(n, i), at(n, i + 1));
     wall(at(n - i, n), at(n - i - 1, n));
     wall(at(0, n - i), at(0, n - i - 1));
+  }
+  return mesh;
+}
+
+PolygonMesh folded_sheet(std::uint32_t folds, std::uint32_t n, double gap) {
+  PolygonMesh mesh = grid_plane(folds * n, n, folds, 1);
+  for (std::size_t i = 0; i < mesh.x.size(); ++i) {
+    // Layer and place in it from the column, which is exact, not from the rounded coordinate.
+    const auto column = static_cast<std::uint32_t>(i % (folds * n + 1));
+    const std::uint32_t layer = std::min(column / n, folds - 1);
+    const double along = static_cast<double>(column - layer * n) / n;
+    mesh.x[i] = layer % 2 == 0 ? along : 1 - along;
+    mesh.z[i] = gap * (layer + along);
   }
   return mesh;
 }

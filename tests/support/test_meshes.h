@@ -22,6 +22,9 @@ PolygonMesh grid_plane(std::uint32_t nx, std::uint32_t ny, double width = 1,
 PolygonMesh moebius_strip(std::uint32_t around);  // 2 a triangles, not orientable
 PolygonMesh two_sided_plate(std::uint32_t n,
                             double thickness);  // closed thin box 1 x 1 x thickness, 4 n^2 triangles + rim
+// grid_plane(folds * n, n, folds, 1) folded up like an accordion: the same vertices and faces, in `folds`
+// layers of 1 x 1 that lie about `gap` above each other
+PolygonMesh folded_sheet(std::uint32_t folds, std::uint32_t n, double gap);
 PolygonMesh polygon_mesh(std::vector<double> xyz, std::vector<std::vector<std::uint32_t>> faces);
 PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b);  // vertices and faces of b after those of a
 // xyz -> rotation (fixed, generic) * scale + shift

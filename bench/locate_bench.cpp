@@ -1,0 +1,53 @@
+// Curve elements and point location.
+#include "bench/bench_shapes.h"
+#include "kernels/locate/elements.h"
+#include "kernels/locate/embree_locator.h"
+
+namespace meander::bench {
+
+namespace {
+
+// Second argument: samples. Charts by the first: with them the keys come from the chart, else from space.
+void elements(benchmark::State& state, bool charts) {
+  const ModelState& model = charts ? flat_shape(state.range(0)) : prepared_shape(state.range(0));
+  ElementParameters parameters;
+  parameters.samples = static_cast<std::uint64_t>(state.range(1));
+  CurveElements result;
+  for ([[maybe_unused]] auto _ : state) {
+    result = build_elements(model.mesh, model.density, model.charts, {}, bench_key(), parameters);
+    benchmark::DoNotOptimize(result.cumulative.data());
+  }
+  count_items(state, "element", static_cast<double>(result.count()));
+  state.counters["elements"] = static_cast<double>(result.count());
+  check_sum(state, shape_name(state.range(0)), result.cumulative);
+}
+void elements_in_space(benchmark::State& state) { elements(state, false); }
+void elements_on_chart(benchmark::State& state) { elements(state, true); }
+BENCHMARK(elements_in_space)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+BENCHMARK(elements_on_chart)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+void locate_rays(benchmark::State& state) {
+  static const EmbreeDevice device;
+  const ModelState& model = flat_shape(state.range(0));
+  const SampleParameters parameters = bench_parameters(static_cast<std::uint32_t>(state.range(1)));
+  const std::vector<CurveTree> start =
+      build_curves(model.mesh, model.charts, model.masses, parameters.locator);
+  Located result;
+  for ([[maybe_unused]] auto _ : state) {
+    state.PauseTiming();
+    std::vector<CurveTree> trees = start;
+    state.ResumeTiming();
+    result = locate_with_embree(device, model.mesh, model.charts, model.masses, trees, bench_key(),
+                                parameters.locator);
+    benchmark::DoNotOptimize(result.hits.data());
+  }
+  count_items(state, "ray", static_cast<double>(result.rays));
+  state.counters["rays"] = static_cast<double>(result.rays);
+  state.counters["leaves"] = static_cast<double>(result.leaves);
+  check_sum(state, shape_name(state.range(0)), result.hits);
+}
+BENCHMARK(locate_rays)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+}  // namespace meander::bench

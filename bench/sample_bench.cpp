@@ -1,0 +1,56 @@
+// The 1-D set and the placement of samples.
+#include "bench/bench_shapes.h"
+#include "kernels/sample/place_samples.h"
+
+namespace meander::bench {
+
+namespace {
+
+void sequence(benchmark::State& state) {
+  static constexpr const char* names[] = {"shifted", "stratified", "owen", "regular", "random"};
+  const auto kind = static_cast<SequenceKind>(state.range(0));
+  constexpr std::uint32_t count = 1 << 16;
+  std::vector<double> positions;
+  for ([[maybe_unused]] auto _ : state) {
+    positions = sample_sequence(kind, count, 0.25, bench_key());
+    benchmark::DoNotOptimize(positions.data());
+  }
+  count_items(state, "sample", count);
+  check_sum(state, names[state.range(0)], positions);
+}
+BENCHMARK(sequence)->DenseRange(0, 4)->Unit(benchmark::kMillisecond);
+
+void order(benchmark::State& state) {
+  const auto count = static_cast<std::uint32_t>(state.range(0));
+  std::vector<std::uint32_t> ranks;
+  for ([[maybe_unused]] auto _ : state) {
+    ranks = progressive_order(count, bench_key());
+    benchmark::DoNotOptimize(ranks.data());
+  }
+  count_items(state, "sample", count);
+  check_sum(state, "", ranks);
+}
+BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
+
+void place(benchmark::State& state) {
+  const ModelState& model = prepared_shape(state.range(0));
+  const auto samples = static_cast<std::uint32_t>(state.range(1));
+  const SampleParameters parameters = bench_parameters(samples);
+  const CurveElements elements =
+      build_elements(model.mesh, model.density, {}, {}, bench_key(), parameters.elements);
+  const OutputFrame frame = output_frame(model.mesh, NormalizeKind::none);
+  Samples result;
+  for ([[maybe_unused]] auto _ : state) {
+    RepairCounts repairs;
+    result = place_samples(model.file, model.mesh, model.density, elements, bench_key(), parameters.place,
+                           frame, repairs);
+    benchmark::DoNotOptimize(result.points.data());
+  }
+  count_items(state, "sample", samples);
+  check_sum(state, shape_name(state.range(0)), result.points);
+}
+BENCHMARK(place)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+}  // namespace meander::bench

@@ -1,0 +1,18 @@
+#include "io/digest.h"
+
+#include <openssl/evp.h>
+
+#include <stdexcept>
+
+namespace meander {
+
+std::array<std::uint8_t, 32> sha256(std::span<const std::byte> bytes) {
+  std::array<std::uint8_t, 32> digest{};
+  unsigned int length = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1 ||
+      length != digest.size())
+    throw std::runtime_error("SHA-256 is not available in this build of OpenSSL");
+  return digest;
+}
+
+}  // namespace meander

@@ -1,0 +1,21 @@
+// Writing pictures as PNG.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "kernels/render/rgb_image.h"
+
+namespace meander {
+
+// The bytes of an 8-bit RGB PNG file (sRGB). The same picture gives the same bytes. Throws
+// std::invalid_argument for a picture without pixels or whose buffer does not fit its size,
+// std::runtime_error with libpng's reason.
+std::vector<std::byte> encode_png(const RgbImage& image);
+
+// Written to a temporary name beside it, synced and renamed, so that `path` is the old picture or the whole
+// new one. Throws what encode_png throws, and std::system_error.
+void write_png(const std::filesystem::path& path, const RgbImage& image);
+
+}  // namespace meander

@@ -1,0 +1,306 @@
+// Wavefront OBJ: v, vn and f lines; everything else (texture, groups, materials, lines, points) is skipped,
+// so that several objects become one mesh.
+//
+// The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
+// current line depends on how many vertices earlier blocks hold, so it is kept aside and resolved when blocks
+// are joined.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "io/mesh/format_readers.h"
+#include "io/mesh/line_blocks.h"
+#include "io/mesh/text_cursor.h"
+#include "kernels/core/parallel.h"
+
+namespace meander {
+
+namespace {
+
+struct RelativeIndex {
+  std::size_t position;  // in the index array of its part
+  std::int64_t offset;   // added to the count of all earlier parts
+};
+
+// Index numbers of one kind (vertices or normals) that faces of a part name.
+struct ObjPart {
+  std::vector<double> x, y, z;
+  std::vector<float> normals;
+  PolygonPart polygons;
+  std::vector<std::uint32_t> corner_normals;  // for the first corners, as far as faces name normals
+  std::vector<RelativeIndex> relative_corners, relative_normals;
+  std::uint64_t bad_faces = 0;
+  const char* first_bad_face = nullptr;
+  const char* bad_vertex = nullptr;  // the token that is no number
+  bool cut_vertex = false;           // the last line of the file ends in a vertex
+  bool keywords = false;             // a line that only OBJ files have was seen
+};
+
+// A line end behind a backslash does not end the line.
+bool is_continued(const char* line_end, const char* text_begin) {
+  const char* p = line_end;
+  while (p > text_begin && p[-1] == '\r') --p;
+  return p > text_begin && p[-1] == '\\';
+}
+
+class ObjBlockReader {
+ public:
+  ObjBlockReader(const char* begin, const char* end, ObjPart& part)
+      : at_(begin), end_(end), begin_(begin), part_(part) {}
+
+  void read() {
+    while (at_ < end_ && part_.bad_vertex == nullptr) {
+      while (at_ < end_ && text::is_separator(*at_)) ++at_;
+      if (at_ == end_) return;
+      const char first = *at_, second = at_ + 1 < end_ ? at_[1] : '\n';
+      if (first == 'v' && text::is_separator(second)) {
+        ++at_;
+        read_vertex();
+      } else if (first == 'f' && text::is_separator(second)) {
+        ++at_;
+        read_face();
+        skip_logical_line();
+      } else if (first == 'v' && second == 'n' && at_ + 2 < end_ && text::is_blank(at_[2])) {
+        at_ += 2;
+        read_normal();
+        skip_logical_line();
+      } else {
+        if (!part_.keywords) part_.keywords = is_keyword();
+        // Never continued: a comment or a material path may well end in a backslash.
+        at_ = text::find_line_end(at_, end_);
+      }
+    }
+  }
+
+ private:
+  // Moves to the next token of the logical line; false at its end.
+  bool next_on_line() {
+    for (; at_ < end_; ++at_) {
+      if (*at_ == '\\') {
+        const char* p = at_ + 1;
+        while (p < end_ && text::is_blank(*p)) ++p;
+        if (p == end_ || *p != '\n') return true;
+        at_ = p;
+      } else if (*at_ == '\n' || !text::is_separator(*at_)) {
+        return *at_ != '\n' && *at_ != '#';
+      }
+    }
+    return false;
+  }
+
+  void skip_logical_line() {
+    at_ = text::find_line_end(at_, end_);
+    while (at_ < end_ && is_continued(at_, begin_)) at_ = text::find_line_end(at_ + 1, end_);
+  }
+
+  bool read_number(double& value) {
+    if (!next_on_line()) return false;
+    const char* const next = text::parse_number(at_, end_, value);
+    if (next == nullptr) return false;
+    at_ = next;
+    return true;
+  }
+
+  void read_vertex() {
+    double x = 0, y = 0, z = 0;
+    if (!read_number(x) || !read_number(y) || !read_number(z)) {
+      // Only the last line of the file has no line end.
+      part_.cut_vertex = text::find_line_end(at_, end_) == end_;
+      if (part_.cut_vertex)
+        at_ = end_;
+      else
+        part_.bad_vertex = at_;
+      return;
+    }
+    part_.x.push_back(x);
+    part_.y.push_back(y);
+    part_.z.push_back(z);
+    skip_logical_line();
+  }
+
+  // A normal that cannot be read stays in its place as zero: what uses it falls back to the geometric one.
+  void read_normal() {
+    double n[3] = {0, 0, 0};
+    if (!read_number(n[0]) || !read_number(n[1]) || !read_number(n[2])) n[0] = n[1] = n[2] = 0;
+    for (const double value : n) part_.normals.push_back(static_cast<float>(value));
+  }
+
+  static std::uint32_t resolve(std::int64_t number, std::size_t count, std::size_t position,
+                               std::vector<RelativeIndex>& relative) {
+    if (number > 0) return text::to_index(number - 1);
+    if (number < 0) relative.push_back({position, static_cast<std::int64_t>(count) + number});
+    return no_index;
+  }
+
+  // a, a/b, a//c or a/b/c, where b may be missing.
+  bool read_corner() {
+    std::int64_t vertex = 0, texture = 0, normal = 0;
+    const char* p = text::parse_digits(at_, end_, vertex);
+    if (p == nullptr) return false;
+    if (p < end_ && *p == '/') {
+      ++p;
+      if (const char* const q = text::parse_digits(p, end_, texture)) p = q;
+      if (p < end_ && *p == '/') {
+        ++p;
+        if (const char* const q = text::parse_digits(p, end_, normal)) p = q;
+      }
+    }
+    if (p < end_ && !text::is_separator(*p) && *p != '#' && *p != '\\') return false;
+    at_ = p;
+    std::vector<std::uint32_t>& corners = part_.polygons.corners;
+    if (normal != 0) {
+      part_.corner_normals.resize(corners.size(), no_index);
+      part_.corner_normals.push_back(
+          resolve(normal, part_.normals.size() / 3, corners.size(), part_.relative_normals));
+    }
+    corners.push_back(resolve(vertex, part_.x.size(), corners.size(), part_.relative_corners));
+    return true;
+  }
+
+  void read_face() {
+    const char* const start = at_;
+    while (next_on_line()) {
+      if (read_corner()) continue;
+      part_.polygons.give_up_polygon();
+      const std::size_t kept = part_.polygons.corners.size();
+      if (part_.corner_normals.size() > kept) part_.corner_normals.resize(kept);
+      for (std::vector<RelativeIndex>* const list : {&part_.relative_corners, &part_.relative_normals})
+        while (!list->empty() && list->back().position >= kept) list->pop_back();
+      if (part_.bad_faces++ == 0) part_.first_bad_face = start;
+      return;
+    }
+    part_.polygons.close_polygon();
+  }
+
+  bool is_keyword() const {
+    if (*at_ == '#') return true;
+    const char* p = at_;
+    while (p < end_ && !text::is_separator(*p)) ++p;
+    const std::string_view word(at_, static_cast<std::size_t>(p - at_));
+    for (const std::string_view known : {"vt", "vp", "l", "p", "o", "g", "s", "mtllib", "usemtl", "v", "vn"})
+      if (word == known) return true;
+    return false;
+  }
+
+  const char* at_;
+  const char* end_;
+  const char* begin_;
+  ObjPart& part_;
+};
+
+// Where the vertices, normals, corners and polygons of each part begin in the mesh.
+struct Offsets {
+  std::uint64_t vertices = 0, normals = 0, corners = 0;
+};
+
+std::vector<Offsets> offsets_of(const std::vector<ObjPart>& parts) {
+  std::vector<Offsets> offsets(parts.size() + 1);
+  for (std::size_t b = 0; b < parts.size(); ++b)
+    offsets[b + 1] = {offsets[b].vertices + parts[b].x.size(),
+                      offsets[b].normals + parts[b].normals.size() / 3,
+                      offsets[b].corners + parts[b].polygons.corners.size()};
+  check_count(offsets.back().vertices, "vertices");
+  check_count(offsets.back().normals, "normals");
+  check_count(offsets.back().corners, "corners");
+  return offsets;
+}
+
+void resolve_relative(std::vector<RelativeIndex>& list, std::uint64_t base, std::uint32_t* indices) {
+  for (const RelativeIndex& index : list)
+    indices[index.position] = text::to_index(static_cast<std::int64_t>(base) + index.offset);
+  list = {};
+}
+
+template <class T>
+void move_part(std::vector<T>& part, std::size_t parts, std::uint64_t at, std::vector<T>& whole) {
+  if (parts == 1)
+    whole = std::move(part);
+  else
+    std::copy(part.begin(), part.end(), whole.begin() + static_cast<std::ptrdiff_t>(at));
+  part = {};
+}
+
+void drop_out_of_range(std::uint32_t* begin, std::uint32_t* end, std::uint64_t count) {
+  for (std::uint32_t* index = begin; index != end; ++index)
+    if (*index >= count) *index = no_index;
+}
+
+PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size_t block) {
+  const std::vector<Offsets> offsets = offsets_of(parts);
+  const Offsets total = offsets.back();
+  const bool normals =
+      std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.corner_normals.empty(); });
+  PolygonMesh mesh;
+  std::vector<PolygonPart> polygons;
+  for (ObjPart& part : parts) polygons.push_back(std::move(part.polygons));
+  join_polygons(polygons, mesh);
+  if (parts.size() > 1)
+    for (std::vector<double>* const values : {&mesh.x, &mesh.y, &mesh.z}) values->resize(total.vertices);
+  if (normals && parts.size() > 1) mesh.normals.resize(3 * total.normals);
+  if (normals) mesh.corner_normals.resize(total.corners, no_index);
+  parallel_blocks(bytes, block, [&](std::size_t begin, std::size_t) {
+    const std::size_t b = begin / block;
+    ObjPart& part = parts[b];
+    move_part(part.x, parts.size(), offsets[b].vertices, mesh.x);
+    move_part(part.y, parts.size(), offsets[b].vertices, mesh.y);
+    move_part(part.z, parts.size(), offsets[b].vertices, mesh.z);
+    std::uint32_t* const corners = mesh.corners.data() + offsets[b].corners;
+    resolve_relative(part.relative_corners, offsets[b].vertices, corners);
+    drop_out_of_range(corners, mesh.corners.data() + offsets[b + 1].corners, total.vertices);
+    if (!normals) return;
+    move_part(part.normals, parts.size(), 3 * offsets[b].normals, mesh.normals);
+    std::uint32_t* const corner_normals = mesh.corner_normals.data() + offsets[b].corners;
+    std::copy(part.corner_normals.begin(), part.corner_normals.end(), corner_normals);
+    resolve_relative(part.relative_normals, offsets[b].normals, corner_normals);
+    drop_out_of_range(corner_normals, mesh.corner_normals.data() + offsets[b + 1].corners, total.normals);
+  });
+  return mesh;
+}
+
+// What is wrong with the file as a whole, said of the earliest place whatever the blocks.
+void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
+  std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
+  bool keywords = false;
+  const char* first_bad_face = nullptr;
+  for (const ObjPart& part : parts) {
+    if (part.bad_vertex != nullptr)
+      text::fail_at(content, part.bad_vertex,
+                    "a vertex needs three numbers, but there is " + text::quoted(content, part.bad_vertex));
+    faces += part.polygons.count();
+    bad_faces += part.bad_faces;
+    vertices += part.x.size();
+    keywords = keywords || part.keywords;
+    if (first_bad_face == nullptr) first_bad_face = part.first_bad_face;
+  }
+  if (faces > 0 && bad_faces == faces)
+    text::fail_at(content, first_bad_face, "this face cannot be read, nor any other");
+  if (faces > 0) return;
+  if (vertices > 0)
+    throw ItemError(Status::empty, "the file holds " + std::to_string(vertices) + " vertices and no face");
+  text::TextCursor cursor{content.data(), content.data() + content.size()};
+  if (!keywords && cursor.skip_to_token())
+    text::fail_at(content, cursor.at, "not a line of an OBJ file: " + text::quoted(content, cursor.at));
+  throw ItemError(Status::empty, "the file holds no vertex and no face");
+}
+
+}  // namespace
+
+PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  if (content.empty()) throw ItemError(Status::empty, "the file holds no data");
+  const std::size_t block = rule.block_of(content.size());
+  const std::vector<const char*> starts = text::split_lines(
+      content, block, [&](const char* line_end) { return is_continued(line_end, content.data()); });
+  std::vector<ObjPart> parts(starts.size() - 1);
+  parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
+    cancel.check();
+    const std::size_t b = begin / block;
+    ObjBlockReader(starts[b], starts[b + 1], parts[b]).read();
+  });
+  check_parts(content, parts);
+  const bool cut = parts.back().cut_vertex;
+  PolygonMesh mesh = join_parts(parts, content.size(), block);
+  if (cut) mesh.repairs[Repair::missing_vertices] = 1;
+  return mesh;
+}
+
+}  // namespace meander

@@ -1,0 +1,259 @@
+// OFF as Geomview documents it and as files in the wild have it.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "io/mesh/byte_order.h"
+#include "io/mesh/format_readers.h"
+#include "io/mesh/line_blocks.h"
+#include "io/mesh/off_header.h"
+#include "io/mesh/text_cursor.h"
+
+namespace meander {
+
+namespace {
+
+using text::TextCursor;
+using text::Token;
+
+constexpr std::size_t rows_between_checks = 65536;
+
+void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
+  mesh.x.resize(count);
+  mesh.y.resize(count);
+  mesh.z.resize(count);
+  if (normals) mesh.normals.resize(3 * count);
+}
+
+// A reader of the rows of one text file. Rows of different vertices may be read at the same time.
+struct OffRows {
+  OffVertexLayout layout;
+  PolygonMesh& mesh;
+
+  Token vertex(TextCursor& cursor, std::size_t v) const {
+    double x = 0, y = 0, z = 0, w = 1;
+    for (double* const value : {&x, &y, &z})
+      if (const Token token = cursor.number(*value); token != Token::ok) return token;
+    if (layout.positions == 4) {
+      if (const Token token = cursor.number(w); token != Token::ok) return token;
+      x /= w;
+      y /= w;
+      z /= w;
+    }
+    mesh.x[v] = x;
+    mesh.y[v] = y;
+    mesh.z[v] = z;
+    if (layout.normals) {
+      double value = 0;
+      for (int k = 0; k < layout.before_normal; ++k)
+        if (const Token token = cursor.number(value); token != Token::ok) return token;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (const Token token = cursor.number(value); token != Token::ok) return token;
+        mesh.normals[3 * v + k] = static_cast<float>(value);
+      }
+    }
+    if (layout.rest_of_line) cursor.skip_line();
+    return Token::ok;
+  }
+
+  // bad: the polygon is there without corners, and its line is skipped. ended: nothing was added.
+  static Token face(TextCursor& cursor, PolygonPart& part) {
+    std::int64_t count = 0, number = 0;
+    Token token = cursor.length(count);
+    for (std::int64_t c = 0; token == Token::ok && c < count; ++c) {
+      token = cursor.integer(number);
+      if (token == Token::ok) part.corners.push_back(text::to_index(number));
+    }
+    if (token == Token::ok) part.close_polygon();
+    if (token == Token::bad) part.give_up_polygon();
+    if (token == Token::ended) part.corners.resize(part.begin.back());
+    cursor.skip_line();  // colours
+    return token;
+  }
+};
+
+// Every vertex and every face on a line of its own and none missing: the usual large file. False: read in
+// order.
+bool read_lines(std::string_view body, const OffHeader& header, const OffRows& rows, std::size_t block_bytes,
+                const CancelToken& cancel) {
+  std::vector<PolygonPart> parts;
+  const auto row = [&](std::size_t block, std::uint64_t ordinal, TextCursor line) {
+    if (ordinal >= header.vertices) return OffRows::face(line, parts[block]) == Token::ok;
+    return rows.vertex(line, ordinal) == Token::ok && !line.token_on_line();
+  };
+  if (!text::for_each_line(
+          body, header.vertices + header.faces, true, block_bytes, cancel,
+          [&](std::size_t blocks) { parts.resize(blocks); }, row))
+    return false;
+  join_polygons(parts, rows.mesh);
+  return true;
+}
+
+void read_vertices(std::string_view content, TextCursor& cursor, const OffHeader& header, const OffRows& rows,
+                   const CancelToken& cancel) {
+  for (std::size_t v = 0; v < header.vertices; ++v) {
+    if (v % rows_between_checks == 0) cancel.check();
+    const Token token = rows.vertex(cursor, v);
+    if (token == Token::ok) continue;
+    const std::string which = "vertex " + std::to_string(v) + " of " + std::to_string(header.vertices);
+    if (token == Token::ended) text::fail_at(content, cursor.end, "the file ends in " + which);
+    text::fail_at(content, cursor.at, which + ": " + text::quoted(content, cursor.at) + " is not a number");
+  }
+}
+
+void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& header, PolygonMesh& mesh,
+                const CancelToken& cancel) {
+  std::vector<PolygonPart> parts(1);
+  PolygonPart& part = parts[0];
+  const auto bytes = static_cast<std::uint64_t>(cursor.end - cursor.at);
+  part.begin.reserve(std::min(header.faces, bytes / 2) + 1);
+  part.corners.reserve(std::min(3 * std::min(header.faces, bytes), bytes / 2));
+  const char* first_bad = nullptr;
+  std::uint64_t bad = 0;
+  bool cut = false;  // in a face that is not there then
+  while (part.count() < header.faces) {
+    if (part.count() % rows_between_checks == 0) cancel.check();
+    if (!cursor.skip_to_token()) break;
+    const char* const start = cursor.at;
+    const Token token = OffRows::face(cursor, part);
+    cut = token == Token::ended;
+    if (cut) break;
+    if (token == Token::bad && bad++ == 0) first_bad = start;
+  }
+  // Without a line end behind it and with faces missing, the last face was probably cut in the middle of a
+  // number.
+  if (!cut && part.count() < header.faces && part.count() > 0 && cursor.at == cursor.end &&
+      !text::is_separator(content.back())) {
+    part.begin.pop_back();
+    part.corners.resize(part.begin.back());
+  }
+  if (part.count() == 0)
+    text::fail_at(content, cursor.end,
+                  "the file ends before the first of " + std::to_string(header.faces) + " faces");
+  if (bad >= part.count())
+    text::fail_at(content, first_bad, text::quoted(content, first_bad) + " does not begin a face");
+  mesh.repairs[Repair::missing_faces] = saturated(header.faces - part.count());
+  if (cursor.skip_to_token())
+    mesh.repairs[Repair::extra_data] = saturated(static_cast<std::uint64_t>(cursor.end - cursor.at));
+  join_polygons(parts, mesh);
+}
+
+PolygonMesh read_text(std::string_view content, const OffHeader& header, const CancelToken& cancel,
+                      const BlockRule& rule) {
+  const std::string_view body = content.substr(header.body);
+  PolygonMesh mesh;
+  OffRows rows{off_vertex_layout(content, header), mesh};
+  // A number and a separator take two bytes.
+  const auto numbers = static_cast<std::uint64_t>(rows.layout.positions + (rows.layout.normals ? 3 : 0));
+  if (header.vertices > (body.size() + 1) / 2 / numbers)
+    throw ItemError(Status::unreadable, "the header promises " + std::to_string(header.vertices) +
+                                            " vertices, but only " + std::to_string(body.size()) +
+                                            " bytes follow it");
+  check_count(header.vertices, "vertices");
+  if (header.faces == 0)
+    throw ItemError(Status::empty,
+                    "the header promises " + std::to_string(header.vertices) + " vertices and no face");
+  make_vertices(mesh, header.vertices, rows.layout.normals);
+  if (body.size() >= rule.parallel_from && read_lines(body, header, rows, rule.block_bytes, cancel))
+    return mesh;
+  TextCursor cursor{body.data(), body.data() + body.size()};
+  read_vertices(content, cursor, header, rows, cancel);
+  read_faces(content, cursor, header, mesh, cancel);
+  return mesh;
+}
+
+// Binary: 32-bit words, big-endian as documented; some programs write little-endian. The counts tell which.
+struct BinaryOff {
+  std::string_view content;
+  std::size_t at;
+  bool swap;
+
+  std::size_t words_left() const { return (content.size() - at) / 4; }
+  template <class T>
+  T word() {
+    const T value = load<T>(content.data() + at, swap);
+    at += 4;
+    return value;
+  }
+};
+
+bool plausible_counts(BinaryOff file, std::size_t words_per_vertex) {
+  const auto vertices = file.word<std::int32_t>(), faces = file.word<std::int32_t>();
+  file.word<std::int32_t>();
+  return vertices >= 0 && faces >= 0 &&
+         static_cast<std::size_t>(vertices) <= file.words_left() / words_per_vertex;
+}
+
+void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, const CancelToken& cancel) {
+  std::vector<PolygonPart> parts(1);
+  PolygonPart& part = parts[0];
+  part.begin.reserve(std::min(faces, file.words_left() / 2) + 1);
+  part.corners.reserve(std::min(3 * faces, file.words_left()));
+  while (part.count() < faces && file.words_left() >= 2) {
+    if (part.count() % rows_between_checks == 0) cancel.check();
+    const auto count = file.word<std::int32_t>();
+    if (count < 0 || static_cast<std::size_t>(count) + 1 > file.words_left()) break;
+    for (std::int32_t c = 0; c < count; ++c)
+      part.corners.push_back(text::to_index(file.word<std::int32_t>()));
+    part.close_polygon();
+    const auto colours = file.word<std::int32_t>();
+    if (colours < 0 || static_cast<std::size_t>(colours) > file.words_left()) {
+      file.at = file.content.size();
+      break;
+    }
+    file.at += 4 * static_cast<std::size_t>(colours);
+  }
+  if (part.count() == 0)
+    throw ItemError(Status::unreadable, "byte " + std::to_string(file.at) + ": none of " +
+                                            std::to_string(faces) + " faces can be read");
+  mesh.repairs[Repair::missing_faces] = saturated(faces - part.count());
+  if (part.count() == faces) mesh.repairs[Repair::extra_data] = saturated(file.content.size() - file.at);
+  join_polygons(parts, mesh);
+}
+
+PolygonMesh read_binary(std::string_view content, const OffHeader& header, const CancelToken& cancel) {
+  const std::size_t positions = header.homogeneous ? 4 : 3;
+  const std::size_t words =
+      positions + (header.normals ? 3 : 0) + (header.colours ? 4 : 0) + (header.texture ? 2 : 0);
+  BinaryOff file{content, header.body, std::endian::native == std::endian::little};
+  if (file.words_left() < 3)
+    throw ItemError(Status::unreadable,
+                    "byte " + std::to_string(content.size()) + ": the file ends in the counts");
+  if (!plausible_counts(file, words)) file.swap = !file.swap;
+  if (!plausible_counts(file, words))
+    throw ItemError(Status::unreadable, "byte " + std::to_string(file.at) +
+                                            ": the counts of the binary file do not fit its size");
+  const auto vertices = static_cast<std::size_t>(file.word<std::int32_t>());
+  const auto faces = static_cast<std::size_t>(file.word<std::int32_t>());
+  file.word<std::int32_t>();
+  if (faces == 0)
+    throw ItemError(Status::empty,
+                    "the header promises " + std::to_string(vertices) + " vertices and no face");
+  PolygonMesh mesh;
+  make_vertices(mesh, vertices, header.normals);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    if (v % rows_between_checks == 0) cancel.check();
+    mesh.x[v] = file.word<float>();
+    mesh.y[v] = file.word<float>();
+    mesh.z[v] = file.word<float>();
+    if (header.homogeneous) {
+      const double w = file.word<float>();
+      mesh.x[v] /= w;
+      mesh.y[v] /= w;
+      mesh.z[v] /= w;
+    }
+    for (std::size_t k = 0; header.normals && k < 3; ++k) mesh.normals[3 * v + k] = file.word<float>();
+    file.at += 4 * ((header.colours ? 4 : 0) + (header.texture ? 2 : 0));
+  }
+  read_binary_faces(file, faces, mesh, cancel);
+  return mesh;
+}
+
+}  // namespace
+
+PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  const OffHeader header = parse_off_header(content);
+  return header.binary ? read_binary(content, header, cancel) : read_text(content, header, cancel, rule);
+}
+
+}  // namespace meander

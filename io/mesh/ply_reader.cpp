@@ -1,0 +1,335 @@
+// PLY: ascii and binary of either byte order, with any elements and properties.
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/mesh/format_readers.h"
+#include "io/mesh/line_blocks.h"
+#include "io/mesh/ply_rows.h"
+#include "io/mesh/text_cursor.h"
+
+namespace meander {
+
+namespace {
+
+using text::TextCursor;
+using text::Token;
+
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t rows_between_checks = 65536;
+
+// What an element's rows are to a mesh. Only the first element of a name counts.
+enum class Role : std::uint8_t { other, vertices, faces, strips };
+
+class PlyMeshReader {
+ public:
+  PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule)
+      : content_(content), cancel_(cancel), rule_(rule), header_(parse_ply_header(content)) {
+    for (const PlyElement& element : header_.elements) {
+      const bool first = &element == header_.find(element.name);
+      roles_.push_back(!first                        ? Role::other
+                       : element.name == "vertex"    ? Role::vertices
+                       : element.name == "face"      ? Role::faces
+                       : element.name == "tristrips" ? Role::strips
+                                                     : Role::other);
+    }
+  }
+
+  PolygonMesh read() {
+    check_header();
+    const std::string_view body = content_.substr(header_.body);
+    const bool ascii = header_.encoding == PlyEncoding::ascii;
+    if (!ascii)
+      read_binary(body);
+    else if (body.size() < rule_.parallel_from || !read_lines(body))
+      read_ascii(body);
+    finish();
+    return std::move(mesh_);
+  }
+
+ private:
+  void check_header() const {
+    std::uint64_t promised = 0;
+    for (std::size_t e = 0; e < roles_.size(); ++e) {
+      if (roles_[e] != Role::faces && roles_[e] != Role::strips) continue;
+      const PlyElement& element = header_.elements[e];
+      promised = std::max(promised, element.count);
+      if (element.count > 0 && element.index_list() < 0)
+        throw ItemError(Status::unreadable, "the element " + element.name + " has no list vertex_indices");
+    }
+    const PlyElement* const vertices = header_.find("vertex");
+    if (promised == 0)
+      throw ItemError(Status::empty, "the header promises " + std::to_string(vertices ? vertices->count : 0) +
+                                         " vertices and no face");
+    if (vertices == nullptr) throw ItemError(Status::unreadable, "the header has no element vertex");
+    for (const char* const name : {"x", "y", "z"})
+      if (property_named(*vertices, name) < 0)
+        throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
+  }
+
+  static int property_named(const PlyElement& element, std::string_view name) {
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+      if (!element.properties[p].is_list && element.properties[p].name == name) return static_cast<int>(p);
+    return -1;
+  }
+
+  // Takes memory for `rows` rows of element e and says where its properties go.
+  PlyColumns make_columns(std::size_t e, std::uint64_t rows) {
+    const PlyElement& element = header_.elements[e];
+    PlyColumns columns;
+    columns.columns.resize(element.properties.size());
+    const Role role = roles_[e];
+    if (role == Role::faces || role == Role::strips) columns.index_list = element.index_list();
+    if (role != Role::vertices && role != Role::faces) return columns;
+    check_count(rows, role == Role::vertices ? "vertices" : "faces");
+    const auto column = [&](const char* name) -> PlyColumns::Column& {
+      return columns.columns[static_cast<std::size_t>(property_named(element, name))];
+    };
+    if (role == Role::vertices) {
+      for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->resize(rows);
+      column("x").values = mesh_.x.data();
+      column("y").values = mesh_.y.data();
+      column("z").values = mesh_.z.data();
+      const bool normals = property_named(element, "nx") >= 0 && property_named(element, "ny") >= 0 &&
+                           property_named(element, "nz") >= 0;
+      if (normals) {
+        mesh_.normals.resize(3 * rows);
+        column("nx").normals = mesh_.normals.data();
+        column("ny").normals = mesh_.normals.data() + 1;
+        column("nz").normals = mesh_.normals.data() + 2;
+      }
+    }
+    std::vector<ScalarAttribute>& attributes = attributes_of(role);
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const PlyProperty& property = element.properties[p];
+      PlyColumns::Column& target = columns.columns[p];
+      if (property.is_list || target.values != nullptr || target.normals != nullptr) continue;
+      attributes.push_back({property.name, std::vector<double>(rows, nan_value)});
+      target.values = attributes.back().values.data();
+    }
+    return columns;
+  }
+
+  std::vector<ScalarAttribute>& attributes_of(Role role) {
+    return role == Role::vertices ? mesh_.vertex_attributes : mesh_.face_attributes;
+  }
+
+  // Cuts the arrays of element e to the rows that are there and counts what is missing.
+  void end_element(std::size_t e, std::uint64_t rows) {
+    const Role role = roles_[e];
+    const std::uint64_t missing = header_.elements[e].count - rows;
+    if (missing > 0 && complete_) {
+      complete_ = false;
+      cut_in_ = "row " + std::to_string(rows) + " of " + std::to_string(header_.elements[e].count) +
+                " of the element " + printable(header_.elements[e].name);
+    }
+    if (role == Role::strips || role == Role::faces)
+      mesh_.repairs[Repair::missing_faces] = saturated(mesh_.repairs[Repair::missing_faces] + missing);
+    if (role == Role::vertices) {
+      mesh_.repairs[Repair::missing_vertices] = saturated(missing);
+      for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->resize(rows);
+      if (!mesh_.normals.empty()) mesh_.normals.resize(3 * rows);
+    }
+    if (role == Role::vertices || role == Role::faces)
+      for (ScalarAttribute& attribute : attributes_of(role)) attribute.values.resize(rows);
+  }
+
+  static std::string printable(const std::string& name) { return text::quoted(name, name.data()); }
+
+  std::vector<PolygonPart>& parts_of(Role role) { return role == Role::strips ? strips_ : faces_; }
+
+  void read_binary(std::string_view body) {
+    const bool swap =
+        (header_.encoding == PlyEncoding::big_endian) == (std::endian::native == std::endian::little);
+    std::size_t at = 0;
+    for (std::size_t e = 0; e < roles_.size(); ++e) {
+      const PlyElement& element = header_.elements[e];
+      const std::string_view data = body.substr(at);
+      PlyProgress progress;
+      if (complete_) {
+        const std::uint64_t fit = element.properties.empty() ? 0 : data.size() / element.fixed_bytes();
+        const PlyColumns columns = make_columns(e, std::min(element.count, fit));
+        std::vector<PolygonPart>& parts = parts_of(roles_[e]);
+        parts.resize(1);
+        PolygonPart unused;
+        progress = read_binary_rows(data, element, swap, columns, columns.index_list >= 0 ? parts[0] : unused,
+                                    cancel_, rule_);
+      }
+      at += progress.bytes;
+      end_element(e, progress.rows);
+    }
+    rest_ = complete_ ? body.substr(at) : std::string_view{};
+  }
+
+  // One row of an ascii file. bad: a coordinate is not a number (the cursor is at it). With `repairs` null,
+  // whatever would be a repair is bad too.
+  Token read_row(TextCursor& cursor, std::size_t e, std::uint64_t row, const PlyColumns& columns,
+                 PolygonPart& polygons, RepairCounts* repairs) const {
+    const PlyElement& element = header_.elements[e];
+    bool given_up = false;
+    Token token = Token::ok;
+    for (std::size_t p = 0; p < element.properties.size() && token == Token::ok && !given_up; ++p) {
+      const bool is_index_list = columns.index_list == static_cast<int>(p);
+      if (element.properties[p].is_list) {
+        token = read_list(cursor, is_index_list ? &polygons : nullptr);
+        given_up = token == Token::bad;
+        if (given_up && repairs != nullptr) token = Token::ok;
+        continue;
+      }
+      const PlyColumns::Column& column = columns.columns[p];
+      double value = nan_value;
+      token = cursor.number(value);
+      if (token == Token::bad && repairs != nullptr &&
+          !(roles_[e] == Role::vertices && is_coordinate(column))) {
+        if (column.values != nullptr) ++(*repairs)[Repair::bad_attributes];
+        value = nan_value;
+        cursor.word();
+        token = Token::ok;
+      }
+      if (token != Token::ok) break;
+      if (column.values != nullptr) column.values[row] = value;
+      if (column.normals != nullptr) column.normals[3 * row] = static_cast<float>(value);
+    }
+    if (token == Token::ok) {
+      if (columns.index_list >= 0) given_up ? polygons.give_up_polygon() : polygons.close_polygon();
+      cursor.skip_line();
+    } else {
+      polygons.corners.resize(polygons.begin.back());
+    }
+    return token;
+  }
+
+  bool is_coordinate(const PlyColumns::Column& column) const {
+    return column.values == mesh_.x.data() || column.values == mesh_.y.data() ||
+           column.values == mesh_.z.data();
+  }
+
+  static Token read_list(TextCursor& cursor, PolygonPart* polygons) {
+    std::int64_t length = 0, number = 0;
+    if (const Token token = cursor.length(length); token != Token::ok) return token;
+    for (std::int64_t k = 0; k < length; ++k) {
+      if (polygons == nullptr) {
+        if (cursor.word().empty()) return Token::ended;
+        continue;
+      }
+      if (const Token token = cursor.integer(number); token != Token::ok) return token;
+      polygons->corners.push_back(text::to_index(number));
+    }
+    return Token::ok;
+  }
+
+  // Rows of an ascii file that can be there at most: a number and a separator take two bytes.
+  static std::uint64_t rows_that_fit(const PlyElement& element, std::size_t bytes) {
+    return element.properties.empty()
+               ? 0
+               : std::min<std::uint64_t>(element.count, (bytes + 1) / 2 / element.properties.size());
+  }
+
+  // One row per line everywhere and nothing to repair: the usual large file. False: read in order.
+  bool read_lines(std::string_view body) {
+    std::vector<std::uint64_t> end_row;
+    std::uint64_t rows = 0;
+    for (const PlyElement& element : header_.elements) {
+      if (element.count > rows_that_fit(element, body.size())) return false;
+      end_row.push_back(rows += element.count);
+    }
+    std::vector<PlyColumns> columns;
+    for (std::size_t e = 0; e < roles_.size(); ++e)
+      columns.push_back(make_columns(e, header_.elements[e].count));
+    std::vector<PolygonPart> unused;
+    const auto begin_blocks = [&](std::size_t blocks) {
+      for (std::vector<PolygonPart>* const parts : {&faces_, &strips_, &unused}) parts->assign(blocks, {});
+    };
+    const auto read_line = [&](std::size_t block, std::uint64_t ordinal, TextCursor line) {
+      const auto e = static_cast<std::size_t>(std::upper_bound(end_row.begin(), end_row.end(), ordinal) -
+                                              end_row.begin());
+      const std::uint64_t row = ordinal - (e == 0 ? 0 : end_row[e - 1]);
+      std::vector<PolygonPart>& parts = columns[e].index_list >= 0 ? parts_of(roles_[e]) : unused;
+      return read_row(line, e, row, columns[e], parts[block], nullptr) == Token::ok;
+    };
+    if (text::for_each_line(body, rows, false, rule_.block_bytes, cancel_, begin_blocks, read_line))
+      return true;
+    mesh_ = {};
+    faces_.clear();
+    strips_.clear();
+    return false;
+  }
+
+  void read_ascii(std::string_view body) {
+    TextCursor cursor{body.data(), body.data() + body.size(), false};
+    for (std::size_t e = 0; e < roles_.size(); ++e) {
+      const PlyElement& element = header_.elements[e];
+      const std::uint64_t fit = rows_that_fit(element, static_cast<std::size_t>(cursor.end - cursor.at));
+      const PlyColumns columns = make_columns(e, fit);
+      std::vector<PolygonPart>& parts = parts_of(roles_[e]);
+      PolygonPart unused;
+      parts.resize(1);
+      PolygonPart& polygons = columns.index_list >= 0 ? parts[0] : unused;
+      std::uint64_t row = element.properties.empty() ? element.count : 0;
+      bool cut = !complete_;  // in a row that is not there then
+      for (; row < fit; ++row) {
+        if (row % rows_between_checks == 0) cancel_.check();
+        if (!cursor.skip_to_token()) break;
+        const Token token = read_row(cursor, e, row, columns, polygons, &mesh_.repairs);
+        cut = token == Token::ended;
+        if (cut) break;
+        if (token == Token::bad)
+          text::fail_at(content_, cursor.at,
+                        "vertex " + std::to_string(row) + " of " + std::to_string(element.count) + ": " +
+                            text::quoted(content_, cursor.at) + " is not a number");
+      }
+      // Without a line end behind it and with rows missing, the last row was probably cut in the middle of a
+      // number.
+      if (!cut && row < element.count && row > 0 && cursor.at == cursor.end &&
+          !text::is_separator(content_.back())) {
+        --row;
+        if (columns.index_list >= 0) {
+          polygons.begin.pop_back();
+          polygons.corners.resize(polygons.begin.back());
+        }
+      }
+      end_element(e, row);
+    }
+    if (complete_ && cursor.skip_to_token())
+      rest_ = {cursor.at, static_cast<std::size_t>(cursor.end - cursor.at)};
+  }
+
+  void finish() {
+    const bool strips =
+        std::any_of(strips_.begin(), strips_.end(), [](const PolygonPart& p) { return p.count() > 0; });
+    if (strips) faces_.push_back(triangles_of_strips(strips_));
+    join_polygons(faces_, mesh_);
+    if (mesh_.polygon_count() == 0 && !complete_)
+      throw ItemError(Status::unreadable, "the file ends in " + cut_in_ + ", before any face");
+    if (mesh_.polygon_count() == 0) throw ItemError(Status::empty, "the strips hold no triangle");
+    if (mesh_.corners.empty())
+      throw ItemError(Status::unreadable, "none of " + std::to_string(mesh_.polygon_count()) +
+                                              " faces has a corner that can be read");
+    // Faces that strips gave have no attributes.
+    for (ScalarAttribute& attribute : mesh_.face_attributes)
+      attribute.values.resize(mesh_.polygon_count(), nan_value);
+    const bool blank = std::all_of(rest_.begin(), rest_.end(), text::is_separator);
+    if (!blank) mesh_.repairs[Repair::extra_data] = saturated(rest_.size());
+  }
+
+  std::string_view content_;
+  const CancelToken& cancel_;
+  const BlockRule& rule_;
+  PlyHeader header_;
+  std::vector<Role> roles_;
+  PolygonMesh mesh_;
+  std::vector<PolygonPart> faces_, strips_;
+  bool complete_ = true;  // no row was missing so far
+  std::string cut_in_;
+  std::string_view rest_;  // what stands behind the last element
+};
+
+}  // namespace
+
+PolygonMesh read_ply(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  return PlyMeshReader(content, cancel, rule).read();
+}
+
+}  // namespace meander

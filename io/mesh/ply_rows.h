@@ -1,0 +1,42 @@
+// Internal to io/mesh: where the rows of one PLY element go, and the reader of binary rows.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "io/mesh/ply_header.h"
+#include "io/mesh/polygon_parts.h"
+
+namespace meander {
+
+// Per property of an element: where its values go, one per row, or three apart for the components of normals;
+// both null for a property that is skipped.
+struct PlyColumns {
+  struct Column {
+    double* values = nullptr;
+    float* normals = nullptr;
+  };
+  std::vector<Column> columns;
+  int index_list = -1;  // the property whose entries become the corners of one polygon per row
+};
+
+// How far the rows of one element could be read.
+struct PlyProgress {
+  std::uint64_t rows = 0;  // complete rows
+  std::size_t bytes = 0;   // of `data` that they take
+};
+
+// Reads as many of the element's rows from the start of `data` as are there. Columns hold at least
+// min(count, data.size() / fixed_bytes()) values. Lists of one length throughout (all triangles, say) and
+// rows without lists are read in parallel blocks.
+PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, bool swap,
+                             const PlyColumns& columns, PolygonPart& polygons, const CancelToken& cancel,
+                             const BlockRule& rule);
+
+// The triangles of strips (one polygon of `strips` each; no_index restarts), in order and with one
+// orientation.
+PolygonPart triangles_of_strips(const std::vector<PolygonPart>& strips);
+
+}  // namespace meander

@@ -1,0 +1,147 @@
+#include "io/mesh/point_writer.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <string>
+#include <system_error>
+
+namespace meander {
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
+  throw std::system_error(errno, std::generic_category(), what + " " + path.string());
+}
+
+// A file that appears under its name only when it is complete and on disk; removed otherwise.
+class PendingFile {
+ public:
+  explicit PendingFile(const std::filesystem::path& path)
+      : path_(path), pending_(path.string() + ".part-" + std::to_string(::getpid())) {
+    descriptor_ = ::open(pending_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) fail("cannot create", pending_);
+  }
+  ~PendingFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!kept_) ::unlink(pending_.c_str());
+  }
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  void write(const std::string& data) {
+    for (std::size_t done = 0; done < data.size();) {
+      const ::ssize_t wrote = ::write(descriptor_, data.data() + done, data.size() - done);
+      if (wrote < 0 && errno == EINTR) continue;
+      if (wrote < 0) fail("cannot write", pending_);
+      done += static_cast<std::size_t>(wrote);
+    }
+  }
+
+  void keep() {
+    if (::fsync(descriptor_) != 0) fail("cannot sync", pending_);
+    const int closed = ::close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0) fail("cannot close", pending_);
+    if (::rename(pending_.c_str(), path_.c_str()) != 0) fail("cannot rename to", path_);
+    kept_ = true;
+    sync_folder();
+  }
+
+ private:
+  // The new name is on disk only when its folder is.
+  void sync_folder() const {
+    const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) fail("cannot open", folder);
+    const bool synced = ::fsync(descriptor) == 0 || errno == EINVAL;  // some file systems cannot sync folders
+    const int error = errno;
+    ::close(descriptor);
+    errno = error;
+    if (!synced) fail("cannot sync", folder);
+  }
+
+  std::filesystem::path path_, pending_;
+  int descriptor_ = -1;
+  bool kept_ = false;
+};
+
+std::array<double, 3> file_point(const Samples& samples, const ItemReport& report, std::size_t i) {
+  std::array<double, 3> point;
+  for (std::size_t k = 0; k < 3; ++k)
+    point[k] = report.loc[k] + report.scale * double{samples.points[3 * i + k]};
+  return point;
+}
+
+template <class Number>
+void append_decimal(std::string& text, Number number, char behind) {
+  std::array<char, 32> digits;
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+  text.append(digits.data(), end);
+  text += behind;
+}
+
+template <class Number>
+void append_little_endian(std::string& data, Number number) {
+  std::array<char, sizeof number> bytes;
+  std::memcpy(bytes.data(), &number, sizeof number);
+  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+  data.append(bytes.data(), bytes.size());
+}
+
+std::string header(PointFormat format, std::size_t count) {
+  const std::string n = std::to_string(count);
+  switch (format) {
+    case PointFormat::off:
+      return "OFF\n" + n + " 0 0\n";
+    case PointFormat::ply:
+      return "ply\nformat binary_little_endian 1.0\nelement vertex " + n +
+             "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float "
+             "ny\n"
+             "property float nz\nproperty uint face\nproperty float density\nend_header\n";
+    case PointFormat::xyz:
+      break;
+  }
+  return {};
+}
+
+void append_row(std::string& data, PointFormat format, const Samples& samples, const ItemReport& report,
+                std::size_t i) {
+  const std::array<double, 3> point = file_point(samples, report, i);
+  const float* const normal = samples.normals.data() + 3 * i;
+  if (format == PointFormat::ply) {
+    for (const double value : point) append_little_endian(data, value);
+    for (std::size_t k = 0; k < 3; ++k) append_little_endian(data, normal[k]);
+    append_little_endian(data, samples.face[i]);
+    append_little_endian(data, samples.density[i]);
+    return;
+  }
+  const bool normals = format == PointFormat::xyz;
+  for (std::size_t k = 0; k < 3; ++k) append_decimal(data, point[k], k < 2 || normals ? ' ' : '\n');
+  for (std::size_t k = 0; normals && k < 3; ++k) append_decimal(data, normal[k], k < 2 ? ' ' : '\n');
+}
+
+}  // namespace
+
+void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
+                  const ItemReport& report) {
+  constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
+  PendingFile file(path);
+  std::string data = header(format, samples.count());
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    append_row(data, format, samples, report, i);
+    if (data.size() < buffer_bytes) continue;
+    file.write(data);
+    data.clear();
+  }
+  file.write(data);
+  file.keep();
+}
+
+}  // namespace meander

@@ -1,0 +1,233 @@
+// STL, binary and ascii. Which of the two is told by the size: many binary files begin with "solid".
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "io/mesh/byte_order.h"
+#include "io/mesh/format_readers.h"
+#include "io/mesh/text_cursor.h"
+#include "kernels/core/parallel.h"
+
+namespace meander {
+
+namespace {
+
+using text::TextCursor;
+using text::Token;
+
+constexpr std::size_t header_bytes = 84, facet_bytes = 50;
+constexpr bool swap_bytes = std::endian::native == std::endian::big;  // STL is little-endian
+constexpr std::size_t facets_between_checks = 65536;
+
+std::uint32_t stated_facets(std::string_view content) {
+  return load<std::uint32_t>(content.data() + 80, swap_bytes);
+}
+
+// Programs that write while they compute leave 0 or -1 where the count belongs.
+bool is_unknown(std::uint32_t count) { return count == 0 || count == 0xFFFFFFFFu; }
+
+PolygonMesh read_binary(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  const std::size_t there = (content.size() - header_bytes) / facet_bytes;
+  const std::uint32_t stated = stated_facets(content);
+  const std::size_t facets = is_unknown(stated) ? there : std::min<std::size_t>(there, stated);
+  if (facets == 0 && stated == 0) throw ItemError(Status::empty, "the binary STL file states 0 facets");
+  if (facets == 0)
+    throw ItemError(Status::unreadable,
+                    "the file ends before the first of " + std::to_string(stated) + " facets");
+  PolygonMesh mesh;
+  number_triangles(facets, mesh);
+  for (std::vector<double>* const values : {&mesh.x, &mesh.y, &mesh.z}) values->resize(3 * facets);
+  parallel_blocks(facets, std::max<std::size_t>(1, rule.block_bytes / facet_bytes),
+                  [&](std::size_t begin, std::size_t end) {
+                    cancel.check();
+                    for (std::size_t f = begin; f < end; ++f) {
+                      const char* const facet = content.data() + header_bytes + f * facet_bytes + 12;
+                      for (std::size_t c = 0; c < 3; ++c) {
+                        mesh.x[3 * f + c] = load<float>(facet + 12 * c, swap_bytes);
+                        mesh.y[3 * f + c] = load<float>(facet + 12 * c + 4, swap_bytes);
+                        mesh.z[3 * f + c] = load<float>(facet + 12 * c + 8, swap_bytes);
+                      }
+                    }
+                  });
+  if (!is_unknown(stated)) mesh.repairs[Repair::missing_faces] = saturated(stated - facets);
+  mesh.repairs[Repair::extra_data] = saturated(content.size() - header_bytes - facets * facet_bytes);
+  return mesh;
+}
+
+bool is_text(char c) { return (c >= ' ' && c <= '~') || c == '\n' || c == '\r' || c == '\t'; }
+
+// The facets of a text. A loop of more than three vertices (polygons do occur) becomes a fan; one of fewer
+// keeps its number as a polygon without corners. Every facet has three vertices of its own, NaN where the
+// file has none.
+class AsciiReader {
+ public:
+  AsciiReader(std::string_view content, const CancelToken& cancel)
+      : content_(content), cancel_(cancel), cursor_{content.data(), content.data() + content.size(), false} {
+    // About 250 bytes a facet; vectors grow where a file is terser.
+    const std::size_t facets = content.size() / 200;
+    for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(3 * facets);
+    part_.begin.reserve(facets + 1);
+    part_.corners.reserve(3 * facets);
+  }
+
+  PolygonMesh read() {
+    while (!cut_) {
+      const std::string_view word = cursor_.word();
+      if (word.empty()) break;
+      if (text::same_word(word, "vertex")) {
+        read_vertex();
+      } else if (text::same_word(word, "facet")) {
+        end_facet(false);
+        in_facet_ = true;
+        if (++begun_ % facets_between_checks == 0) cancel_.check();
+      } else if (text::same_word(word, "endfacet")) {
+        end_facet(true);
+      } else if (text::same_word(word, "endsolid") || begins_solid(word)) {
+        end_facet(true);
+        skip_name();
+      }
+      // Normals, outer, loop and endloop: nothing in them is needed.
+    }
+    cut_ = cut_ || in_facet_;
+    if (in_facet_) drop_facet();
+    return finish();
+  }
+
+ private:
+  static bool begins_solid(std::string_view word) {
+    return word.size() >= 5 && text::same_word(word.substr(0, 5), "solid");  // also "solidname"
+  }
+
+  // The name of a solid is any text up to the line's end, or up to a facet that begins on the same line.
+  void skip_name() {
+    const char* const line_end = text::find_line_end(cursor_.at, cursor_.end);
+    const std::string_view name(cursor_.at, static_cast<std::size_t>(line_end - cursor_.at));
+    const std::size_t facet = name.find("facet normal");
+    cursor_.at = facet == std::string_view::npos ? line_end : cursor_.at + facet;
+  }
+
+  void read_vertex() {
+    double x = 0, y = 0, z = 0;
+    for (double* const value : {&x, &y, &z}) {
+      const Token token = cursor_.number(*value);
+      if (token == Token::ok) continue;
+      // A number cut by the end of the file is not an error of the number.
+      cut_ = token == Token::ended || text::find_line_end(cursor_.at, cursor_.end) == cursor_.end;
+      if (cut_) {
+        in_facet_ = true;
+        return;
+      }
+      text::fail_at(content_, cursor_.at,
+                    "a vertex needs three numbers, but there is " + text::quoted(content_, cursor_.at));
+    }
+    in_facet_ = true;
+    if (loop_ >= 3) {
+      const std::size_t first = mesh_.x.size() - 3, last = mesh_.x.size() - 1;
+      close_triangle();
+      copy_vertex(first);
+      copy_vertex(last);
+      loop_ = 2;
+    }
+    add_vertex(x, y, z);
+    ++loop_;
+    vertex_end_ = cursor_.at;
+  }
+
+  void add_vertex(double x, double y, double z) {
+    mesh_.x.push_back(x);
+    mesh_.y.push_back(y);
+    mesh_.z.push_back(z);
+  }
+  void copy_vertex(std::size_t v) { add_vertex(mesh_.x[v], mesh_.y[v], mesh_.z[v]); }
+
+  void close_triangle() {
+    const std::size_t end = mesh_.x.size();
+    for (std::size_t v = end - 3; v < end; ++v) part_.corners.push_back(static_cast<std::uint32_t>(v));
+    part_.close_polygon();
+  }
+
+  // `ended`: by its own end word, not by the beginning of the next.
+  void end_facet(bool ended) {
+    if (!in_facet_) return;
+    if (loop_ == 3) {
+      close_triangle();
+    } else if (loop_ > 0 || ended) {
+      constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+      for (; loop_ < 3; ++loop_) add_vertex(nan_value, nan_value, nan_value);
+      part_.close_polygon();
+    }
+    in_facet_ = false;
+    loop_ = 0;
+  }
+
+  // The last facet of a file that is cut.
+  void drop_facet() {
+    if (loop_ == 3 && vertex_end_ != cursor_.end) {
+      end_facet(true);  // nothing but its end words is missing
+      return;
+    }
+    for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z})
+      values->resize(values->size() - loop_);
+    mesh_.repairs[Repair::missing_faces] = 1;
+  }
+
+  PolygonMesh finish() {
+    if (part_.count() == 0 && cut_)
+      text::fail_at(content_, cursor_.end, "the file ends before its first facet is complete");
+    if (part_.count() == 0) throw ItemError(Status::empty, "the ascii STL file holds no facet");
+    check_count(mesh_.x.size(), "vertices");
+    std::vector<PolygonPart> parts;
+    parts.push_back(std::move(part_));
+    join_polygons(parts, mesh_);
+    return std::move(mesh_);
+  }
+
+  std::string_view content_;
+  const CancelToken& cancel_;
+  TextCursor cursor_;
+  PolygonMesh mesh_;
+  PolygonPart part_;
+  std::size_t loop_ = 0;  // vertices of the current triangle so far
+  std::size_t begun_ = 0;
+  const char* vertex_end_ = nullptr;  // behind the last number read
+  bool in_facet_ = false, cut_ = false;
+};
+
+}  // namespace
+
+bool is_exact_binary_stl(std::string_view content) {
+  return content.size() >= header_bytes &&
+         content.size() == header_bytes + facet_bytes * std::uint64_t{stated_facets(content)};
+}
+
+bool looks_like_ascii_stl(std::string_view content) {
+  TextCursor cursor{content.data(), content.data() + content.size(), false};
+  const std::string_view first = cursor.word();
+  if (text::same_word(first, "facet")) return true;
+  if (first.size() < 5 || !text::same_word(first.substr(0, 5), "solid")) return false;
+  // The name may be several words, and some programs put the first facet on its line.
+  const std::string_view name(
+      cursor.at, static_cast<std::size_t>(text::find_line_end(cursor.at, cursor.end) - cursor.at));
+  cursor.skip_line();
+  const std::string_view next = cursor.word();
+  const bool ends_here = next.empty() && name.size() < 256;
+  const bool printable = name.find('\0') == std::string_view::npos;
+  return text::same_word(next, "facet") || text::same_word(next, "endsolid") || (ends_here && printable) ||
+         (printable && name.find("facet normal") != std::string_view::npos);
+}
+
+PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  if (is_exact_binary_stl(content)) return read_binary(content, cancel, rule);
+  if (looks_like_ascii_stl(content)) return AsciiReader(content, cancel).read();
+  const std::string_view head = content.substr(0, 512);
+  if (std::all_of(head.begin(), head.end(), is_text))
+    text::fail_at(content, content.data(), "neither a binary nor an ascii STL file");
+  if (content.size() < header_bytes)
+    throw ItemError(Status::unreadable, "byte " + std::to_string(content.size()) +
+                                            ": the file ends in the header of a binary STL file");
+  return read_binary(content, cancel, rule);
+}
+
+}  // namespace meander

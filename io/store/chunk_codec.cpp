@@ -1,0 +1,172 @@
+#include "io/store/chunk_codec.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+
+namespace meander::store {
+
+namespace {
+
+constexpr std::size_t checksum_bytes = 4;
+
+// Byte b of every element stands together, for b = 0, 1, ... (H5Z_FILTER_SHUFFLE; bytes after the last whole
+// element stay where they are).
+void shuffle(std::span<const std::byte> in, std::size_t element_size, std::byte* out) {
+  const std::size_t elements = in.size() / element_size;
+  if (element_size == 4) {
+    for (std::size_t i = 0; i < elements; ++i) {
+      std::uint32_t word;
+      std::memcpy(&word, in.data() + 4 * i, 4);
+      out[i] = static_cast<std::byte>(word);
+      out[elements + i] = static_cast<std::byte>(word >> 8);
+      out[2 * elements + i] = static_cast<std::byte>(word >> 16);
+      out[3 * elements + i] = static_cast<std::byte>(word >> 24);
+    }
+  } else {
+    for (std::size_t byte = 0; byte < element_size; ++byte)
+      for (std::size_t i = 0; i < elements; ++i) out[byte * elements + i] = in[i * element_size + byte];
+  }
+  const std::size_t whole = elements * element_size;
+  std::copy(in.begin() + static_cast<std::ptrdiff_t>(whole), in.end(), out + whole);
+}
+
+void unshuffle(std::span<const std::byte> in, std::size_t element_size, std::byte* out) {
+  const std::size_t elements = in.size() / element_size;
+  for (std::size_t byte = 0; byte < element_size; ++byte)
+    for (std::size_t i = 0; i < elements; ++i) out[i * element_size + byte] = in[byte * elements + i];
+  const std::size_t whole = elements * element_size;
+  std::copy(in.begin() + static_cast<std::ptrdiff_t>(whole), in.end(), out + whole);
+}
+
+// True when coding the bytes one by one could not save a sixteenth of them: their collision entropy, which is
+// a lower bound of Shannon's, is above 7.5 bits. Exact in integers, so that it decides alike everywhere.
+bool hardly_compressible(std::span<const std::byte> bytes) {
+  std::array<std::array<std::uint32_t, 256>, 4> counts{};  // four, so that equal neighbours do not wait
+  for (std::size_t i = 0; i < bytes.size(); ++i) ++counts[i % 4][std::to_integer<std::size_t>(bytes[i])];
+  std::uint64_t pairs = 0;  // equal bytes at two different places, ordered
+  for (std::size_t value = 0; value < 256; ++value) {
+    const std::uint64_t count =
+        std::uint64_t{counts[0][value]} + counts[1][value] + counts[2][value] + counts[3][value];
+    pairs += count * (count - (count > 0));
+  }
+  constexpr std::uint64_t two_to_7_5 = 181;
+  return pairs * two_to_7_5 < static_cast<std::uint64_t>(bytes.size()) * bytes.size();
+}
+
+// Appends one zlib stream: planes of random mantissa bits, three of four in points and normals, are stored,
+// the others compressed at level 1. Any inflate reads it; the size is that of level 1 throughout, the time a
+// quarter.
+void deflate_planes(std::span<const std::byte> bytes, std::size_t plane_bytes, std::vector<std::byte>& out) {
+  z_stream stream{};
+  if (deflateInit(&stream, 1) != Z_OK) throw std::bad_alloc();
+  const std::size_t begin = out.size();
+  // Every change of level ends a block and may cost a few bytes.
+  const std::size_t changes = bytes.size() / plane_bytes + 2;
+  out.resize(begin + deflateBound(&stream, static_cast<uLong>(bytes.size())) + 16 * changes);
+  stream.next_out = reinterpret_cast<Bytef*>(out.data() + begin);
+  stream.avail_out = static_cast<uInt>(out.size() - begin);
+  int level = 1, result = Z_OK;
+  for (std::size_t at = 0; at < bytes.size() && result == Z_OK; at += plane_bytes) {
+    const std::span<const std::byte> plane = bytes.subspan(at, std::min(plane_bytes, bytes.size() - at));
+    const int wanted = hardly_compressible(plane) ? 0 : 1;
+    if (wanted != level) result = deflateParams(&stream, level = wanted, Z_DEFAULT_STRATEGY);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(plane.data()));
+    stream.avail_in = static_cast<uInt>(plane.size());
+    if (result == Z_OK) result = deflate(&stream, Z_NO_FLUSH);
+  }
+  if (result == Z_OK) result = deflate(&stream, Z_FINISH);
+  out.resize(begin + stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END)
+    throw ItemError(Status::internal, "deflate ended with " + std::to_string(result) + " instead of 1");
+}
+
+void append_checksum(std::vector<std::byte>& out, std::size_t begin) {
+  const std::uint32_t checksum = fletcher32(std::span<const std::byte>(out).subspan(begin));
+  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<std::byte>(checksum >> shift));
+}
+
+}  // namespace
+
+std::uint32_t fletcher32(std::span<const std::byte> bytes) {
+  // The sums must end in 1 .. 65535 for data that is not all zero, as the folding of HDF5 leaves them. 64-bit
+  // accumulators need no folding for 2^16 words, and the sum of sums is taken from weights so that the loop
+  // has no chain of dependent additions.
+  constexpr std::size_t block_words = std::size_t{1} << 12;
+  const auto fold = [](std::uint64_t sum) {
+    while (sum >> 16) sum = (sum & 0xFFFF) + (sum >> 16);
+    return sum;
+  };
+  const std::byte* at = bytes.data();
+  std::size_t words = bytes.size() / 2;
+  std::uint64_t sum1 = 0, sum2 = 0;
+  while (words > 0) {
+    const std::size_t count = std::min(words, block_words);
+    std::uint64_t plain = 0, weighted = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint16_t little;
+      std::memcpy(&little, at + 2 * i, 2);
+      const std::uint32_t word = static_cast<std::uint16_t>(little << 8 | little >> 8);
+      plain += word;
+      weighted += word * static_cast<std::uint32_t>(count - i);  // < 2^16 * 2^12
+    }
+    sum2 = fold(sum2 + count * sum1 + weighted);
+    sum1 = fold(sum1 + plain);
+    at += 2 * count;
+    words -= count;
+  }
+  if (bytes.size() % 2 != 0) {
+    sum1 = fold(sum1 + (std::to_integer<std::uint64_t>(*at) << 8));
+    sum2 = fold(sum2 + sum1);
+  }
+  return static_cast<std::uint32_t>(sum2 << 16 | sum1);
+}
+
+void append_filtered(std::span<const std::byte> chunk, std::size_t element_size, Compression compression,
+                     std::vector<std::byte>& out) {
+  const std::size_t begin = out.size();
+  if (compression == Compression::none) {
+    out.insert(out.end(), chunk.begin(), chunk.end());
+    append_checksum(out, begin);
+    return;
+  }
+  std::vector<std::byte> shuffled;
+  std::span<const std::byte> source = chunk;
+  if (element_size > 1) {
+    shuffled.resize(chunk.size());
+    shuffle(chunk, element_size, shuffled.data());
+    source = shuffled;
+  }
+  deflate_planes(source, std::max<std::size_t>(1, source.size() / element_size), out);
+  append_checksum(out, begin);
+}
+
+bool unfilter(std::span<const std::byte> filtered, std::size_t element_size, Compression compression,
+              std::span<std::byte> chunk) {
+  if (filtered.size() < checksum_bytes) return false;
+  const std::span<const std::byte> body = filtered.first(filtered.size() - checksum_bytes);
+  std::uint32_t checksum = 0;
+  for (std::size_t i = 0; i < checksum_bytes; ++i)
+    checksum |= std::to_integer<std::uint32_t>(filtered[body.size() + i]) << (8 * i);
+  if (checksum != fletcher32(body)) return false;
+  if (compression == Compression::none) {
+    if (body.size() != chunk.size()) return false;
+    std::copy(body.begin(), body.end(), chunk.begin());
+    return true;
+  }
+  std::vector<std::byte> shuffled(element_size > 1 ? chunk.size() : 0);
+  std::byte* target = element_size > 1 ? shuffled.data() : chunk.data();
+  uLongf length = static_cast<uLongf>(chunk.size());
+  if (uncompress(reinterpret_cast<Bytef*>(target), &length, reinterpret_cast<const Bytef*>(body.data()),
+                 static_cast<uLong>(body.size())) != Z_OK ||
+      length != chunk.size())
+    return false;
+  if (element_size > 1) unshuffle(shuffled, element_size, chunk.data());
+  return true;
+}
+
+}  // namespace meander::store

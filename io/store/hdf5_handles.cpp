@@ -1,0 +1,32 @@
+#include "io/store/hdf5_handles.h"
+
+#include <fmt/format.h>
+
+namespace meander::store {
+
+namespace {
+
+std::recursive_mutex& library_mutex() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
+herr_t take_description(unsigned, const H5E_error2_t* error, void* target) {
+  auto& text = *static_cast<std::string*>(target);
+  if (text.empty() && error->desc != nullptr) text = error->desc;
+  return 0;
+}
+
+}  // namespace
+
+Hdf5Lock::Hdf5Lock() : lock_(library_mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+void throw_hdf5_error(std::string_view action) {
+  std::string description;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_description, &description);
+  H5Eclear2(H5E_DEFAULT);
+  throw Hdf5Error(
+      fmt::format("cannot {}: {}", action, description.empty() ? "unknown HDF5 error" : description));
+}
+
+}  // namespace meander::store

@@ -1,0 +1,298 @@
+#include "io/store/row_codec.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "io/store/chunk_codec.h"
+#include "io/store/crc32c.h"
+#include "io/store/schema.h"
+#include "io/utf8.h"
+
+namespace meander {
+
+namespace store {
+
+namespace {
+
+constexpr std::uint32_t record_magic = 0x31576E4Du;  // "MnW1"
+
+template <class T>
+T load(const std::byte* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+template <class T>
+void append(std::vector<std::byte>& out, T value) {
+  const auto bytes = std::as_bytes(std::span(&value, 1));
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+// Takes bytes from the front of a payload; running out of them is a bug, the checksums having been right.
+class Cursor {
+ public:
+  explicit Cursor(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  std::span<const std::byte> take(std::size_t count) {
+    if (count > bytes_.size())
+      throw ItemError(Status::internal,
+                      fmt::format("a journal record ends {} bytes too early", count - bytes_.size()));
+    const auto taken = bytes_.first(count);
+    bytes_ = bytes_.subspan(count);
+    return taken;
+  }
+  std::uint32_t take_length() { return load<std::uint32_t>(take(4).data()); }
+  bool at_end() const { return bytes_.empty(); }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+RecordParts take_head(const StoreHeader& header, Cursor& cursor) {
+  RecordParts parts;
+  parts.items = cursor.take(item_record().bytes);
+  parts.status = static_cast<Status>(parts.items[item_record().status_offset]);
+  const auto reason = cursor.take(cursor.take_length());
+  parts.reason = {reinterpret_cast<const char*>(reason.data()), reason.size()};
+  if (parts.status == Status::ok)
+    for (const DescriptorSchema& descriptor : header.descriptors)
+      parts.descriptors.push_back(cursor.take(descriptor.width * sizeof(float)));
+  return parts;
+}
+
+// The bytes of chunk `part` of one row: the samples from part * chunk.samples on, the tail filled.
+std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part,
+                                    std::span<const std::byte> row) {
+  std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
+  const std::size_t begin = part * bytes.size();
+  const std::size_t count = std::min(bytes.size(), row.size() - begin);
+  std::memcpy(bytes.data(), row.data() + begin, count);
+  write_fill(spec, std::span(bytes).subspan(count));
+  return bytes;
+}
+
+void append_samples(const StoreHeader& header, const Samples& samples, std::vector<std::byte>& out) {
+  const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
+  for (const DatasetSpec& spec : fixed_datasets()) {
+    if (spec.role != Role::samples) continue;
+    const std::span<const std::byte> row = spec.samples_view(samples);
+    if (chunk.rows > 1) {
+      out.insert(out.end(), row.begin(), row.end());
+      continue;
+    }
+    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
+      const std::size_t length_at = out.size();
+      append<std::uint32_t>(out, 0);
+      if (chunk.chunks_per_row == 1)
+        append_filtered(row, element_size(spec.type), header.compression, out);
+      else
+        append_filtered(chunk_of_row(spec, chunk, part, row), element_size(spec.type), header.compression,
+                        out);
+      const auto length = static_cast<std::uint32_t>(out.size() - length_at - 4);
+      std::memcpy(out.data() + length_at, &length, 4);
+    }
+  }
+}
+
+void append_descriptors(const StoreHeader& header, const Row& row, std::vector<std::byte>& out) {
+  for (const DescriptorSchema& schema : header.descriptors) {
+    const auto found = std::find_if(row.descriptors.begin(), row.descriptors.end(),
+                                    [&](const DescriptorRow& d) { return d.name == schema.name; });
+    const auto bytes = std::as_bytes(std::span(found->values));
+    out.insert(out.end(), bytes.begin(), bytes.end());
+  }
+}
+
+void check_samples(const StoreHeader& header, const Row& row) {
+  const std::size_t expected = row.report.status == Status::ok ? header.samples : 0;
+  for (const DatasetSpec& spec : fixed_datasets()) {
+    if (spec.role != Role::samples) continue;
+    const std::size_t bytes = spec.samples_view(row.samples).size();
+    if (bytes != expected * value_bytes(spec))
+      throw ItemError(Status::internal,
+                      fmt::format("{} of a row with status {} has {} bytes instead of {}", spec.path,
+                                  name_of(row.report.status), bytes, expected * value_bytes(spec)));
+  }
+}
+
+void check_descriptors(const StoreHeader& header, const Row& row) {
+  const std::size_t expected = row.report.status == Status::ok ? header.descriptors.size() : 0;
+  if (row.descriptors.size() != expected)
+    throw ItemError(Status::internal,
+                    fmt::format("a row with status {} has {} descriptors instead of {}",
+                                name_of(row.report.status), row.descriptors.size(), expected));
+  for (const DescriptorRow& descriptor : row.descriptors) {
+    const auto schema = std::find_if(header.descriptors.begin(), header.descriptors.end(),
+                                     [&](const DescriptorSchema& s) { return s.name == descriptor.name; });
+    if (schema == header.descriptors.end())
+      throw ItemError(Status::internal, fmt::format("the store has no descriptor {}", descriptor.name));
+    if (schema->width != descriptor.values.size())
+      throw ItemError(Status::internal,
+                      fmt::format("descriptor {} has {} values instead of {}", descriptor.name,
+                                  descriptor.values.size(), schema->width));
+  }
+  // With equal numbers of names, all known, one missing means one twice.
+  for (std::size_t i = 0; i < row.descriptors.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (row.descriptors[i].name == row.descriptors[j].name)
+        throw ItemError(Status::internal,
+                        fmt::format("descriptor {} is there twice", row.descriptors[i].name));
+}
+
+void finish_record(const RecordHeader& facts, std::vector<std::byte>& record) {
+  std::byte* at = record.data();
+  const std::uint32_t status = static_cast<std::uint32_t>(facts.status);
+  const std::uint64_t length = record.size() - record_header_bytes;
+  const std::uint32_t payload_crc = crc32c(std::span<const std::byte>(record).subspan(record_header_bytes));
+  std::memcpy(at, &record_magic, 4);
+  std::memcpy(at + 4, &status, 4);
+  std::memcpy(at + 8, &facts.row, 8);
+  std::memcpy(at + 16, &length, 8);
+  std::memcpy(at + 24, &payload_crc, 4);
+  const std::uint32_t header_crc = crc32c(std::span<const std::byte>(record).first(28));
+  std::memcpy(at + 28, &header_crc, 4);
+}
+
+Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
+  Samples samples;
+  const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
+  std::size_t next = 0;
+  for (const DatasetSpec& spec : fixed_datasets()) {
+    if (spec.role != Role::samples) continue;
+    const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
+    const std::span<std::byte> room = spec.samples_room(samples, elements);
+    if (chunk.rows > 1) {
+      std::memcpy(room.data(), parts.samples[next++].data(), room.size());
+      continue;
+    }
+    std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
+    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
+      if (!unfilter(parts.samples[next++], element_size(spec.type), header.compression, bytes))
+        throw ItemError(Status::internal, fmt::format("chunk {} of {} cannot be decoded", part, spec.path));
+      const std::size_t begin = part * bytes.size();
+      std::memcpy(room.data() + begin, bytes.data(), std::min(bytes.size(), room.size() - begin));
+    }
+  }
+  return samples;
+}
+
+}  // namespace
+
+std::optional<RecordHeader> read_record_header(std::span<const std::byte> bytes) {
+  if (bytes.size() < record_header_bytes || load<std::uint32_t>(bytes.data()) != record_magic)
+    return std::nullopt;
+  if (load<std::uint32_t>(bytes.data() + 28) != crc32c(bytes.first(28))) return std::nullopt;
+  const auto status = load<std::uint32_t>(bytes.data() + 4);
+  if (status >= status_names.size()) return std::nullopt;
+  return RecordHeader{load<std::uint64_t>(bytes.data() + 8), load<std::uint64_t>(bytes.data() + 16),
+                      load<std::uint32_t>(bytes.data() + 24), static_cast<Status>(status)};
+}
+
+RecordParts split_record_head(const StoreHeader& header, std::span<const std::byte> payload) {
+  Cursor cursor(payload);
+  return take_head(header, cursor);
+}
+
+RecordParts split_record(const StoreHeader& header, std::span<const std::byte> payload) {
+  Cursor cursor(payload);
+  RecordParts parts = take_head(header, cursor);
+  if (parts.status == Status::ok) {
+    const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
+    for (const DatasetSpec& spec : fixed_datasets()) {
+      if (spec.role != Role::samples) continue;
+      if (chunk.rows > 1) {
+        parts.samples.push_back(cursor.take(header.samples * value_bytes(spec)));
+        continue;
+      }
+      for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
+        parts.samples.push_back(cursor.take(cursor.take_length()));
+    }
+  }
+  if (!cursor.at_end()) throw ItemError(Status::internal, "a journal record is longer than its parts");
+  return parts;
+}
+
+std::size_t payload_head_bytes(const StoreHeader& header) {
+  std::size_t bytes = item_record().bytes + 4 + longest_reason;
+  for (const DescriptorSchema& descriptor : header.descriptors) bytes += descriptor.width * sizeof(float);
+  return bytes;
+}
+
+std::string clean_reason(std::string_view reason) {
+  std::string clean;
+  while (!reason.empty()) {
+    const std::size_t length = utf8_sequence_length(reason);
+    const std::size_t step = length == 0 ? 1 : length;
+    if (clean.size() + step > longest_reason) break;
+    if (length == 0)
+      clean += '?';
+    else if (length == 1 && (static_cast<unsigned char>(reason[0]) < 0x20 || reason[0] == 0x7F))
+      clean += ' ';
+    else
+      clean += reason.substr(0, length);
+    reason.remove_prefix(step);
+  }
+  return clean;
+}
+
+}  // namespace store
+
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row) {
+  using namespace store;
+  if (row_number >= header.ids.size())
+    throw ItemError(Status::internal,
+                    fmt::format("row {} of a store of {} rows", row_number, header.ids.size()));
+  check_samples(header, row);
+  check_descriptors(header, row);
+  ItemReport report = row.report;
+  const bool ok = report.status == Status::ok;
+  report.points_crc32c = ok ? crc32c(std::span<const float>(row.samples.points)) : 0;
+
+  EncodedRow encoded;
+  encoded.row = row_number;
+  std::vector<std::byte>& out = encoded.bytes;
+  // Points, normals, corners 12 bytes a sample, barycentric 8, three of 4; filtered chunks hardly exceed it.
+  out.reserve(record_header_bytes + payload_head_bytes(header) +
+              (ok ? std::size_t{header.samples} * 58 + 1024 : 0));
+  out.resize(record_header_bytes + item_record().bytes);
+  for (const auto& [spec, offset] : item_record().columns)
+    spec->put_item(report, out.data() + record_header_bytes + offset);
+  const std::string reason = ok ? std::string() : clean_reason(report.reason);
+  append(out, static_cast<std::uint32_t>(reason.size()));
+  const auto reason_bytes = std::as_bytes(std::span(reason));
+  out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());
+  if (ok) {
+    append_descriptors(header, row, out);
+    append_samples(header, row.samples, out);
+  }
+  finish_record({row_number, 0, 0, report.status}, out);
+  return encoded;
+}
+
+Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {
+  using namespace store;
+  const std::span<const std::byte> bytes(encoded.bytes);
+  const auto facts = read_record_header(bytes);
+  if (!facts || facts->row != encoded.row || facts->payload_bytes != bytes.size() - record_header_bytes ||
+      facts->payload_crc32c != crc32c(bytes.subspan(record_header_bytes)) || encoded.row >= header.ids.size())
+    throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
+  const RecordParts parts = split_record(header, bytes.subspan(record_header_bytes));
+  Row row;
+  for (const auto& [spec, offset] : item_record().columns)
+    spec->get_item(parts.items.data() + offset, row.report);
+  row.report.reason = parts.reason;
+  row.label = header.labels.at(encoded.row);
+  if (parts.status != Status::ok) return row;
+  row.samples = decode_samples(header, parts);
+  for (std::size_t i = 0; i < parts.descriptors.size(); ++i) {
+    DescriptorRow& descriptor = row.descriptors.emplace_back();
+    descriptor.name = header.descriptors[i].name;
+    descriptor.values.resize(header.descriptors[i].width);
+    std::memcpy(descriptor.values.data(), parts.descriptors[i].data(), parts.descriptors[i].size());
+  }
+  return row;
+}
+
+}  // namespace meander

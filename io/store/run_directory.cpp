@@ -1,0 +1,304 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "io/store/journal.h"
+#include "io/store/run_plan.h"
+#include "io/store/store_merge.h"
+
+namespace meander {
+
+namespace fs = std::filesystem;
+using namespace store;
+
+namespace {
+
+constexpr std::uint8_t not_done = 0xFF;
+
+fs::path with_suffix(const fs::path& store, std::string_view suffix) {
+  fs::path path = store;
+  path += suffix;
+  return path;
+}
+
+void make_folder(const fs::path& folder) {
+  if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) throw_file_error(errno, "create", folder);
+}
+
+// Takes STORE.run/lock, which the kernel frees when the process ends, however it ends. Empty when there is no
+// run folder and none is to be made.
+FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
+  const fs::path path = folder / "lock";
+  for (;;) {
+    if (create) make_folder(folder);
+    if (!fs::exists(folder)) {
+      if (create) continue;
+      return {};
+    }
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor < 0 && errno == ENOENT) continue;  // a finishing process has just removed the folder
+    if (descriptor < 0) throw_file_error(errno, "open", path);
+    FileDescriptor file(descriptor);
+    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+      if (errno == EINTR) continue;
+      if (errno != EWOULDBLOCK) throw_file_error(errno, "lock", path);
+      const std::string holder = read_text(path).value_or("");
+      throw RunError(RunError::Kind::stopped,
+                     fmt::format("another process{} holds {}", holder.empty() ? "" : " (pid " + holder + ")",
+                                 folder.string()));
+    }
+    // The lock counts only if the file is still the one that others find under this name.
+    struct stat mine {
+    }, named{};
+    if (::fstat(file.get(), &mine) != 0 || ::stat(path.c_str(), &named) != 0 || mine.st_ino != named.st_ino ||
+        mine.st_dev != named.st_dev)
+      continue;
+    const std::string pid = std::to_string(::getpid());
+    if (::ftruncate(file.get(), 0) != 0) throw_file_error(errno, "write", path);
+    write_at(file, std::as_bytes(std::span(pid)), 0, path);
+    return file;
+  }
+}
+
+// What a killed process may have left beside the store. Called with the lock of the run folder held.
+void remove_leftovers(const fs::path& store) {
+  const fs::path folder = store.parent_path().empty() ? fs::path(".") : store.parent_path();
+  const std::string name = store.filename().string();
+  std::error_code ignored;
+  std::vector<fs::path> leftovers;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    const std::string other = entry->path().filename().string();
+    if (other.starts_with(name + ".part-") || other.starts_with(name + ".run.removed-"))
+      leftovers.push_back(entry->path());
+  }
+  for (const fs::path& path : leftovers) fs::remove_all(path, ignored);
+}
+
+// A folder half removed must not be taken for a run: it loses its name first.
+void remove_run_folder(const fs::path& store) {
+  const fs::path removed = with_suffix(store, fmt::format(".run.removed-{}", ::getpid()));
+  std::error_code ignored;
+  fs::remove_all(removed, ignored);
+  rename_file(with_suffix(store, ".run"), removed);
+  fs::remove_all(removed, ignored);
+}
+
+void check_header(const StoreHeader& header) {
+  const auto refuse = [](const std::string& what) { throw ItemError(Status::internal, what); };
+  if (header.samples == 0) refuse("a store needs one sample a row or more");
+  if (header.labels.size() != header.ids.size())
+    refuse(fmt::format("{} labels for {} items", header.labels.size(), header.ids.size()));
+  for (std::size_t row = 1; row < header.ids.size(); ++row)
+    if (header.ids[row - 1] >= header.ids[row])
+      refuse(fmt::format("item \"{}\" stands before \"{}\"", header.ids[row - 1], header.ids[row]));
+  for (const DescriptorSchema& descriptor : header.descriptors)
+    if (descriptor.width == 0 || descriptor.name.empty() || descriptor.name.find('/') != std::string::npos)
+      refuse(fmt::format("descriptor \"{}\" of width {}", descriptor.name, descriptor.width));
+}
+
+}  // namespace
+
+struct RunDirectory::State {
+  fs::path store, folder;
+  StoreHeader header;
+  StoreLayout layout;
+  std::uint64_t shards;
+  FileDescriptor lock;
+  Journals journals;
+  std::vector<std::uint8_t> status;    // per row; not_done
+  std::vector<std::uint64_t> offset;   // per row: where its record begins in the journal of its shard
+  std::vector<std::uint64_t> length;   // per row: of the payload
+  std::vector<std::uint64_t> missing;  // per shard: rows not done
+  std::vector<bool> sealed;            // per shard
+  std::uint64_t done = 0;
+  std::vector<std::uint64_t> suspects;
+  std::unique_ptr<BegunLog> begun;
+
+  State(const fs::path& store_path, const StoreHeader& store_header)
+      : store(store_path),
+        folder(with_suffix(store_path, ".run")),
+        header(store_header),
+        layout(make_layout(header)),
+        shards((header.ids.size() + shard_rows - 1) / shard_rows),
+        lock(lock_run_folder(folder, true)),
+        journals(folder / "journal", shards),
+        status(header.ids.size(), not_done),
+        offset(header.ids.size(), 0),
+        length(header.ids.size(), 0),
+        sealed(shards, false) {
+    for (std::uint64_t shard = 0; shard < shards; ++shard) missing.push_back(rows_of(shard).size());
+  }
+
+  RowRange rows_of(std::uint64_t shard) const {
+    return {shard * shard_rows, std::min<std::uint64_t>(layout.rows, (shard + 1) * shard_rows)};
+  }
+  fs::path shard_path(std::uint64_t shard) const {
+    return folder / "shards" / fmt::format("shard-{:06}.h5", shard);
+  }
+
+  void check_row(std::uint64_t row) const {
+    if (row >= status.size())
+      throw ItemError(Status::internal, fmt::format("row {} of a store of {} rows", row, status.size()));
+  }
+
+  void mark_done(std::uint64_t row, Status how) {
+    status[row] = static_cast<std::uint8_t>(how);
+    --missing[row / shard_rows];
+    ++done;
+  }
+
+  void set_up() {
+    if (plan_exists(folder)) {
+      require_same_plan(folder, header);
+    } else {
+      // Without run.json nothing was ever begun here: what a killed set-up left is replaced.
+      std::error_code ignored;
+      fs::remove_all(folder / "journal", ignored);
+      fs::remove_all(folder / "shards", ignored);
+      fs::remove(folder / "begun.log", ignored);
+      make_folder(folder / "journal");
+      make_folder(folder / "shards");
+      write_plan(folder, header);
+      sync_folder(folder.parent_path());
+    }
+    for (std::uint64_t shard = 0; shard < shards; ++shard) restore(shard);
+    read_begun();
+  }
+
+  void restore(std::uint64_t shard) {
+    const RowRange rows = rows_of(shard);
+    std::error_code ignored;
+    fs::remove(with_suffix(shard_path(shard), ".new"), ignored);
+    if (fs::exists(shard_path(shard))) {
+      restore_sealed(shard);
+      journals.remove(shard);
+      return;
+    }
+    journals.replay(shard, rows.begin, rows.end, [&](const RecordHeader& record, std::uint64_t at) {
+      if (status[record.row] != not_done) return;  // a row that was done twice: both records say the same
+      offset[record.row] = at;
+      length[record.row] = record.payload_bytes;
+      mark_done(record.row, record.status);
+    });
+  }
+
+  void restore_sealed(std::uint64_t shard) {
+    const RowRange rows = rows_of(shard);
+    const Hdf5Lock hdf5;
+    try {
+      const StoreFileReader reader(shard_path(shard));
+      std::vector<std::byte> statuses(rows.size());
+      for (std::size_t d = 0; d < reader.layout().datasets.size(); ++d)
+        if (reader.layout().datasets[d].spec.type == ElementType::status)
+          reader.read_rows(d, 0, rows.size(), statuses);
+      for (std::uint64_t i = 0; i < rows.size(); ++i)
+        mark_done(rows.begin + i, static_cast<Status>(statuses[i]));
+      sealed[shard] = true;
+    } catch (const Hdf5Error& error) {
+      throw RunError(
+          RunError::Kind::unusable,
+          fmt::format("{} is damaged ({}): remove it and run again, its rows will be computed again",
+                      shard_path(shard).string(), error.what()));
+    }
+  }
+
+  void read_begun() {
+    begun = std::make_unique<BegunLog>(folder / "begun.log");
+    const std::vector<std::uint64_t> rows = begun->read(status.size());
+    for (const std::uint64_t row : rows)
+      if (status[row] == not_done) suspects.push_back(row);
+    std::sort(suspects.begin(), suspects.end());
+    suspects.erase(std::unique(suspects.begin(), suspects.end()), suspects.end());
+    if (suspects.size() < rows.size()) begun->replace(suspects);
+  }
+
+  void seal(std::uint64_t shard) {
+    const fs::path temporary = with_suffix(shard_path(shard), ".new");
+    const auto read = [&](std::uint64_t row, std::size_t most, std::vector<std::byte>& payload) {
+      payload.resize(static_cast<std::size_t>(std::min<std::uint64_t>(most, length[row])));
+      if (journals.read(shard, offset[row] + record_header_bytes, payload) < payload.size())
+        throw RunError(RunError::Kind::unusable,
+                       fmt::format("the journal of shard {} was cut by somebody", shard));
+    };
+    write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), read);
+    rename_file(temporary, shard_path(shard));
+    sealed[shard] = true;
+    journals.remove(shard);
+  }
+};
+
+RunDirectory::RunDirectory(const fs::path& store, const StoreHeader& header) {
+  check_header(header);
+  state_ = std::make_unique<State>(store, header);
+  remove_leftovers(store);
+  state_->set_up();
+}
+
+RunDirectory::~RunDirectory() = default;
+
+bool RunDirectory::done(std::uint64_t row) const {
+  state_->check_row(row);
+  return state_->status[row] != not_done;
+}
+
+std::uint64_t RunDirectory::done_count() const { return state_->done; }
+
+Status RunDirectory::status(std::uint64_t row) const {
+  if (!done(row)) throw ItemError(Status::internal, fmt::format("row {} is not done", row));
+  return static_cast<Status>(state_->status[row]);
+}
+
+std::vector<std::uint64_t> RunDirectory::suspects() const { return state_->suspects; }
+
+void RunDirectory::begin_item(std::uint64_t row) {
+  state_->check_row(row);
+  state_->begun->append(row);
+}
+
+void RunDirectory::end_item(const EncodedRow& encoded) {
+  State& state = *state_;
+  state.check_row(encoded.row);
+  const auto record = read_record_header(encoded.bytes);
+  if (!record || record->row != encoded.row ||
+      record->payload_bytes != encoded.bytes.size() - record_header_bytes)
+    throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
+  if (state.status[encoded.row] != not_done) return;
+  const std::uint64_t shard = encoded.row / shard_rows;
+  state.offset[encoded.row] = state.journals.append(shard, encoded.bytes);
+  state.length[encoded.row] = record->payload_bytes;
+  state.mark_done(encoded.row, record->status);
+  if (state.missing[shard] == 0) state.seal(shard);
+}
+
+void RunDirectory::sync() { state_->journals.sync(); }
+
+void RunDirectory::finish() {
+  State& state = *state_;
+  if (state.done != state.layout.rows)
+    throw ItemError(Status::internal, fmt::format("{} of {} rows are done", state.done, state.layout.rows));
+  std::vector<fs::path> shards;
+  for (std::uint64_t shard = 0; shard < state.shards; ++shard) {
+    if (!state.sealed[shard]) state.seal(shard);
+    shards.push_back(state.shard_path(shard));
+  }
+  const fs::path part = with_suffix(state.store, fmt::format(".part-{}", ::getpid()));
+  merge_shards(part, state.header, state.layout, shards);
+  rename_file(part, state.store);
+  remove_run_folder(state.store);
+}
+
+void discard_store(const fs::path& store) {
+  const FileDescriptor lock = lock_run_folder(with_suffix(store, ".run"), false);
+  if (lock) remove_run_folder(store);
+  remove_leftovers(store);
+  if (::unlink(store.c_str()) != 0 && errno != ENOENT) throw_file_error(errno, "remove", store);
+}
+
+}  // namespace meander

@@ -1,0 +1,301 @@
+#include "io/store/run_plan.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "io/json_writer.h"
+#include "io/store/crc32c.h"
+#include "io/store/posix_file.h"
+#include "io/store/schema.h"
+#include "io/store/store_file.h"
+
+namespace meander::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view plan_magic = "meander plan 1\n";  // raised with the format of journal records
+
+class PlanWriter {
+ public:
+  void number(std::uint64_t value) { text_.append(reinterpret_cast<const char*>(&value), sizeof value); }
+  void text(std::string_view value) {
+    number(value.size());
+    text_ += value;
+  }
+  void texts(const std::vector<std::string>& values) {
+    number(values.size());
+    for (const std::string& value : values) text(value);
+  }
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+// Reads what PlanWriter wrote. The checksum has been checked: running out of bytes is damage all the same.
+class PlanReader {
+ public:
+  PlanReader(std::string_view text, const fs::path& path) : text_(text), path_(path) {}
+  std::uint64_t number() {
+    std::uint64_t value;
+    std::memcpy(&value, take(sizeof value).data(), sizeof value);
+    return value;
+  }
+  std::string text() { return std::string(take(number())); }
+  std::vector<std::string> texts() {
+    std::vector<std::string> values;
+    for (std::uint64_t left = number(); left > 0; --left) values.push_back(text());
+    return values;
+  }
+
+ private:
+  std::string_view take(std::uint64_t count) {
+    if (count > text_.size()) throw RunError(RunError::Kind::unusable, path_.string() + " is damaged");
+    const std::string_view taken = text_.substr(0, count);
+    text_.remove_prefix(count);
+    return taken;
+  }
+  std::string_view text_;
+  const fs::path& path_;
+};
+
+std::string plan_text(const StoreHeader& header) {
+  PlanWriter plan;
+  plan.number(store_format_version);
+  plan.number(store_method_version);
+  plan.number(header.samples);
+  plan.number(static_cast<std::uint64_t>(header.compression));
+  plan.number(header.seed);
+  plan.text(header.order);
+  plan.text(header.parameters_json);
+  plan.texts(header.label_names);
+  plan.number(header.descriptors.size());
+  for (const DescriptorSchema& descriptor : header.descriptors) {
+    plan.text(descriptor.name);
+    plan.number(descriptor.width);
+    plan.number(descriptor.attributes.size());
+    for (const auto& [name, value] : descriptor.attributes) {
+      plan.text(name);
+      plan.text(value);
+    }
+  }
+  plan.texts(header.ids);
+  for (const std::int32_t label : header.labels) plan.number(static_cast<std::uint32_t>(label));
+  return plan.take();
+}
+
+struct StoredPlan {
+  std::uint64_t format_version = 0, method_version = 0;
+  StoreHeader header;
+};
+
+StoredPlan parse_plan(std::string_view text, const fs::path& path) {
+  PlanReader plan(text, path);
+  StoredPlan stored;
+  StoreHeader& header = stored.header;
+  stored.format_version = plan.number();
+  stored.method_version = plan.number();
+  header.samples = static_cast<std::uint32_t>(plan.number());
+  header.compression = static_cast<Compression>(plan.number());
+  header.seed = plan.number();
+  header.order = plan.text();
+  header.parameters_json = plan.text();
+  header.label_names = plan.texts();
+  header.descriptors.resize(plan.number());
+  for (DescriptorSchema& descriptor : header.descriptors) {
+    descriptor.name = plan.text();
+    descriptor.width = static_cast<std::uint32_t>(plan.number());
+    descriptor.attributes.resize(plan.number());
+    for (auto& [name, value] : descriptor.attributes) {
+      name = plan.text();
+      value = plan.text();
+    }
+  }
+  header.ids = plan.texts();
+  header.labels.resize(header.ids.size());
+  for (std::int32_t& label : header.labels)
+    label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number()));
+  return stored;
+}
+
+std::string sha256_hex(std::string_view text) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned length = 0;
+  EVP_Digest(text.data(), text.size(), digest, &length, EVP_sha256(), nullptr);
+  std::string hex;
+  for (unsigned i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+std::string run_json(const StoreHeader& header, std::string_view plan) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("tool", "meander");
+  json.member("tool_version", tool_version());
+  json.member("format_version", store_format_version);
+  json.member("method_version", store_method_version);
+  json.member("rows", std::uint64_t{header.ids.size()});
+  json.member("samples", header.samples);
+  json.member("seed", header.seed);
+  json.member("order", header.order);
+  json.member("compression", header.compression == Compression::standard ? "standard" : "none");
+  json.member("plan_sha256", sha256_hex(plan));
+  std::string text = json.text();
+  // The parameters are JSON already.
+  if (!header.parameters_json.empty()) text += ",\"parameters\":" + header.parameters_json;
+  return text + "}\n";
+}
+
+// The members of one JSON object as key -> text of the value; values are not looked into.
+std::map<std::string, std::string> json_members(std::string_view object) {
+  std::map<std::string, std::string> members;
+  std::string key, value;
+  int depth = 0;
+  bool in_string = false, escaped = false, in_value = false;
+  const auto flush = [&] {
+    if (!key.empty()) members[key] = value;
+    key.clear();
+    value.clear();
+    in_value = false;
+  };
+  for (const char c : object) {
+    const bool opens = !in_string && (c == '{' || c == '['), closes = !in_string && (c == '}' || c == ']');
+    if (closes) --depth;
+    if (depth == 0 && (opens || closes)) {
+      ++depth;
+      if (closes) break;
+      continue;
+    }
+    if (opens) ++depth;
+    if (in_string ? (c == '"' && !escaped) : c == '"') in_string = !in_string;
+    escaped = in_string && c == '\\' && !escaped;
+    if (depth == 1 && !in_string && c == ',')
+      flush();
+    else if (depth == 1 && !in_string && !in_value && c == ':')
+      in_value = true;
+    else
+      (in_value ? value : key) += c;
+  }
+  flush();
+  return members;
+}
+
+std::string parameter_difference(const std::string& begun, const std::string& now) {
+  const auto before = json_members(begun), after = json_members(now);
+  for (const auto& [key, value] : before) {
+    const auto found = after.find(key);
+    if (found == after.end()) return fmt::format("parameter {} was {} and is not given now", key, value);
+    if (found->second != value)
+      return fmt::format("parameter {} was {}, now it is {}", key, value, found->second);
+  }
+  for (const auto& [key, value] : after)
+    if (!before.contains(key)) return fmt::format("parameter {} was not given, now it is {}", key, value);
+  return fmt::format("the parameters were {}, now they are {}", begun, now);
+}
+
+// Both lists ascend by bytes.
+std::string id_difference(const std::vector<std::string>& begun, const std::vector<std::string>& now) {
+  std::vector<std::string> removed, added;
+  std::set_difference(begun.begin(), begun.end(), now.begin(), now.end(), std::back_inserter(removed));
+  std::set_difference(now.begin(), now.end(), begun.begin(), begun.end(), std::back_inserter(added));
+  if (removed.empty() && added.empty()) return {};
+  std::string text = "the items differ:";
+  if (!removed.empty())
+    text += fmt::format(" {} gone (the first is \"{}\")", removed.size(), removed.front());
+  if (!removed.empty() && !added.empty()) text += ",";
+  if (!added.empty()) text += fmt::format(" {} new (the first is \"{}\")", added.size(), added.front());
+  return text;
+}
+
+std::string descriptor_difference(const std::vector<DescriptorSchema>& begun,
+                                  const std::vector<DescriptorSchema>& now) {
+  const auto names = [](const std::vector<DescriptorSchema>& descriptors) {
+    std::string text;
+    for (const DescriptorSchema& descriptor : descriptors)
+      text += fmt::format("{}{}({})", text.empty() ? "" : ", ", descriptor.name, descriptor.width);
+    return text.empty() ? std::string("none") : text;
+  };
+  if (names(begun) != names(now))
+    return fmt::format("the descriptors were {}, now they are {}", names(begun), names(now));
+  for (std::size_t i = 0; i < begun.size(); ++i)
+    if (begun[i].attributes != now[i].attributes)
+      return fmt::format("the bins of descriptor {} differ", begun[i].name);
+  return {};
+}
+
+std::string_view name_of(Compression compression) {
+  return compression == Compression::standard ? "default" : "none";
+}
+
+}  // namespace
+
+std::string first_difference(const StoreHeader& begun, const StoreHeader& now) {
+  if (begun.samples != now.samples)
+    return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
+  if (begun.seed != now.seed) return fmt::format("the seed was {}, now it is {}", begun.seed, now.seed);
+  if (begun.compression != now.compression)
+    return fmt::format("the compression was {}, now it is {}", name_of(begun.compression),
+                       name_of(now.compression));
+  if (begun.order != now.order) return fmt::format("the order was {}, now it is {}", begun.order, now.order);
+  if (begun.parameters_json != now.parameters_json)
+    return parameter_difference(begun.parameters_json, now.parameters_json);
+  if (const std::string text = descriptor_difference(begun.descriptors, now.descriptors); !text.empty())
+    return text;
+  if (const std::string text = id_difference(begun.ids, now.ids); !text.empty()) return text;
+  if (begun.label_names != now.label_names)
+    return fmt::format("the names of the classes differ ({} then, {} now)", begun.label_names.size(),
+                       now.label_names.size());
+  for (std::size_t row = 0; row < begun.labels.size(); ++row)
+    if (begun.labels[row] != now.labels[row])
+      return fmt::format("the label of \"{}\" was {}, now it is {}", begun.ids[row], begun.labels[row],
+                         now.labels[row]);
+  return {};
+}
+
+bool plan_exists(const fs::path& run_folder) { return fs::exists(run_folder / "run.json"); }
+
+void write_plan(const fs::path& run_folder, const StoreHeader& header) {
+  std::string text(plan_magic);
+  text += plan_text(header);
+  const std::uint32_t checksum = crc32c(std::span<const char>(text));
+  text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  replace_file(run_folder / "plan.bin", std::as_bytes(std::span(text)));
+  const std::string json = run_json(header, text);
+  replace_file(run_folder / "run.json", std::as_bytes(std::span(json)));
+}
+
+void require_same_plan(const fs::path& run_folder, const StoreHeader& header) {
+  const fs::path path = run_folder / "plan.bin";
+  const auto refuse = [&](const std::string& why) {
+    throw RunError(RunError::Kind::unusable, fmt::format("{} was begun otherwise and cannot be continued: {}",
+                                                         run_folder.string(), why));
+  };
+  const std::optional<std::string> text = read_text(path);
+  std::uint32_t checksum = 0;
+  if (text && text->size() > sizeof checksum)
+    std::memcpy(&checksum, text->data() + text->size() - sizeof checksum, sizeof checksum);
+  if (!text || text->size() < plan_magic.size() + sizeof checksum ||
+      checksum != crc32c(std::span<const char>(text->data(), text->size() - sizeof checksum)))
+    throw RunError(RunError::Kind::unusable, fmt::format("{} is damaged: start afresh", path.string()));
+  std::string_view plan(*text);
+  plan.remove_suffix(sizeof checksum);
+  if (!plan.starts_with(plan_magic)) refuse("by another version of the program");
+  plan.remove_prefix(plan_magic.size());
+  if (plan == plan_text(header)) return;
+  const StoredPlan stored = parse_plan(plan, path);
+  if (stored.format_version != store_format_version)
+    refuse(fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
+  if (stored.method_version != store_method_version)
+    refuse(
+        fmt::format("the method version was {}, now it is {}", stored.method_version, store_method_version));
+  refuse(first_difference(stored.header, header));
+}
+
+}  // namespace meander::store

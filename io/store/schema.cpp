@@ -1,0 +1,272 @@
+#include "io/store/schema.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <type_traits>
+
+namespace meander::store {
+
+static_assert(std::endian::native == std::endian::little, "values are stored as they stand in memory");
+static_assert(sizeof(RepairCounts) == 4 * repair_count);
+
+namespace {
+
+constexpr std::uint64_t all_ones = 0xFFFFFFFFu;  // u32 "nothing", i32 -1
+constexpr std::uint64_t not_a_number = 0x7FC00000u;
+
+template <class>
+struct MemberType;
+template <class Class, class Member>
+struct MemberType<Member Class::*> {
+  using type = Member;
+};
+
+template <auto Member>
+void put(const ItemReport& report, std::byte* out) {
+  static_assert(std::is_trivially_copyable_v<typename MemberType<decltype(Member)>::type>);
+  std::memcpy(out, &(report.*Member), sizeof(report.*Member));
+}
+
+template <auto Member>
+void get(const std::byte* in, ItemReport& report) {
+  std::memcpy(&(report.*Member), in, sizeof(report.*Member));
+}
+
+template <auto Member>
+std::span<const std::byte> view(const Samples& samples) {
+  return std::as_bytes(std::span(samples.*Member));
+}
+
+template <auto Member>
+std::span<std::byte> room(Samples& samples, std::size_t count) {
+  (samples.*Member).resize(count);
+  return std::as_writable_bytes(std::span(samples.*Member));
+}
+
+template <auto Member>
+DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width, const char* unit,
+                         const char* doc, const char* link = "") {
+  DatasetSpec spec{path, Role::samples, type, width, type == ElementType::f32 ? not_a_number : all_ones,
+                   unit, doc,           link};
+  spec.samples_view = view<Member>;
+  spec.samples_room = room<Member>;
+  return spec;
+}
+
+template <auto Member>
+DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width, const char* unit,
+                        const char* doc, std::uint64_t fill = 0) {
+  DatasetSpec spec{std::string("/items/") + name, Role::item, type, width, fill, unit, doc, ""};
+  spec.put_item = put<Member>;
+  spec.get_item = get<Member>;
+  return spec;
+}
+
+std::vector<DatasetSpec> make_fixed_datasets() {
+  using enum ElementType;
+  using S = Samples;
+  using R = ItemReport;
+  return {
+      sample_array<&S::points>("/points", f32, 3, "length / scale",
+                               "the points; file coordinates = loc + scale * point", "/data"),
+      sample_array<&S::normals>("/normals", f32, 3, "1", "unit normals at the points", "/normal"),
+      sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"),
+      sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"),
+      sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
+                                    "weights of corners 1 and 2; corner 0 has the rest"),
+      sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"),
+      sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"),
+      {"/label", Role::label, i32, 1, all_ones, "1", "class number, -1 where unknown", ""},
+      {"/items/id", Role::id, text, 0, 0, "", "path of the item below the input root; ascending by bytes",
+       ""},
+      item_column<&R::status>("status", status, 0, "", "how the item ended",
+                              static_cast<std::uint64_t>(Status::internal)),
+      {"/items/reason", Role::reason, text, 0, 0, "", "one sentence when the status is not ok", ""},
+      item_column<&R::method>("method", method, 0, "", "the weakest method any component needed"),
+      item_column<&R::vertices>("vertices", u64, 0, "1", "vertices of the file"),
+      item_column<&R::faces>("faces", u64, 0, "1", "polygons of the file"),
+      item_column<&R::components>("components", u32, 0, "1", "connected components"),
+      item_column<&R::genus>("genus", u32, 0, "1", "sum of the genera of the components"),
+      item_column<&R::boundaries>("boundaries", u32, 0, "1", "boundary loops"),
+      item_column<&R::area>("area", f64, 0, "length^2", "surface area"),
+      item_column<&R::measure>("measure", f64, 0, "length^2", "area x density"),
+      item_column<&R::bbox>("bbox", f64, 6, "length", "min x, y, z, max x, y, z"),
+      item_column<&R::loc>("loc", f64, 3, "length", "file coordinates = loc + scale * point"),
+      item_column<&R::scale>("scale", f64, 0, "length", "file coordinates = loc + scale * point"),
+      item_column<&R::flips>("flips", u32, 0, "1", "flipped triangles of all charts"),
+      item_column<&R::overlap>("overlap", f64, 0, "1", "share of the area where charts overlap themselves"),
+      item_column<&R::area_scale_range>("area_scale_range", f64, 0, "1",
+                                        "largest over smallest area scale, worst chart"),
+      item_column<&R::distortion>("distortion", f64, 0, "1", "area-weighted mean quasi-conformal distortion"),
+      item_column<&R::repairs>("repairs", u32, static_cast<std::uint32_t>(repair_count), "1",
+                               "what was repaired, counted by name (attribute `names`)"),
+      item_column<&R::content_sha256>("content_sha256", u8, 32, "1", "SHA-256 of the bytes of the input"),
+      item_column<&R::points_crc32c>("points_crc32c", u32, 0, "1",
+                                     "CRC32C of the row of /points (little-endian); 0 unless ok"),
+  };
+}
+
+std::string shape_text(const DatasetSpec& spec) {
+  return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
+                          : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
+}
+
+}  // namespace
+
+const std::vector<DatasetSpec>& fixed_datasets() {
+  static const std::vector<DatasetSpec> table = make_fixed_datasets();
+  return table;
+}
+
+DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
+  return {"/descriptors/" + descriptor.name,
+          Role::descriptor,
+          ElementType::f32,
+          descriptor.width,
+          not_a_number,
+          "1",
+          "descriptor; its attributes explain the bins",
+          ""};
+}
+
+std::size_t element_size(ElementType type) {
+  switch (type) {
+    case ElementType::f64:
+    case ElementType::u64:
+      return 8;
+    case ElementType::f32:
+    case ElementType::i32:
+    case ElementType::u32:
+      return 4;
+    case ElementType::u8:
+    case ElementType::status:
+    case ElementType::method:
+    case ElementType::text:
+      return 1;
+  }
+  return 0;
+}
+
+std::string_view element_name(ElementType type) {
+  constexpr std::array<std::string_view, 9> names = {
+      "f32", "f64", "i32", "u8", "u32", "u64", "enum u8", "enum u8", "UTF-8, fixed width"};
+  return names[static_cast<std::size_t>(type)];
+}
+
+std::size_t value_bytes(const DatasetSpec& spec) {
+  return element_size(spec.type) * std::max<std::size_t>(spec.width, 1);
+}
+
+bool per_sample(const DatasetSpec& spec) { return spec.role == Role::samples; }
+
+void write_fill(const DatasetSpec& spec, std::span<std::byte> values) {
+  const std::size_t size = element_size(spec.type);
+  for (std::size_t at = 0; at + size <= values.size(); at += size) std::memcpy(&values[at], &spec.fill, size);
+}
+
+std::string fill_text(const DatasetSpec& spec) {
+  if (spec.type == ElementType::text) return "empty";
+  if (spec.type == ElementType::status) return std::string(name_of(static_cast<Status>(spec.fill)));
+  if (spec.type == ElementType::method) return std::string(name_of(static_cast<Method>(spec.fill)));
+  if (spec.type == ElementType::f32 && spec.fill == not_a_number) return "NaN";
+  if (spec.type == ElementType::i32 && spec.fill == all_ones) return "-1";
+  return spec.fill == all_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);
+}
+
+ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
+  constexpr std::uint64_t bytes_per_sample = 12, smallest_chunk = 16384, largest_row = std::uint64_t{1} << 20;
+  constexpr std::uint32_t longest = 65536;
+  ChunkShape shape;
+  while (shape.rows < block_rows && shape.rows * samples * bytes_per_sample < smallest_chunk) shape.rows *= 2;
+  shape.rows = std::clamp<std::uint64_t>(rows, 1, shape.rows);
+  if (samples * bytes_per_sample > largest_row) shape.chunks_per_row = (samples + longest - 1) / longest;
+  // Equal parts: a last chunk of a few samples would be padded to 65536 of them.
+  shape.samples = (samples + shape.chunks_per_row - 1) / shape.chunks_per_row;
+  return shape;
+}
+
+ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width) {
+  constexpr std::uint64_t largest_chunk = std::uint64_t{1} << 20;
+  std::uint64_t chunk_rows = block_rows;
+  while (chunk_rows > 1 && chunk_rows * width * sizeof(float) > largest_chunk) chunk_rows /= 2;
+  return {std::clamp<std::uint64_t>(rows, 1, chunk_rows), 0, 1};
+}
+
+void set_text_width(DatasetLayout& dataset, std::uint32_t width) {
+  dataset.text_width = width;
+  dataset.element_bytes = dataset.row_bytes = width;
+  dataset.chunk_bytes = dataset.chunk.rows * width;
+}
+
+std::size_t StoreLayout::index_of(Role role) const {
+  const auto found = std::find_if(datasets.begin(), datasets.end(),
+                                  [&](const DatasetLayout& dataset) { return dataset.spec.role == role; });
+  return static_cast<std::size_t>(found - datasets.begin());
+}
+
+StoreLayout make_layout(const StoreHeader& header) {
+  std::size_t id_width = 1;
+  for (const std::string& id : header.ids) id_width = std::max(id_width, id.size());
+  return make_layout(header.ids.size(), header.samples, header.compression, header.descriptors,
+                     static_cast<std::uint32_t>(id_width), 1);
+}
+
+StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression compression,
+                        const std::vector<DescriptorSchema>& descriptors, std::uint32_t id_width,
+                        std::uint32_t reason_width) {
+  StoreLayout layout{rows, samples, compression, id_width, {}};
+  const auto add = [&](const DatasetSpec& spec) {
+    DatasetLayout dataset;
+    dataset.spec = spec;
+    dataset.element_bytes = element_size(spec.type);
+    dataset.row_bytes = value_bytes(spec) * (per_sample(spec) ? samples : 1);
+    dataset.chunk = per_sample(spec) ? sample_chunk(rows, samples)
+                    : spec.role == Role::descriptor
+                        ? descriptor_chunk(rows, spec.width)
+                        : ChunkShape{std::clamp<std::uint64_t>(rows, 1, shard_rows), 0, 1};
+    dataset.chunk_bytes =
+        dataset.chunk.rows * value_bytes(spec) * (per_sample(spec) ? dataset.chunk.samples : 1);
+    if (spec.role == Role::id) set_text_width(dataset, id_width);
+    if (spec.role == Role::reason) set_text_width(dataset, reason_width);
+    layout.datasets.push_back(std::move(dataset));
+  };
+  for (const DatasetSpec& spec : fixed_datasets()) {
+    add(spec);
+    if (spec.role == Role::label)
+      for (const DescriptorSchema& descriptor : descriptors) add(descriptor_dataset(descriptor));
+  }
+  return layout;
+}
+
+const ItemRecord& item_record() {
+  static const ItemRecord record = [] {
+    ItemRecord made;
+    for (const DatasetSpec& spec : fixed_datasets()) {
+      if (spec.role != Role::item) continue;
+      if (spec.type == ElementType::status) made.status_offset = made.bytes;
+      made.columns.emplace_back(&spec, made.bytes);
+      made.bytes += value_bytes(spec);
+    }
+    return made;
+  }();
+  return record;
+}
+
+std::string layout_markdown() {
+  std::string table = "| dataset | type | shape | fill | unit | meaning |\n|---|---|---|---|---|---|\n";
+  const auto add = [&](const DatasetSpec& spec, const std::string& shape) {
+    const std::string link = spec.link.empty() ? "" : fmt::format(", also `{}`", spec.link);
+    table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
+                         shape, fill_text(spec), spec.unit, spec.doc);
+  };
+  for (const DatasetSpec& spec : fixed_datasets()) {
+    add(spec, shape_text(spec));
+    if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
+  }
+  return table;
+}
+
+}  // namespace meander::store

@@ -1,0 +1,113 @@
+// The one table of the store's datasets: names, HDF5 types, shapes, fills, units and meanings. Writer,
+// reader, verify, the layout table of docs/STORE.md and the tests are all driven by it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/store/store.h"
+
+namespace meander::store {
+
+// Little-endian everywhere; status and method are 8-bit enums with the names of kernels/core/status.h; text
+// is UTF-8 of fixed width padded with zero bytes.
+enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, status, method, text };
+
+// Where the values of a dataset live in a Row.
+enum class Role : std::uint8_t { samples, descriptor, label, id, reason, item };
+
+struct DatasetSpec {
+  std::string path;
+  Role role = Role::item;
+  ElementType type = ElementType::f32;
+  std::uint32_t width = 0;  // extent of the last axis; 0: there is no such axis
+  std::uint64_t fill = 0;   // bit pattern of the fill value
+  std::string unit;         // of one value; "1" for counts, numbers and ratios
+  std::string doc;          // one line
+  std::string link;         // a second name (hard link); empty: none
+  // role samples: the array of a Samples, and the same array resized to `count` elements.
+  std::span<const std::byte> (*samples_view)(const Samples&) = nullptr;
+  std::span<std::byte> (*samples_room)(Samples&, std::size_t count) = nullptr;
+  // role item: the value (element_size * max(width, 1) bytes) to and from a report.
+  void (*put_item)(const ItemReport&, std::byte*) = nullptr;
+  void (*get_item)(const std::byte*, ItemReport&) = nullptr;
+};
+
+// The datasets of format version 1 in file order, descriptors excepted.
+const std::vector<DatasetSpec>& fixed_datasets();
+DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
+
+std::size_t element_size(ElementType type);  // bytes; 1 for text
+std::string_view element_name(ElementType type);
+std::size_t value_bytes(const DatasetSpec& spec);  // element_size * max(width, 1)
+bool per_sample(const DatasetSpec& spec);          // shape (M, N, ...) rather than (M, ...)
+void write_fill(const DatasetSpec& spec, std::span<std::byte> values);
+std::string fill_text(const DatasetSpec& spec);
+
+// Rows of a chunk and samples of a chunk.
+struct ChunkShape {
+  std::uint64_t rows = 1;
+  std::uint32_t samples = 0;         // 0 for datasets without a sample axis
+  std::uint32_t chunks_per_row = 1;  // along the sample axis
+  friend bool operator==(const ChunkShape&, const ChunkShape&) = default;
+};
+
+// Rows of an internal shard of a run, and of a chunk of item columns: every other chunk divides it.
+inline constexpr std::uint64_t shard_rows = 4096;
+// The largest number of rows in a chunk of samples or descriptors; sealing works through a shard in such
+// blocks.
+inline constexpr std::uint64_t block_rows = 256;
+
+// r rows, the smallest power of two <= 256 with r N 12 bytes >= 16 KiB, at most M; cut along N into equal
+// parts of at most 65536 samples when N 12 bytes > 1 MiB.
+ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples);
+// The largest power of two <= 256 of rows with at most 1 MiB, at most M.
+ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width);
+
+// One dataset of one store.
+struct DatasetLayout {
+  DatasetSpec spec;
+  std::uint32_t text_width = 0;  // role id and reason
+  std::uint64_t row_bytes = 0;
+  std::uint64_t element_bytes = 0;  // of the HDF5 type
+  ChunkShape chunk;
+  std::uint64_t chunk_bytes = 0;  // unfiltered
+};
+
+// All datasets of one store: samples, label, descriptors, items.
+struct StoreLayout {
+  std::uint64_t rows = 0;
+  std::uint32_t samples = 0;
+  Compression compression = Compression::standard;
+  std::uint32_t id_width = 1;
+  std::vector<DatasetLayout> datasets;
+
+  std::size_t index_of(Role role) const;  // the first dataset of that role
+};
+
+StoreLayout make_layout(const StoreHeader& header);
+StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression compression,
+                        const std::vector<DescriptorSchema>& descriptors, std::uint32_t id_width,
+                        std::uint32_t reason_width);
+// Reasons are as wide as the longest of a file.
+void set_text_width(DatasetLayout& dataset, std::uint32_t width);
+
+// The item columns of a journal record: byte offset of every item dataset of fixed_datasets(), and the sum.
+struct ItemRecord {
+  std::vector<std::pair<const DatasetSpec*, std::size_t>> columns;
+  std::size_t bytes = 0;
+  std::size_t status_offset = 0;
+};
+const ItemRecord& item_record();
+
+// The table of docs/STORE.md: one line of Markdown per dataset.
+std::string layout_markdown();
+
+}  // namespace meander::store

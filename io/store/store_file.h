@@ -1,0 +1,123 @@
+// One HDF5 file of the schema: a finished store, or a sealed internal shard of a run (the same datasets over
+// a range of the rows). In front of the HDF5 superblock stands a user block of 512 bytes with the length and
+// the CRC32C of everything behind it, so that one flipped bit anywhere is found.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/store/hdf5_handles.h"
+#include "io/store/schema.h"
+#include "io/store/store.h"
+
+namespace meander::store {
+
+inline constexpr std::size_t user_block_bytes = 512;
+
+struct RowRange {
+  std::uint64_t begin = 0, end = 0;
+  std::uint64_t size() const { return end - begin; }
+};
+
+std::string tool_version();
+
+// The user block of a file with this many bytes in all and this checksum behind the block.
+std::string user_block_text(std::uint64_t file_bytes, std::uint32_t checksum);
+// Reads the whole file; empty when its bytes are what its user block says, else one sentence.
+std::string check_whole_file(const std::filesystem::path& path);
+
+// Creates a file of the schema and takes filtered chunks for it. Datasets are named by their index in the
+// layout, chunks by their first row in the file and their part along N. Failures are RunError(stopped), the
+// file then being removed; so is a file that was not sealed.
+class StoreFileWriter {
+ public:
+  // `shard` is the row range of an internal shard, whose extents are rounded up to whole chunks so that its
+  // chunks are those of the store; without it the file is the store itself. `reserve` bytes are reserved.
+  StoreFileWriter(const std::filesystem::path& path, const StoreLayout& layout, const StoreHeader& header,
+                  std::optional<RowRange> shard, std::uint64_t reserve);
+  ~StoreFileWriter();
+  StoreFileWriter(const StoreFileWriter&) = delete;
+  StoreFileWriter& operator=(const StoreFileWriter&) = delete;
+
+  void write_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+                   std::span<const std::byte> filtered);
+  void seal();  // closes, writes the user block, syncs
+
+ private:
+  void create(const StoreHeader& header, const std::optional<RowRange>& shard);
+  void abandon();
+
+  std::filesystem::path path_;
+  const StoreLayout& layout_;
+  Hdf5File file_;
+  std::vector<Hdf5Dataset> datasets_;
+  bool sealed_ = false;
+};
+
+// What the root attributes of a file say.
+struct StoreFacts {
+  std::uint32_t format_version = 0, method_version = 0, samples = 0;
+  std::uint64_t seed = 0, rows = 0;
+  std::string tool_version, parameters_json, order;
+  Compression compression = Compression::standard;
+  std::vector<std::string> label_names;
+  std::vector<DescriptorSchema> descriptors;
+  std::optional<RowRange> shard;
+};
+
+// Opens a file of the schema for reading. Not thread-safe: callers hold an Hdf5Lock. Hdf5Error when the file
+// cannot be read as one at all; what differs from the schema stands in problems().
+class StoreFileReader {
+ public:
+  explicit StoreFileReader(const std::filesystem::path& path);
+
+  const StoreFacts& facts() const { return facts_; }
+  const StoreLayout& layout() const { return layout_; }
+  const std::vector<std::string>& problems() const { return problems_; }
+
+  // Decodes `count` rows from row `row` on into `values`, count * row_bytes of the dataset.
+  void read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
+                 std::span<std::byte> values) const;
+  // The stored bytes of one chunk; false when it was never written and reads as fill.
+  bool read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+                  std::vector<std::byte>& filtered) const;
+
+ private:
+  void read_facts();
+  void read_descriptors();
+  void open_dataset(DatasetLayout& dataset);
+
+  std::filesystem::path path_;
+  Hdf5File file_;
+  StoreFacts facts_;
+  StoreLayout layout_;
+  std::vector<Hdf5Dataset> datasets_;
+  std::vector<Hdf5Type> types_;
+  std::vector<std::string> problems_;
+};
+
+// Shared by both sides (store_types.cpp).
+Hdf5Type make_type(const DatasetLayout& dataset);
+std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout,
+                                  const std::optional<RowRange>& shard);
+std::vector<hsize_t> make_chunk_extents(const DatasetLayout& dataset);
+Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression);
+std::vector<hsize_t> chunk_offset(const DatasetLayout& dataset, std::uint64_t row, std::uint32_t part);
+
+void write_attribute(hid_t object, const char* name, std::string_view text);
+void write_attribute(hid_t object, const char* name, std::uint32_t number);
+void write_attribute(hid_t object, const char* name, std::uint64_t number);
+void write_attribute(hid_t object, const char* name, const std::vector<std::string>& texts);
+std::vector<std::string> read_texts(hid_t object, const char* name);
+std::string read_text_attribute(hid_t object, const char* name);
+std::uint64_t read_number(hid_t object, const char* name);
+bool has_attribute(hid_t object, const char* name);
+
+}  // namespace meander::store

@@ -1,0 +1,239 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/store/posix_file.h"
+#include "io/store/store_file.h"
+
+namespace meander::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+herr_t take_name(hid_t, const char* name, const H5L_info_t*, void* target) {
+  static_cast<std::vector<std::string>*>(target)->emplace_back(name);
+  return 0;
+}
+
+herr_t take_attribute_name(hid_t, const char* name, const H5A_info_t*, void* target) {
+  static_cast<std::vector<std::string>*>(target)->emplace_back(name);
+  return 0;
+}
+
+std::vector<hsize_t> extents_of(hid_t dataset) {
+  const Hdf5Space space(H5Dget_space(dataset), "read an extent");
+  std::vector<hsize_t> extents(
+      static_cast<std::size_t>(hdf5_check(H5Sget_simple_extent_ndims(space.get()), "read an extent")));
+  hdf5_check(H5Sget_simple_extent_dims(space.get(), extents.data(), nullptr), "read an extent");
+  return extents;
+}
+
+std::vector<hsize_t> chunk_extents_of(hid_t creation) {
+  if (H5Pget_layout(creation) != H5D_CHUNKED) return {};
+  std::vector<hsize_t> extents(H5S_MAX_RANK);
+  const int rank = hdf5_check(H5Pget_chunk(creation, H5S_MAX_RANK, extents.data()), "read a chunk shape");
+  extents.resize(static_cast<std::size_t>(rank));
+  return extents;
+}
+
+std::vector<H5Z_filter_t> filters_of(hid_t creation) {
+  std::vector<H5Z_filter_t> filters;
+  const int count = hdf5_check(H5Pget_nfilters(creation), "read the filters");
+  for (int i = 0; i < count; ++i) {
+    unsigned flags = 0;
+    std::size_t values = 0;
+    filters.push_back(
+        H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr));
+  }
+  return filters;
+}
+
+bool fill_is(hid_t creation, const DatasetLayout& dataset, hid_t type) {
+  if (dataset.spec.type == ElementType::text) return true;
+  std::uint64_t fill = 0, expected = 0;
+  std::copy_n(reinterpret_cast<const char*>(&dataset.spec.fill), dataset.element_bytes,
+              reinterpret_cast<char*>(&expected));
+  return H5Pget_fill_value(creation, type, &fill) >= 0 && fill == expected;
+}
+
+bool same_type(const DatasetLayout& dataset, hid_t stored) {
+  // Lists of names grow: an older file may name fewer values.
+  if (dataset.spec.type == ElementType::status || dataset.spec.type == ElementType::method)
+    return H5Tget_class(stored) == H5T_ENUM && H5Tget_size(stored) == 1;
+  return H5Tequal(make_type(dataset).get(), stored) > 0;
+}
+
+std::uint32_t text_width(hid_t type) {
+  return H5Tget_class(type) == H5T_STRING ? static_cast<std::uint32_t>(H5Tget_size(type)) : 0;
+}
+
+}  // namespace
+
+std::string check_whole_file(const fs::path& path) {
+  const FileDescriptor file = open_file(path, O_RDONLY);
+  const std::uint64_t bytes = file_size(file, path);
+  std::string block(user_block_bytes, '\0');
+  if (bytes < user_block_bytes ||
+      read_at(file, std::as_writable_bytes(std::span(block.data(), block.size())), 0, path) < block.size() ||
+      !block.starts_with("meander store\n"))
+    return fmt::format("{} does not begin as a store does", path.string());
+  const std::string expected = user_block_text(bytes, checksum_of_file(file, user_block_bytes, path));
+  if (block == expected) return {};
+  const auto facts = [](const std::string& text) {
+    std::string line = text.substr(0, text.find('\0'));
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line.substr(std::min<std::size_t>(line.size(), 14));
+  };
+  return fmt::format(
+      "the bytes of {} are not those that were written: its first block says \"{}\", the file has \"{}\"",
+      path.string(), facts(block), facts(expected));
+}
+
+StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
+  const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "make file properties");
+  // A store never changes once it has its name; locks would only refuse read-only and network folders.
+  hdf5_check(H5Pset_file_locking(access.get(), false, true), "set file locking");
+  file_ = Hdf5File(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), "open " + path.string());
+  read_facts();
+  if (facts_.format_version > store_format_version) {
+    problems_.push_back(fmt::format("{} has format version {}, this program reads up to {}", path.string(),
+                                    facts_.format_version, store_format_version));
+    return;
+  }
+  read_descriptors();
+  layout_ = make_layout(facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
+  for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
+  layout_.id_width = layout_.datasets[layout_.index_of(Role::id)].text_width;
+}
+
+void StoreFileReader::read_facts() {
+  const Hdf5Group root(H5Gopen2(file_.get(), "/", H5P_DEFAULT), "open the root group");
+  const hid_t id = root.get();
+  if (!has_attribute(id, "format") || read_text_attribute(id, "format") != "meander")
+    throw Hdf5Error(path_.string() + " is an HDF5 file, but not a store of this program");
+  facts_.format_version = static_cast<std::uint32_t>(read_number(id, "format_version"));
+  facts_.method_version = static_cast<std::uint32_t>(read_number(id, "method_version"));
+  facts_.tool_version = read_text_attribute(id, "tool_version");
+  facts_.seed = read_number(id, "seed");
+  facts_.samples = static_cast<std::uint32_t>(read_number(id, "samples"));
+  facts_.rows = read_number(id, "rows");
+  facts_.parameters_json = read_text_attribute(id, "parameters");
+  const std::string compression = read_text_attribute(id, "compression");
+  if (compression != "standard" && compression != "none")
+    problems_.push_back(fmt::format("attribute compression is \"{}\"", compression));
+  facts_.compression = compression == "none" ? Compression::none : Compression::standard;
+  if (has_attribute(id, "shard_begin"))
+    facts_.shard = RowRange{read_number(id, "shard_begin"), read_number(id, "shard_end")};
+  const Hdf5Dataset points(H5Dopen2(file_.get(), "/points", H5P_DEFAULT), "open /points");
+  facts_.order = read_text_attribute(points.get(), "order");
+  const Hdf5Dataset label(H5Dopen2(file_.get(), "/label", H5P_DEFAULT), "open /label");
+  facts_.label_names = read_texts(label.get(), "names");
+}
+
+void StoreFileReader::read_descriptors() {
+  const Hdf5Group group(H5Gopen2(file_.get(), "/descriptors", H5P_DEFAULT), "open /descriptors");
+  std::vector<std::string> names;
+  hdf5_check(H5Literate(group.get(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, take_name, &names),
+             "list /descriptors");
+  for (const std::string& name : names) {
+    const Hdf5Dataset dataset(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), "open descriptor " + name);
+    const std::vector<hsize_t> extents = extents_of(dataset.get());
+    DescriptorSchema& schema = facts_.descriptors.emplace_back();
+    schema.name = name;
+    schema.width = extents.size() == 2 ? static_cast<std::uint32_t>(extents[1]) : 1;
+    std::vector<std::string> attributes;
+    hdf5_check(H5Aiterate2(dataset.get(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, take_attribute_name,
+                           &attributes),
+               "list the attributes of " + name);
+    for (const std::string& attribute : attributes)
+      schema.attributes.emplace_back(attribute, read_text_attribute(dataset.get(), attribute.c_str()));
+  }
+}
+
+void StoreFileReader::open_dataset(DatasetLayout& dataset) {
+  DatasetSpec& spec = dataset.spec;
+  const auto complain = [&](const std::string& what) {
+    problems_.push_back(fmt::format("{} {}", spec.path, what));
+  };
+  datasets_.emplace_back();
+  types_.emplace_back();
+  const htri_t there = H5Lexists(file_.get(), spec.path.c_str(), H5P_DEFAULT);
+  if (there <= 0) return complain("is missing");
+  datasets_.back() = Hdf5Dataset(H5Dopen2(file_.get(), spec.path.c_str(), H5P_DEFAULT), "open " + spec.path);
+  const hid_t id = datasets_.back().get();
+  types_.back() = Hdf5Type(H5Dget_type(id), "read the type of " + spec.path);
+  const std::vector<hsize_t> extents = extents_of(id);
+  if (spec.type == ElementType::text) {
+    const std::uint32_t width = text_width(types_.back().get());
+    if (width == 0) return complain("is not a text of fixed width");
+    set_text_width(dataset, width);
+  }
+  if (spec.path == "/items/repairs" && extents.size() == 2 && extents[1] < spec.width) {
+    spec.width = static_cast<std::uint32_t>(extents[1]);  // of a version that knew fewer repairs
+    dataset.row_bytes = value_bytes(spec);
+    dataset.chunk_bytes = dataset.chunk.rows * dataset.row_bytes;
+  }
+  if (!same_type(dataset, types_.back().get())) return complain("has another type than the schema");
+  if (extents != make_extents(dataset, layout_, facts_.shard))
+    return complain("has another shape than the schema");
+  const Hdf5Properties creation(H5Dget_create_plist(id), "read the properties of " + spec.path);
+  if (chunk_extents_of(creation.get()) != make_chunk_extents(dataset))
+    complain("has other chunks than the schema");
+  std::vector<H5Z_filter_t> expected{H5Z_FILTER_FLETCHER32};
+  if (layout_.compression == Compression::standard)
+    expected = {H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE, H5Z_FILTER_FLETCHER32};
+  if (filters_of(creation.get()) != expected) complain("has other filters than the schema");
+  if (!fill_is(creation.get(), dataset, types_.back().get()))
+    complain("has another fill value than the schema");
+  if (spec.link.empty()) return;
+  H5O_info_t first{}, second{};
+  if (H5Lexists(file_.get(), spec.link.c_str(), H5P_DEFAULT) <= 0 ||
+      H5Oget_info_by_name2(file_.get(), spec.path.c_str(), &first, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ||
+      H5Oget_info_by_name2(file_.get(), spec.link.c_str(), &second, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ||
+      first.addr != second.addr)
+    complain(fmt::format("has no second name {}", spec.link));
+}
+
+void StoreFileReader::read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
+                                std::span<std::byte> values) const {
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  const std::string action = fmt::format("read {} row {} of {}", layout.spec.path, row, path_.string());
+  std::vector<hsize_t> extents = make_extents(layout, layout_, facts_.shard);
+  std::vector<hsize_t> begin(extents.size(), 0);
+  const Hdf5Space file_space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
+                             action);
+  begin[0] = row;
+  extents[0] = count;
+  hdf5_check(
+      H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, begin.data(), nullptr, extents.data(), nullptr),
+      action);
+  const Hdf5Space memory(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), action);
+  if (values.size() != count * layout.row_bytes) throw Hdf5Error("cannot " + action + ": wrong room");
+  // The stored type is also the one in memory: all of them are little-endian.
+  hdf5_check(H5Dread(datasets_[dataset].get(), types_[dataset].get(), memory.get(), file_space.get(),
+                     H5P_DEFAULT, values.data()),
+             action);
+}
+
+bool StoreFileReader::read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+                                 std::vector<std::byte>& filtered) const {
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  const std::vector<hsize_t> offset = chunk_offset(layout, row, part);
+  hsize_t bytes = 0;
+  std::uint32_t mask = 0;
+  const hid_t id = datasets_[dataset].get();
+  // Older libraries call asking for a chunk that was never written an error.
+  if (H5Dget_chunk_storage_size(id, offset.data(), &bytes) < 0 || bytes == 0) {
+    H5Eclear2(H5E_DEFAULT);
+    return false;
+  }
+  filtered.resize(bytes);
+  const std::string action = fmt::format("read chunk {} of {} in {}", row, layout.spec.path, path_.string());
+  hdf5_check(H5Dread_chunk(id, H5P_DEFAULT, offset.data(), &mask, filtered.data()), action);
+  if (mask != 0) throw Hdf5Error("cannot " + action + ": a filter was left out");
+  return true;
+}
+
+}  // namespace meander::store

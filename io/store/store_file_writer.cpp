@@ -1,0 +1,179 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "io/store/posix_file.h"
+#include "io/store/store_file.h"
+
+namespace meander::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Hdf5Properties file_creation() {
+  Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
+  const hid_t id = creation.get();
+  hdf5_check(H5Pset_userblock(id, user_block_bytes), "set the user block");
+  hdf5_check(H5Pset_obj_track_times(id, false), "leave out times");
+  // The root group lists its members in its header; dense storage starts at 8 otherwise.
+  hdf5_check(H5Pset_link_phase_change(id, 64, 32), "set the storage of links");
+  hdf5_check(H5Pset_attr_phase_change(id, 64, 32), "set the storage of attributes");
+  return creation;
+}
+
+Hdf5Properties file_access(const StoreLayout& layout) {
+  // Chunk index nodes of a large store stand together in blocks of 1 MiB rather than alone between the
+  // chunks.
+  constexpr std::uint64_t large = std::uint64_t{64} << 20;
+  constexpr std::uint64_t bytes_per_sample = 56;
+  Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "make file properties");
+  const hid_t id = access.get();
+  hdf5_check(H5Pset_libver_bounds(id, H5F_LIBVER_V18, H5F_LIBVER_V110), "set the format version");
+  hdf5_check(H5Pset_file_locking(id, false, true), "set file locking");  // the run's own lock guards the file
+  if (layout.rows * layout.samples * bytes_per_sample > large)
+    hdf5_check(H5Pset_meta_block_size(id, hsize_t{1} << 20), "set the metadata block");
+  return access;
+}
+
+Hdf5Group make_group(const Hdf5File& file, const char* name) {
+  const Hdf5Properties creation(H5Pcreate(H5P_GROUP_CREATE), "make group properties");
+  hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");
+  hdf5_check(H5Pset_link_phase_change(creation.get(), 64, 32), "set the storage of links");
+  hdf5_check(H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED), "keep the order of links");
+  return Hdf5Group(H5Gcreate2(file.get(), name, H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                   std::string("create group ") + name);
+}
+
+void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHeader& header,
+                           const std::optional<RowRange>& shard) {
+  const Hdf5Group root(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
+  write_attribute(root.get(), "format", "meander");
+  write_attribute(root.get(), "format_version", store_format_version);
+  write_attribute(root.get(), "method_version", store_method_version);
+  write_attribute(root.get(), "tool_version", tool_version());
+  write_attribute(root.get(), "seed", header.seed);
+  write_attribute(root.get(), "samples", layout.samples);
+  write_attribute(root.get(), "rows", layout.rows);
+  write_attribute(root.get(), "parameters", header.parameters_json);
+  write_attribute(root.get(), "compression",
+                  header.compression == Compression::standard ? "standard" : "none");
+  if (!shard) return;
+  write_attribute(root.get(), "shard_begin", shard->begin);
+  write_attribute(root.get(), "shard_end", shard->end);
+}
+
+void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const StoreHeader& header) {
+  if (spec.role == Role::descriptor) {
+    for (const DescriptorSchema& descriptor : header.descriptors)
+      if (spec.path == "/descriptors/" + descriptor.name)
+        for (const auto& [name, text] : descriptor.attributes) write_attribute(dataset, name.c_str(), text);
+    return;
+  }
+  write_attribute(dataset, "description", spec.doc);
+  if (!spec.unit.empty()) write_attribute(dataset, "unit", spec.unit);
+  if (spec.path == "/points") write_attribute(dataset, "order", header.order);
+  if (spec.role == Role::label) write_attribute(dataset, "names", header.label_names);
+  if (spec.path == "/items/repairs")
+    write_attribute(dataset, "names", std::vector<std::string>(repair_names.begin(), repair_names.end()));
+}
+
+}  // namespace
+
+std::string tool_version() { return MEANDER_VERSION; }
+
+std::string user_block_text(std::uint64_t file_bytes, std::uint32_t checksum) {
+  std::string text = fmt::format("meander store\nbytes {}\ncrc32c {:08x}\n", file_bytes, checksum);
+  text.resize(user_block_bytes, '\0');
+  return text;
+}
+
+StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
+                                 std::optional<RowRange> shard, std::uint64_t reserve)
+    : path_(path), layout_(layout) {
+  const Hdf5Lock lock;
+  try {
+    file_ = Hdf5File(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, file_creation().get(), file_access(layout).get()),
+                     "create " + path.string());
+    reserve_space(path, reserve);
+    create(header, shard);
+  } catch (const Hdf5Error& error) {
+    abandon();
+    throw RunError(RunError::Kind::stopped, error.what());
+  } catch (...) {
+    abandon();
+    throw;
+  }
+}
+
+void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard) {
+  write_root_attributes(file_.get(), layout_, header, shard);
+  const Hdf5Group descriptors = make_group(file_, "/descriptors");
+  const Hdf5Group items = make_group(file_, "/items");
+  for (const DatasetLayout& dataset : layout_.datasets) {
+    const Hdf5Type type = make_type(dataset);
+    const std::vector<hsize_t> extents = make_extents(dataset, layout_, shard);
+    const Hdf5Space space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
+                          "make the space of " + dataset.spec.path);
+    const Hdf5Properties creation = make_creation(dataset, layout_.compression);
+    datasets_.emplace_back(H5Dcreate2(file_.get(), dataset.spec.path.c_str(), type.get(), space.get(),
+                                      H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                           "create " + dataset.spec.path);
+    write_dataset_attributes(datasets_.back().get(), dataset.spec, header);
+    if (!dataset.spec.link.empty())
+      hdf5_check(H5Lcreate_hard(file_.get(), dataset.spec.path.c_str(), file_.get(),
+                                dataset.spec.link.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                 "link " + dataset.spec.link);
+  }
+}
+
+StoreFileWriter::~StoreFileWriter() {
+  const Hdf5Lock lock;
+  if (!sealed_) abandon();
+}
+
+void StoreFileWriter::abandon() {
+  // On a full disk the library cannot write what its cache holds and could then not close the file, ever. An
+  // emptied file has room again.
+  if (file_ && ::truncate(path_.c_str(), 0) != 0) path_.clear();
+  datasets_.clear();
+  file_.close();
+  if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+void StoreFileWriter::write_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+                                  std::span<const std::byte> filtered) {
+  const Hdf5Lock lock;
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  if (H5Dwrite_chunk(datasets_[dataset].get(), H5P_DEFAULT, 0, chunk_offset(layout, row, part).data(),
+                     filtered.size(), filtered.data()) >= 0)
+    return;
+  try {
+    throw_hdf5_error(fmt::format("write {} row {} of {}", layout.spec.path, row, path_.string()));
+  } catch (const Hdf5Error& error) {
+    throw RunError(RunError::Kind::stopped, error.what());
+  }
+}
+
+void StoreFileWriter::seal() {
+  const Hdf5Lock lock;
+  try {
+    for (Hdf5Dataset& dataset : datasets_)
+      if (!dataset.close()) throw_hdf5_error("close a dataset of " + path_.string());
+    datasets_.clear();
+    // Flushing first: when it fails, the file is still open and can be emptied and closed.
+    hdf5_check(H5Fflush(file_.get(), H5F_SCOPE_LOCAL), "write " + path_.string());
+    if (!file_.close()) throw_hdf5_error("close " + path_.string());
+  } catch (const Hdf5Error& error) {
+    throw RunError(RunError::Kind::stopped, error.what());
+  }
+  const FileDescriptor file = open_file(path_, O_RDWR);
+  release_reserved(file, path_);
+  const std::uint64_t bytes = file_size(file, path_);
+  const std::string block = user_block_text(bytes, checksum_of_file(file, user_block_bytes, path_));
+  write_at(file, std::as_bytes(std::span(block)), 0, path_);
+  sync_file(file, path_);
+  sealed_ = true;
+}
+
+}  // namespace meander::store

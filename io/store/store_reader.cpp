@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "io/store/item_block.h"
+#include "io/store/store_file.h"
+
+namespace meander {
+
+using namespace store;
+
+namespace store {
+
+void ItemBlock::read(const StoreFileReader& reader, std::uint64_t row) {
+  count_ = 0;  // holds nothing should a read fail
+  layout_ = &reader.layout();
+  begin_ = row / shard_rows * shard_rows;
+  const std::uint64_t count = std::min<std::uint64_t>(shard_rows, layout_->rows - begin_);
+  columns_.resize(layout_->datasets.size());
+  for (std::size_t d = 0; d < columns_.size(); ++d) {
+    const DatasetLayout& dataset = layout_->datasets[d];
+    if (dataset.spec.role == Role::samples || dataset.spec.role == Role::descriptor) continue;
+    columns_[d].resize(count * dataset.row_bytes);
+    reader.read_rows(d, begin_, count, columns_[d]);
+  }
+  count_ = count;
+}
+
+std::string ItemBlock::text(Role role, std::uint64_t row) const {
+  const std::size_t d = layout_->index_of(role);
+  const std::size_t width = layout_->datasets[d].text_width;
+  const char* begin = reinterpret_cast<const char*>(columns_[d].data()) + (row - begin_) * width;
+  return std::string(begin, std::find(begin, begin + width, '\0'));
+}
+
+std::int32_t ItemBlock::label(std::uint64_t row) const {
+  std::int32_t label;
+  std::memcpy(&label, columns_[layout_->index_of(Role::label)].data() + (row - begin_) * sizeof label,
+              sizeof label);
+  return label;
+}
+
+ItemReport ItemBlock::report(std::uint64_t row) const {
+  ItemReport report;
+  std::size_t item = 0;
+  for (std::size_t d = 0; d < columns_.size(); ++d) {
+    const DatasetLayout& dataset = layout_->datasets[d];
+    if (dataset.spec.role != Role::item) continue;
+    // An older store may have a shorter list of repairs: the rest of the value is zero.
+    const DatasetSpec& spec = *item_record().columns[item++].first;
+    std::vector<std::byte> value(value_bytes(spec));
+    std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
+    const auto number = std::to_integer<std::size_t>(value[0]);
+    if ((spec.type == ElementType::status && number >= status_names.size()) ||
+        (spec.type == ElementType::method && number >= method_names.size()))
+      throw RunError(RunError::Kind::unusable,
+                     fmt::format("row {} has the unknown value {} in {}", row, number, spec.path));
+    spec.get_item(value.data(), report);
+  }
+  report.reason = text(Role::reason, row);
+  return report;
+}
+
+}  // namespace store
+
+struct StoreReader::State {
+  std::filesystem::path path;
+  std::unique_ptr<StoreFileReader> file;
+  mutable ItemBlock items;
+
+  ~State() {
+    const Hdf5Lock lock;
+    file.reset();
+  }
+
+  // Runs a read with the library locked and its errors turned into RunError(unusable).
+  template <class Body>
+  auto guarded(const Body& body) const {
+    const Hdf5Lock lock;
+    try {
+      return body();
+    } catch (const Hdf5Error& error) {
+      throw RunError(RunError::Kind::unusable, error.what());
+    }
+  }
+
+  template <class Body>
+  auto with_items(std::uint64_t row, const Body& body) const {
+    return guarded([&] {
+      if (row >= file->layout().rows)
+        throw ItemError(Status::internal,
+                        fmt::format("row {} of a store of {} rows", row, file->layout().rows));
+      if (!items.holds(row)) items.read(*file, row);
+      return body(items);
+    });
+  }
+};
+
+StoreReader::StoreReader(const std::filesystem::path& store) : state_(std::make_unique<State>()) {
+  state_->path = store;
+  if (!std::filesystem::exists(store))
+    throw RunError(RunError::Kind::unusable, fmt::format("there is no store {}", store.string()));
+  state_->guarded([&] {
+    state_->file = std::make_unique<StoreFileReader>(store);
+    if (!state_->file->problems().empty())
+      throw Hdf5Error(fmt::format("cannot read {}: {}", store.string(), state_->file->problems().front()));
+    if (state_->file->facts().shard)
+      throw Hdf5Error(fmt::format("{} is a part of an unfinished run, not a store", store.string()));
+  });
+}
+
+StoreReader::~StoreReader() = default;
+
+std::uint64_t StoreReader::rows() const { return state_->file->facts().rows; }
+std::uint32_t StoreReader::samples() const { return state_->file->facts().samples; }
+std::uint32_t StoreReader::format_version() const { return state_->file->facts().format_version; }
+std::uint32_t StoreReader::method_version() const { return state_->file->facts().method_version; }
+std::string StoreReader::tool_version() const { return state_->file->facts().tool_version; }
+std::uint64_t StoreReader::seed() const { return state_->file->facts().seed; }
+const std::string& StoreReader::order() const { return state_->file->facts().order; }
+Compression StoreReader::compression() const { return state_->file->facts().compression; }
+const std::string& StoreReader::parameters_json() const { return state_->file->facts().parameters_json; }
+const std::vector<std::string>& StoreReader::label_names() const { return state_->file->facts().label_names; }
+const std::vector<DescriptorSchema>& StoreReader::descriptors() const {
+  return state_->file->facts().descriptors;
+}
+
+std::string StoreReader::id(std::uint64_t row) const {
+  return state_->with_items(row, [&](const ItemBlock& items) { return items.id(row); });
+}
+
+std::optional<std::uint64_t> StoreReader::find(std::string_view wanted) const {
+  std::uint64_t begin = 0, end = rows();
+  while (begin < end) {
+    const std::uint64_t middle = begin + (end - begin) / 2;
+    const std::string at_middle = id(middle);
+    if (at_middle == wanted) return middle;
+    if (at_middle < wanted)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return std::nullopt;
+}
+
+ItemReport StoreReader::report(std::uint64_t row) const {
+  return state_->with_items(row, [&](const ItemBlock& items) { return items.report(row); });
+}
+
+std::int32_t StoreReader::label(std::uint64_t row) const {
+  return state_->with_items(row, [&](const ItemBlock& items) { return items.label(row); });
+}
+
+Row StoreReader::read_row(std::uint64_t row) const {
+  Row result;
+  result.report = report(row);
+  result.label = label(row);
+  if (result.report.status != Status::ok) return result;
+  state_->guarded([&] {
+    const StoreLayout& layout = state_->file->layout();
+    for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
+      const DatasetSpec& spec = layout.datasets[d].spec;
+      if (spec.role == Role::samples) {
+        const std::size_t elements = layout.samples * std::max<std::size_t>(spec.width, 1);
+        state_->file->read_rows(d, row, 1, spec.samples_room(result.samples, elements));
+      } else if (spec.role == Role::descriptor) {
+        DescriptorRow& descriptor = result.descriptors.emplace_back();
+        descriptor.name = spec.path.substr(std::string_view("/descriptors/").size());
+        descriptor.values.resize(spec.width);
+        state_->file->read_rows(d, row, 1, std::as_writable_bytes(std::span(descriptor.values)));
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace meander

@@ -1,0 +1,133 @@
+// meander export: points of a store as files that other programs read, and pictures.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "io/image/png_writer.h"
+#include "io/mesh/point_writer.h"
+#include "io/store/store.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "jobs/store_items.h"
+#include "kernels/render/contact_sheet.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions {
+  std::string store, output;
+  std::vector<std::string> items;
+  std::string format = "ply";
+  bool pointnet = false;
+  std::uint32_t shard_rows = 2048;
+  std::string picture;
+  std::uint32_t picture_models = 24;
+};
+
+// The rows asked for, or all ok rows.
+std::vector<std::uint64_t> chosen_rows(const StoreReader& store, const std::vector<std::string>& items) {
+  std::vector<std::uint64_t> rows;
+  for (const std::string& item : items) {
+    rows.push_back(find_item(store, item));
+    const ItemReport report = store.report(rows.back());
+    if (report.status != Status::ok)
+      throw UsageError(
+          fmt::format("`{}` has no points: {}: {}", item, name_of(report.status), report.reason));
+  }
+  if (items.empty())
+    for (std::uint64_t row = 0; row < store.rows(); ++row)
+      if (store.report(row).status == Status::ok) rows.push_back(row);
+  return rows;
+}
+
+int export_points(const StoreReader& store, const ExportOptions& options) {
+  const PointFormat format = options.format == "ply"   ? PointFormat::ply
+                             : options.format == "off" ? PointFormat::off
+                                                       : PointFormat::xyz;
+  const std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  for (const std::uint64_t row : rows) {
+    const fs::path path = fs::path(options.output) / (store.id(row) + "." + options.format);
+    fs::create_directories(path.parent_path());
+    const Row content = store.read_row(row);
+    write_points(path, format, content.samples, content.report);
+  }
+  fmt::print("{} files in {}\n", rows.size(), options.output);
+  return exit_done;
+}
+
+// Evenly spread over the rows asked for: the first and the last of a sorted collection are seldom typical.
+int export_picture(const StoreReader& store, const ExportOptions& options) {
+  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  if (rows.empty()) throw UsageError("no item of the store has points");
+  const std::size_t count = std::min<std::size_t>(rows.size(), options.picture_models);
+  std::vector<Row> content(count);
+  std::vector<SheetModel> models(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t row = rows[i * rows.size() / count];
+    content[i] = store.read_row(row);
+    const double scale = content[i].report.scale;
+    models[i] = {content[i].samples.points, content[i].samples.normals,
+                 content[i].report.area / (scale * scale), store.id(row)};
+  }
+  write_png(options.picture, contact_sheet(models));
+  fmt::print("{} models in {}\n", count, options.picture);
+  return exit_done;
+}
+
+int export_store(const ExportOptions& options) {
+  const StoreReader store(options.store);
+  if (!options.picture.empty()) return export_picture(store, options);
+  if (options.pointnet) {
+    fs::create_directories(options.output);
+    export_pointnet(store, options.output, options.shard_rows);
+    fmt::print("PointNet shards in {}\n", options.output);
+    return exit_done;
+  }
+  return export_points(store, options);
+}
+
+}  // namespace
+
+JobFunction add_export_job(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "export", "Points of a store as PLY, OFF or XYZ files, PointNet shards, or a picture");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("STORE", options->store, "The store")->required();
+  command->add_option("ITEM", options->items, "Ids or row numbers; all ok items when left out");
+  auto* output =
+      command->add_option("-o,--output", options->output, "Folder to write to (made when it is not there)");
+  auto* format = command->add_option("--format", options->format, "Of the point files")
+                     ->capture_default_str()
+                     ->check(OneOf({"ply", "off", "xyz"}));
+  auto* pointnet =
+      command
+          ->add_flag("--pointnet", options->pointnet, "HDF5 shards of all ok rows for PointNet-style loaders")
+          ->excludes(format);
+  command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000))
+      ->needs(pointnet);
+  auto* picture = command->add_option("--picture", options->picture, "PNG file: a sheet of sampled models")
+                      ->excludes(format)
+                      ->excludes(pointnet)
+                      ->excludes(output);
+  command->add_option("--models", options->picture_models, "Models on the sheet, 1 to 400")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 400))
+      ->needs(picture);
+  return [options] {
+    if (options->picture.empty() && options->output.empty())
+      throw UsageError("export needs -o FOLDER or --picture FILE");
+    if (options->pointnet && !options->items.empty())
+      throw UsageError("--pointnet exports all ok rows: leave the items out");
+    return export_store(*options);
+  };
+}
+
+}  // namespace meander

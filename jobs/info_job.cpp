@@ -1,0 +1,174 @@
+// meander info: what a store holds, as a whole or for one item.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+
+#include "io/json_writer.h"
+#include "io/store/store.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "jobs/run_summary.h"
+#include "jobs/store_items.h"
+
+namespace meander {
+
+namespace {
+
+struct InfoOptions {
+  std::string store;
+  std::string item;
+  bool failed = false, json = false;
+};
+
+std::string hex(const std::array<std::uint8_t, 32>& digest) {
+  std::string text;
+  for (const std::uint8_t byte : digest) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+int show_item(const StoreReader& store, const InfoOptions& options) {
+  const std::uint64_t row = find_item(store, options.item);
+  const ItemReport r = store.report(row);
+  const std::int32_t label = store.label(row);
+  const std::string label_name = label >= 0 ? store.label_names()[static_cast<std::size_t>(label)] : "";
+  if (options.json) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("row", row);
+    json.member("id", store.id(row));
+    json.member("status", name_of(r.status));
+    json.member("reason", r.reason);
+    json.member("method", name_of(r.method));
+    json.member("label", label);
+    json.member("label_name", label_name);
+    json.member("vertices", r.vertices);
+    json.member("faces", r.faces);
+    json.member("components", r.components);
+    json.member("genus", r.genus);
+    json.member("boundaries", r.boundaries);
+    json.member("area", r.area);
+    json.member("measure", r.measure);
+    json.key("bbox");
+    json.begin_array();
+    for (const double b : r.bbox) json.value(b);
+    json.end_array();
+    json.member("flips", r.flips);
+    json.member("overlap", r.overlap);
+    json.member("area_scale_range", r.area_scale_range);
+    json.member("distortion", r.distortion);
+    json.member("content_sha256", hex(r.content_sha256));
+    json.key("repairs");
+    json.begin_object();
+    for (std::size_t i = 0; i < repair_count; ++i)
+      if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
+    json.end_object();
+    json.end_object();
+    fmt::print("{}\n", json.text());
+    return exit_done;
+  }
+  fmt::print("{} (row {})\n", store.id(row), row);
+  fmt::print("  status            {}{}{}\n", name_of(r.status), r.reason.empty() ? "" : ": ", r.reason);
+  if (label >= 0) fmt::print("  label             {} ({})\n", label_name, label);
+  fmt::print("  method            {}\n", name_of(r.method));
+  fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
+  fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
+             r.boundaries);
+  fmt::print("  area, measure     {:.9g}, {:.9g}\n", r.area, r.measure);
+  fmt::print("  box               [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}]\n", r.bbox[0],
+             r.bbox[3], r.bbox[1], r.bbox[4], r.bbox[2], r.bbox[5]);
+  fmt::print(
+      "  chart             {} flips, overlap {:.2g}, area scale range {:.3g}, mean distortion {:.4f}\n",
+      r.flips, r.overlap, r.area_scale_range, r.distortion);
+  for (std::size_t i = 0; i < repair_count; ++i)
+    if (r.repairs.counts[i] > 0)
+      fmt::print("  repaired          {} {}\n", repair_names[i], r.repairs.counts[i]);
+  fmt::print("  content           {}\n", hex(r.content_sha256));
+  return exit_done;
+}
+
+void show_counts(const StoreReader& store, const StoreSummary& summary) {
+  fmt::print("{} models x {} points, format {}, method version {}, made by meander {}\n", store.rows(),
+             store.samples(), store.format_version(), store.method_version(), store.tool_version());
+  fmt::print("parameters {}\n", store.parameters_json());
+  for (std::size_t s = 0; s < status_names.size(); ++s)
+    if (summary.by_status[s] > 0) fmt::print("  {:<20}{:>10}\n", status_names[s], summary.by_status[s]);
+  for (std::size_t m = 1; m < method_names.size(); ++m)
+    if (summary.by_method[m] > 0)
+      fmt::print("  method {:<13}{:>10}\n", method_names[m], summary.by_method[m]);
+  for (std::size_t i = 0; i < repair_count; ++i)
+    if (summary.by_repair[i] > 0)
+      fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
+  std::vector<std::uint64_t> members(store.label_names().size(), 0);
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    if (store.label(row) >= 0) ++members[static_cast<std::size_t>(store.label(row))];
+  for (std::size_t c = 0; c < members.size(); ++c)
+    fmt::print("  class {:<20}{:>10}\n", store.label_names()[c], members[c]);
+  for (const DescriptorSchema& descriptor : store.descriptors())
+    fmt::print("  descriptor {} ({} values)\n", descriptor.name, descriptor.width);
+}
+
+void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("rows", store.rows());
+  json.member("samples", store.samples());
+  json.member("format_version", store.format_version());
+  json.member("method_version", store.method_version());
+  json.member("tool_version", store.tool_version());
+  json.member("parameters", store.parameters_json());
+  json.key("status");
+  json.begin_object();
+  for (std::size_t s = 0; s < status_names.size(); ++s) json.member(status_names[s], summary.by_status[s]);
+  json.end_object();
+  json.key("method");
+  json.begin_object();
+  for (std::size_t m = 0; m < method_names.size(); ++m) json.member(method_names[m], summary.by_method[m]);
+  json.end_object();
+  json.end_object();
+  fmt::print("{}\n", json.text());
+}
+
+int info(const InfoOptions& options) {
+  const StoreReader store(options.store);
+  if (!options.item.empty()) return show_item(store, options);
+  const StoreSummary summary = summarise(store);
+  if (options.failed) {
+    for (const StoreSummary::Failure& failure : summary.failures)
+      fmt::print("{}: {}: {}\n", failure.id, name_of(failure.status), failure.reason);
+  } else if (options.json) {
+    show_counts_json(store, summary);
+  } else {
+    show_counts(store, summary);
+  }
+  return exit_done;
+}
+
+}  // namespace
+
+std::uint64_t find_item(const StoreReader& store, const std::string& item) {
+  if (const auto row = store.find(item)) return *row;
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
+  if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
+  throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
+                   std::to_string(store.rows()) + ")");
+}
+
+JobFunction add_info_job(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
+  auto options = std::make_shared<InfoOptions>();
+  command->add_option("STORE", options->store, "The store")->required();
+  command->add_option("ITEM", options->item, "An id or a row number: everything about this item");
+  command->add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
+  command->add_flag("--json", options->json, "As JSON");
+  return [options] {
+    if (options->failed && (options->json || !options->item.empty()))
+      throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");
+    return info(*options);
+  };
+}
+
+}  // namespace meander

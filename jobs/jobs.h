@@ -1,0 +1,26 @@
+// The subcommands. Each adds itself to the parser; the returned function runs it and gives the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "pipeline/sampling_graph.h"
+
+namespace meander {
+
+using JobFunction = std::function<int()>;
+
+// Changes the stages before a run: how tests put failures into a real process. The program itself passes
+// none.
+using StageHook = std::function<void(GraphStages&)>;
+
+JobFunction add_run_job(CLI::App& program, StageHook hook = {});
+JobFunction add_verify_job(CLI::App& program);
+JobFunction add_info_job(CLI::App& program);
+JobFunction add_export_job(CLI::App& program);
+
+// The whole program: parses, runs, explains errors. Returns the exit code.
+int run_program(int argc, char** argv, StageHook hook = {});
+
+}  // namespace meander

@@ -1,0 +1,23 @@
+// Retrying an item that was in flight when an earlier process died: alone, in a child process.
+#pragma once
+
+#include <string>
+
+#include "jobs/jobs.h"
+#include "pipeline/sampling_graph.h"
+
+namespace meander {
+
+struct LoneResult {
+  bool crashed = false;  // the child itself died of SEGV, BUS, FPE, ILL or ABRT
+  std::string reason;    // the signal and the stage
+};
+
+// Forks, runs the stages on the one item in the child and throws the result away: only whether the child
+// survives counts. A child killed by anything else (SIGKILL by a user or by the system's memory killer) marks
+// nothing. Must be called before this process starts any thread. Throws std::system_error when it cannot
+// fork.
+LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StoreHeader& header,
+                          const StageHook& hook);
+
+}  // namespace meander

@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <vector>
+
+#include "io/store/store.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace {
+
+constexpr const char* footer =
+    "Exit codes: 0 all done, 1 internal error, 2 usage or cannot start, 3 finished but some items failed,\n"
+    "            75 stopped early, the same command continues.";
+
+int say(int status, const std::string& text) {
+  fmt::print(stderr, "meander: {}\n", text);
+  return status;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, StageHook hook) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is no failure
+  CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
+  program.set_version_flag("--version", std::string("meander ") + meander_version);
+  program.require_subcommand(1);
+  program.footer(footer);
+  struct Command {
+    const char* name;
+    JobFunction run;
+  };
+  const std::vector<Command> commands = {{"run", add_run_job(program, std::move(hook))},
+                                         {"verify", add_verify_job(program)},
+                                         {"info", add_info_job(program)},
+                                         {"export", add_export_job(program)}};
+  for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return program.exit(help);
+  } catch (const CLI::ParseError& error) {
+    return say(exit_usage, explain(program, error));
+  }
+  try {
+    for (const Command& command : commands)
+      if (program.got_subcommand(command.name)) return command.run();
+  } catch (const UsageError& error) {
+    return say(exit_usage, error.what());
+  } catch (const RunError& error) {
+    return say(error.kind() == RunError::Kind::stopped ? exit_stopped : exit_usage, error.what());
+  } catch (const std::exception& error) {
+    return say(exit_internal,
+               fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
+  }
+  return say(exit_internal, "internal error: no job ran");
+}
+
+}  // namespace meander

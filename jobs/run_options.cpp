@@ -1,0 +1,284 @@
+#include "jobs/run_options.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+
+#include "io/json_writer.h"
+#include "jobs/command_line.h"
+#include "jobs/inputs.h"
+
+namespace meander {
+
+namespace {
+
+template <class Enum>
+struct Word {
+  const char* text;
+  Enum value;
+};
+constexpr Word<MethodChoice> method_words[] = {{"conformal", MethodChoice::conformal},
+                                               {"direct", MethodChoice::direct}};
+constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
+                                              {"elements", LocatorKind::elements},
+                                              {"first-hit", LocatorKind::first_hit}};
+constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element}, {"vertex", PlaceKind::vertex}};
+constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind::shifted},
+                                                 {"stratified", SequenceKind::stratified},
+                                                 {"owen", SequenceKind::owen},
+                                                 {"regular", SequenceKind::regular},
+                                                 {"random", SequenceKind::random}};
+constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
+                                           {"curve", OrderKind::curve}};
+constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert},
+                                           {"peano", CurveKind::peano},
+                                           {"peano-meander", CurveKind::peano_meander}};
+constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
+                                                   {"unit-sphere", NormalizeKind::unit_sphere},
+                                                   {"unit-box", NormalizeKind::unit_box}};
+constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::uniform},
+                                               {"mean", DensityKind::mean},
+                                               {"gaussian", DensityKind::gaussian},
+                                               {"max", DensityKind::max}};
+
+template <class Enum, std::size_t N>
+OneOf one_of(const Word<Enum> (&words)[N]) {
+  std::vector<std::string> texts;
+  for (const auto& word : words) texts.push_back(word.text);
+  return OneOf(texts);
+}
+
+template <class Enum, std::size_t N>
+Enum value_of(const Word<Enum> (&words)[N], const std::string& text) {
+  for (const auto& word : words)
+    if (text == word.text) return word.value;
+  throw UsageError("`" + text + "` is not known here");
+}
+
+template <class Enum, std::size_t N>
+const char* text_of(const Word<Enum> (&words)[N], Enum value) {
+  for (const auto& word : words)
+    if (word.value == value) return word.text;
+  return "";
+}
+
+// "uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME"
+void resolve_density(const std::string& text, DensityParameters& density,
+                     std::vector<std::string>& problems) {
+  constexpr std::string_view vertex = "attribute:", face = "face-attribute:";
+  if (text.starts_with(vertex) || text.starts_with(face)) {
+    density.kind = text.starts_with(vertex) ? DensityKind::vertex_attribute : DensityKind::face_attribute;
+    density.attribute = text.substr(text.find(':') + 1);
+    return;
+  }
+  for (const auto& word : density_words)
+    if (text == word.text) {
+      density.kind = word.value;
+      return;
+    }
+  problems.push_back("--density: `" + text +
+                     "` is none of uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME");
+}
+
+std::string density_text(const DensityParameters& density) {
+  if (density.kind == DensityKind::vertex_attribute) return "attribute:" + density.attribute;
+  if (density.kind == DensityKind::face_attribute) return "face-attribute:" + density.attribute;
+  return text_of(density_words, density.kind);
+}
+
+}  // namespace
+
+void add_run_options(CLI::App& command, RunOptions& options, RunOptionTexts& texts) {
+  command
+      .add_option("INPUT", options.inputs,
+                  "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
+      ->required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)")->required();
+  const char* points = "Points";
+  command.add_option("-n,--samples", texts.samples, "Points per model, 1 to 2^31")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 2147483648.0))
+      ->group(points);
+  command
+      .add_option("--method", texts.method,
+                  "How the curve is laid: over a conformal chart, or 3-D Hilbert order")
+      ->capture_default_str()
+      ->check(one_of(method_words))
+      ->group(points);
+  command
+      .add_option("--density", texts.density,
+                  "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME")
+      ->capture_default_str()
+      ->group(points);
+  command
+      .add_option("--density-floor", options.sample.density.floor,
+                  "Density of flat parts for curvature densities, 1e-6 to 1")
+      ->capture_default_str()
+      ->group(points);
+  command
+      .add_option("--density-exponent", options.sample.density.exponent,
+                  "Exponent of curvature densities, 0.25 to 4")
+      ->capture_default_str()
+      ->group(points);
+  command
+      .add_option("--locate", texts.locate,
+                  "Point location: Embree rays with sheets, elements alone, the survey's first hit")
+      ->capture_default_str()
+      ->check(one_of(locate_words))
+      ->group(points);
+  command
+      .add_option("--place", texts.place, "Where in a curve element (default element; vertex for first-hit)")
+      ->check(one_of(place_words))
+      ->group(points);
+  command.add_option("--sequence", texts.sequence, "The 1-D sample set")
+      ->capture_default_str()
+      ->check(one_of(sequence_words))
+      ->group(points);
+  command
+      .add_option("--order", texts.order, "Order in the file: every prefix well spread, or along the curve")
+      ->capture_default_str()
+      ->check(one_of(order_words))
+      ->group(points);
+  command.add_option("--curve", texts.curve, "The space-filling curve")
+      ->capture_default_str()
+      ->check(one_of(curve_words))
+      ->group(points);
+  command.add_option("--seed", options.sample.seed, "Seed, 0 to 2^64 - 1")
+      ->capture_default_str()
+      ->group(points);
+  command.add_option("--normalize", texts.normalize, "Stored coordinates (loc and scale undo it)")
+      ->capture_default_str()
+      ->check(one_of(normalize_words))
+      ->group(points);
+  const char* collection = "Collection";
+  command.add_option("--describe", texts.describe, "Descriptors to store")
+      ->capture_default_str()
+      ->check(OneOf({"none"}))
+      ->group(collection);
+  command.add_flag("--label-from-folder", options.label_from_folder, "Label = name of the parent folder")
+      ->group(collection);
+  command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
+      ->capture_default_str()
+      ->check(OneOf({"default", "none"}))
+      ->group(collection);
+  const char* running = "Running";
+  command.add_option("-j,--threads", options.threads, "Threads (0: all the machine gives), up to 1024")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1024))
+      ->group(running);
+  command.add_option("--memory", texts.memory, "Budget of everything in flight, at least 16M")
+      ->capture_default_str()
+      ->group(running);
+  command
+      .add_flag("--allow-oversize", options.allow_oversize,
+                "Run a model alone that needs more than the budget")
+      ->group(running);
+  command.add_option("--timeout", texts.timeout, "Per model; 0: none")->capture_default_str()->group(running);
+  command.add_option("--max-failures", options.max_failures, "Stop once more items than this have failed")
+      ->default_str("no limit")
+      ->group(running);
+  command.add_option("--retry", texts.retry, "Do the rows of a finished store with these statuses again")
+      ->delimiter(',')
+      ->group(running);
+  command
+      .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
+      ->group(running);
+  command.add_flag("--fresh", options.fresh, "Discard the store and any unfinished run of it first")
+      ->group(running);
+  command.add_flag("--dry-run", options.dry_run, "Say what would be done; write nothing")->group(running);
+  const char* report = "Report";
+  command
+      .add_option("--progress", options.progress,
+                  "On standard error; auto: a bar on a terminal, else plain lines")
+      ->capture_default_str()
+      ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
+      ->group(report);
+  command.add_flag("--json", options.json, "The summary as JSON on standard output")->group(report);
+  command.add_flag("--stats", options.statistics, "What each node of the graph did")->group(report);
+}
+
+void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
+  std::vector<std::string> problems;
+  SampleParameters& sample = options.sample;
+  sample.method = value_of(method_words, texts.method);
+  sample.locate = value_of(locate_words, texts.locate);
+  const bool first_hit = sample.locate == LocatorKind::first_hit;
+  sample.place.place = texts.place.empty() ? (first_hit ? PlaceKind::vertex : PlaceKind::element)
+                                           : value_of(place_words, texts.place);
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (ALGORITHMS
+  // section 0).
+  if (first_hit) sample.locator.curve.leaves_per_sample = 64;
+  if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
+  sample.place.sequence = value_of(sequence_words, texts.sequence);
+  sample.place.order = value_of(order_words, texts.order);
+  sample.place.normalize = value_of(normalize_words, texts.normalize);
+  sample.locator.curve.kind = value_of(curve_words, texts.curve);
+  sample.elements.curve = sample.locator.curve.kind;
+  set_samples(sample, texts.samples);
+  resolve_density(texts.density, sample.density, problems);
+  if (sample.method == MethodChoice::direct && texts.locate != "embree")
+    problems.push_back("--method direct locates nothing: leave --locate out");
+  if (sample.method == MethodChoice::direct && texts.curve != "hilbert")
+    problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
+  for (const std::string& problem : validate(sample)) problems.push_back(problem);
+  options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
+  try {
+    options.memory_bytes = parse_bytes(texts.memory);
+    if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory: at least 16M");
+  } catch (const CLI::ValidationError& error) {
+    problems.push_back(std::string("--memory: ") + error.what());
+  }
+  try {
+    options.timeout_seconds = parse_seconds(texts.timeout);
+  } catch (const CLI::ValidationError& error) {
+    problems.push_back(std::string("--timeout: ") + error.what());
+  }
+  for (const std::string& name : texts.retry) {
+    const auto at = std::find(status_names.begin(), status_names.end(), name);
+    if (at == status_names.end() || at == status_names.begin()) {
+      problems.push_back("--retry: `" + name + "` is no status of a failed item (" +
+                         fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
+                         ")");
+      continue;
+    }
+    options.retry.push_back(static_cast<Status>(at - status_names.begin()));
+  }
+  if (options.fresh && !options.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
+  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+std::string parameters_json(const SampleParameters& p, Compression compression) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("compress", compression == Compression::none ? "none" : "default");
+  json.member("curve", text_of(curve_words, p.locator.curve.kind));
+  json.member("curve_max_depth", p.locator.curve.max_depth);
+  json.member("density", density_text(p.density));
+  json.member("density_exponent", p.density.exponent);
+  json.member("density_floor", p.density.floor);
+  json.member("density_quantile", p.density.quantile);
+  json.member("elements_per_sample", p.elements.elements_per_sample);
+  json.member("extremity_seams", p.cut.extremity_seams);
+  json.member("jitter", p.place.jitter);
+  json.member("leaves_per_sample", p.locator.curve.leaves_per_sample);
+  json.member("locate", text_of(locate_words, p.locate));
+  json.member("max_extra_seams", p.flatten.max_extra_seams);
+  json.member("max_mean_distortion", p.flatten.max_mean_distortion);
+  json.member("max_sheets", p.locator.max_sheets);
+  json.member("method", text_of(method_words, p.method));
+  json.member("min_component_samples", p.locator.min_component_samples);
+  json.member("min_log_scale", p.flatten.min_log_scale);
+  json.member("min_sheet_samples", p.locator.min_sheet_samples);
+  json.member("normalize", text_of(normalize_words, p.place.normalize));
+  json.member("order", text_of(order_words, p.place.order));
+  json.member("place", text_of(place_words, p.place.place));
+  json.member("samples", p.place.samples);
+  json.member("seed", p.seed);
+  json.member("sequence", text_of(sequence_words, p.place.sequence));
+  json.end_object();
+  return json.text();
+}
+
+}  // namespace meander

@@ -1,0 +1,47 @@
+// The options of `meander run`: defaults, ranges and help in one place.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+#include "kernels/sample_mesh.h"
+
+namespace meander {
+
+struct RunOptions {
+  std::vector<std::string> inputs;
+  std::string store;
+  SampleParameters sample;
+  Compression compression = Compression::standard;
+  bool label_from_folder = false;
+  int threads = 0;  // 0: as many as the machine (or its cgroup) gives
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;
+  bool allow_oversize = false;
+  double timeout_seconds = 120;  // 0: none
+  std::uint64_t max_failures = ~std::uint64_t{0};
+  std::vector<Status> retry;
+  std::string reuse;
+  bool fresh = false, dry_run = false, json = false, statistics = false;
+  std::string progress = "auto";  // auto|bar|plain|json|none
+};
+
+// The texts as given; resolve turns them into RunOptions.
+struct RunOptionTexts {
+  std::uint32_t samples = 2048;
+  std::string method = "conformal", density = "uniform", locate = "embree", place, sequence = "shifted",
+              order = "progressive", curve = "hilbert", normalize = "none", describe = "none",
+              compress = "default", memory = "4G", timeout = "120s";
+  std::vector<std::string> retry;
+};
+
+void add_run_options(CLI::App& command, RunOptions& options, RunOptionTexts& texts);
+// Throws UsageError with every problem at once.
+void resolve_run_options(RunOptions& options, const RunOptionTexts& texts);
+
+// All effective parameters that decide the rows, as one line of JSON with sorted keys.
+std::string parameters_json(const SampleParameters& parameters, Compression compression);
+
+}  // namespace meander

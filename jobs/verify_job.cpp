@@ -1,0 +1,58 @@
+// meander verify: is a store whole?
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "io/json_writer.h"
+#include "io/store/store.h"
+#include "jobs/exit_status.h"
+#include "jobs/jobs.h"
+
+namespace meander {
+
+namespace {
+
+struct VerifyOptions {
+  std::string store;
+  std::size_t limit = 100;
+  bool json = false;
+};
+
+int verify(const VerifyOptions& options) {
+  const VerifyResult result = verify_store(options.store, options.limit);
+  if (options.json) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("store", options.store);
+    json.member("rows", result.rows);
+    json.member("ok_rows", result.ok_rows);
+    json.key("problems");
+    json.begin_array();
+    for (const std::string& problem : result.problems) json.value(problem);
+    json.end_array();
+    json.end_object();
+    fmt::print("{}\n", json.text());
+  } else {
+    for (const std::string& problem : result.problems) fmt::print("{}\n", problem);
+    fmt::print("{}: {} rows, {} ok, {}\n", options.store, result.rows, result.ok_rows,
+               result.problems.empty() ? "whole"
+                                       : fmt::format("{} problem{}", result.problems.size(),
+                                                     result.problems.size() == 1 ? "" : "s"));
+  }
+  return result.problems.empty() ? exit_done : exit_some_failed;
+}
+
+}  // namespace
+
+JobFunction add_verify_job(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("verify", "Check a store completely: every byte, every row");
+  auto options = std::make_shared<VerifyOptions>();
+  command->add_option("STORE", options->store, "The store")->required();
+  command->add_option("--limit", options->limit, "Most problems to list")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
+  command->add_flag("--json", options->json, "The result as JSON");
+  return [options] { return verify(*options); };
+}
+
+}  // namespace meander

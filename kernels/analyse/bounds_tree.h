@@ -1,0 +1,77 @@
+// Items in space sorted along the 3-D Hilbert curve, with bounding boxes over runs of them, for questions
+// about rotated boxes.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/analyse/box_discrepancy.h"
+
+namespace meander {
+
+// n items along the curve: position p holds item order[p]. Level 0 has one node per `leaf` positions, each
+// higher level one node per `fan` nodes below; a node is six doubles, the centre and the half-extent of the
+// axis-parallel box around its items.
+struct BoundsTree {
+  static constexpr std::size_t leaf = 16;
+  static constexpr std::size_t fan = 4;
+  std::vector<std::uint32_t> order;
+  std::vector<std::vector<double>> levels;
+
+  std::size_t count() const { return order.size(); }
+};
+
+// low, high: 3 n corners of the items' own boxes (the same span twice for points); finite, n < 2^32.
+// O(n log n). Deterministic.
+BoundsTree build_bounds_tree(std::span<const double> low, std::span<const double> high);
+
+enum class Overlap : std::uint8_t { outside, inside, partial };
+
+// Where a node lies: `inside` and `outside` are certain, `partial` may be either. node: six doubles of
+// BoundsTree.
+inline Overlap overlap_of(const double* node, const RotatedBox& box) {
+  const Vector3 offset = Vector3{node[0], node[1], node[2]} - box.centre;
+  bool inside = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3& axis = box.axes[k];
+    const double at = std::abs(dot(axis, offset));
+    const double reach = std::abs(axis.x) * node[3] + std::abs(axis.y) * node[4] + std::abs(axis.z) * node[5];
+    if (at - reach > box.half[k]) return Overlap::outside;
+    inside = inside && at + reach <= box.half[k];
+  }
+  return inside ? Overlap::inside : Overlap::partial;
+}
+
+// Calls inside(begin, end) for runs of positions that lie wholly in the box and partial(begin, end) for runs
+// of at most `leaf` positions that have to be looked at one by one. Positions of neither kind are outside.
+template <class Inside, class Partial>
+void visit_box(const BoundsTree& tree, const RotatedBox& box, const Inside& inside, const Partial& partial,
+               std::size_t level, std::size_t node) {
+  const Overlap overlap = overlap_of(tree.levels[level].data() + 6 * node, box);
+  if (overlap == Overlap::outside) return;
+  if (overlap == Overlap::partial && level > 0) {
+    const std::size_t below = tree.levels[level - 1].size() / 6;
+    for (std::size_t child = BoundsTree::fan * node; child < BoundsTree::fan * (node + 1) && child < below;
+         ++child)
+      visit_box(tree, box, inside, partial, level - 1, child);
+    return;
+  }
+  std::size_t run = BoundsTree::leaf;
+  for (std::size_t l = 0; l < level; ++l) run *= BoundsTree::fan;
+  const std::size_t begin = node * run, end = std::min(tree.count(), begin + run);
+  if (overlap == Overlap::inside)
+    inside(begin, end);
+  else
+    partial(begin, end);
+}
+
+template <class Inside, class Partial>
+void visit_box(const BoundsTree& tree, const RotatedBox& box, const Inside& inside, const Partial& partial) {
+  if (tree.count() > 0) visit_box(tree, box, inside, partial, tree.levels.size() - 1, 0);
+}
+
+}  // namespace meander

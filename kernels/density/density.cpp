@@ -1,0 +1,153 @@
+#include "kernels/density/density.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "kernels/core/parallel.h"
+#include "kernels/density/curvature.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t triangle_block = 4096;
+
+// Smallest value that is at least as large as those on `share` of the weight.
+double weighted_quantile(std::span<const double> values, std::span<const double> weights, double share) {
+  std::vector<std::uint32_t> order(values.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return values[a] != values[b] ? values[a] < values[b] : a < b;
+  });
+  const double target = share * std::accumulate(weights.begin(), weights.end(), 0.0);
+  double below = 0;
+  for (const std::uint32_t i : order) {
+    below += weights[i];
+    if (below >= target) return values[i];
+  }
+  return order.empty() ? 0.0 : values[order.back()];
+}
+
+// The curvature that gets density 1: the quantile over the surface, or over its bent part where that is less
+// than 1 - share of the area. 0 when nothing is bent.
+double reference_curvature(std::span<const double> curvature, std::span<const double> area, double share) {
+  const double reference = weighted_quantile(curvature, area, share);
+  if (reference > 0) return reference;
+  std::vector<double> bent(area.begin(), area.end());
+  for (std::size_t v = 0; v < bent.size(); ++v)
+    if (!(curvature[v] > 0)) bent[v] = 0;
+  if (std::none_of(bent.begin(), bent.end(), [](double a) { return a > 0; })) return 0;
+  return weighted_quantile(curvature, bent, share);
+}
+
+std::vector<double> chosen_curvature(const VertexCurvature& of, DensityKind kind, double diagonal) {
+  std::vector<double> result(of.mean.size());
+  for (std::size_t v = 0; v < result.size(); ++v) {
+    const double mean = of.mean[v] * diagonal, gaussian = of.gaussian[v] * diagonal * diagonal;
+    if (kind == DensityKind::mean)
+      result[v] = mean;
+    else if (kind == DensityKind::gaussian)
+      result[v] = std::abs(gaussian);
+    else
+      result[v] = mean + std::sqrt(std::max(0.0, mean * mean - gaussian));
+  }
+  return result;
+}
+
+Density curvature_density(const PreparedMesh& mesh, const DensityParameters& parameters,
+                          const CancelToken& cancel) {
+  const VertexCurvature all = vertex_curvature(mesh, cancel);
+  std::vector<double> value = chosen_curvature(all, parameters.kind, mesh.diagonal / mesh.unit);
+  const double reference = reference_curvature(value, all.mixed_area, parameters.quantile);
+  cancel.check();
+  Density density;
+  if (!(reference > 0)) return density;
+  for (double& c : value)
+    c = parameters.floor +
+        (1 - parameters.floor) * std::pow(std::min(1.0, c / reference), parameters.exponent);
+  density.corner.resize(mesh.triangles.size());
+  for (std::size_t h = 0; h < mesh.triangles.size(); ++h) density.corner[h] = value[mesh.triangles[h]];
+  return density;
+}
+
+const ScalarAttribute& find_attribute(std::span<const ScalarAttribute> attributes, const std::string& name,
+                                      const std::string& kind) {
+  for (const ScalarAttribute& attribute : attributes)
+    if (attribute.name == name) return attribute;
+  std::string names;
+  for (const ScalarAttribute& attribute : attributes) names += (names.empty() ? "" : ", ") + attribute.name;
+  throw ItemError(Status::unreadable, "the density names the " + kind + " attribute \"" + name +
+                                          "\" but the file " +
+                                          (names.empty() ? "has no " + kind + " attributes"
+                                                         : "has only the " + kind + " attributes " + names));
+}
+
+// element(h): number of the file's element behind corner h.
+template <class Element>
+Density attribute_density(const PreparedMesh& mesh, const ScalarAttribute& attribute, const std::string& kind,
+                          const Element& element) {
+  Density density;
+  density.corner.resize(mesh.triangles.size());
+  std::size_t bad = attribute.values.size();
+  for (std::size_t h = 0; h < density.corner.size(); ++h) {
+    const std::size_t i = element(h);
+    if (i >= attribute.values.size())
+      throw ItemError(Status::internal, "the " + kind + " attribute \"" + attribute.name + "\" has " +
+                                            std::to_string(attribute.values.size()) + " values but " + kind +
+                                            " " + std::to_string(i) + " is used");
+    const double value = attribute.values[i];
+    if (!(value >= 0) || !std::isfinite(value)) bad = std::min(bad, i);
+    density.corner[h] = value == 0 ? 0.0 : value;  // -0 becomes 0
+  }
+  if (bad < attribute.values.size())
+    throw ItemError(Status::unreadable, "the " + kind + " attribute \"" + attribute.name + "\" is " +
+                                            std::to_string(attribute.values[bad]) + " at " + kind + " " +
+                                            std::to_string(bad) +
+                                            "; a density must be finite and not negative");
+  const double total = blocked_sum(triangle_masses(mesh, density));
+  if (!std::isfinite(total))
+    throw ItemError(Status::unreadable, "the " + kind + " attribute \"" + attribute.name +
+                                            "\" is too large: its integral over the surface is not finite");
+  if (!(total > 0))
+    throw ItemError(Status::zero_density,
+                    "the " + kind + " attribute \"" + attribute.name + "\" is zero on the whole surface");
+  return density;
+}
+
+}  // namespace
+
+Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
+                     const CancelToken& cancel) {
+  switch (parameters.kind) {
+    case DensityKind::uniform:
+      return {};
+    case DensityKind::mean:
+    case DensityKind::gaussian:
+    case DensityKind::max:
+      return curvature_density(mesh, parameters, cancel);
+    case DensityKind::vertex_attribute:
+      return attribute_density(
+          mesh, find_attribute(file.vertex_attributes, parameters.attribute, "vertex"), "vertex",
+          [&](std::size_t h) -> std::size_t { return file.corners[mesh.corner_slot[h]]; });
+    case DensityKind::face_attribute:
+      break;
+  }
+  return attribute_density(mesh, find_attribute(file.face_attributes, parameters.attribute, "face"), "face",
+                           [&](std::size_t h) -> std::size_t { return mesh.polygon[h / 3]; });
+}
+
+std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density) {
+  std::vector<double> mass(mesh.area);
+  if (density.uniform()) return mass;
+  parallel_blocks(mass.size(), triangle_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const double* corner = density.corner.data() + 3 * t;
+      mass[t] *= (corner[0] + corner[1] + corner[2]) / 3;
+    }
+  });
+  return mass;
+}
+
+}  // namespace meander

@@ -1,0 +1,187 @@
+#include "kernels/locate/embree_locator.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "kernels/core/parallel.h"
+#include "kernels/core/radix_sort.h"
+#include "kernels/locate/chart_geometry.h"
+#include "kernels/locate/chart_scene.h"
+#include "kernels/locate/ray_plan.h"
+#include "kernels/locate/refine_by_rays.h"
+#include "kernels/locate/sheets.h"
+
+namespace meander {
+
+namespace {
+
+// More triangles than there can be sheets over one point are a collapsed spot: no sheets to tell apart there.
+constexpr std::size_t most_conflicting = 16;
+
+// One chart while its rays are cast; `hits` and `sheet` are its part of the result.
+struct ChartWork {
+  const FlatChart& chart;
+  std::span<const double> masses;
+  std::vector<double> uv_areas;
+  std::span<std::uint32_t> hits;
+  std::span<std::uint8_t> sheet;
+  std::vector<Conflict> conflicts;
+  std::uint64_t rays = 0, multiple_hits = 0;
+};
+
+// Those of the hits that cover the point in the double precision chart too, exactly: rays through borders,
+// and what float32 did to the chart, make no overlap.
+std::span<const std::uint32_t> sure_hits(const FlatChart& chart, std::span<const std::uint32_t> hits,
+                                         double u, double v,
+                                         std::array<std::uint32_t, most_hits_per_ray>& storage) {
+  std::size_t count = 0;
+  for (const std::uint32_t t : hits)
+    if (strictly_inside(uv_triangle(chart, t), u, v)) storage[count++] = t;
+  return {storage.data(), count};
+}
+
+void add_conflicts(std::span<const std::uint32_t> sure, std::vector<Conflict>& conflicts) {
+  if (sure.size() > most_conflicting) return;
+  for (std::size_t a = 0; a < sure.size(); ++a)
+    for (std::size_t b = a + 1; b < sure.size(); ++b) conflicts.push_back({sure[a], sure[b]});
+}
+
+double estimated_mass(const ChartWork& work, std::span<const std::uint32_t> hits, double leaf_area) {
+  double sum = 0;
+  for (const std::uint32_t t : hits) {
+    const double area = work.uv_areas[t];
+    sum += area <= leaf_area ? work.masses[t] : work.masses[t] * (leaf_area / area);
+  }
+  return sum;
+}
+
+// Step 2: one ray a leaf, level by level.
+void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, DepthRange depths,
+                    double leaf_mass, std::size_t chart_number, RandomKey key, const CancelToken& cancel) {
+  const auto random_point = [&](const CurveTree& nodes, std::size_t i) {
+    // A leaf is named by its key, its depth and its chart, so that its ray does not depend on other leaves.
+    const auto counter = static_cast<std::uint32_t>(chart_number * 64 + nodes.depth[i]);
+    const UnitPair jitter = random_pair(key, Stream::leaf_ray, nodes.key[i], counter);
+    return std::pair(nodes.u[i] + jitter.first * nodes.side[i], nodes.v[i] + jitter.second * nodes.side[i]);
+  };
+  std::array<std::uint32_t, most_hits_per_ray> storage;
+  const auto visit = [&](const CurveTree& nodes, std::size_t i, double u, double v,
+                         std::span<const std::uint32_t> hits, bool may_split) {
+    if (may_split && estimated_mass(work, hits, nodes.side[i] * nodes.side[i]) > leaf_mass) return true;
+    for (const std::uint32_t t : hits) ++work.hits[t];
+    if (hits.size() < 2) return false;
+    const std::span<const std::uint32_t> sure = sure_hits(work.chart, hits, u, v, storage);
+    work.multiple_hits += sure.size() > 1;
+    add_conflicts(sure, work.conflicts);
+    return false;
+  };
+  work.rays += refine_by_rays(tree, scene, depths, cancel, random_point, visit);
+}
+
+// Neighbours that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays
+// say.
+void add_folds(const FlatChart& chart, std::vector<Conflict>& conflicts) {
+  const std::size_t triangles = chart.cut.triangle_count();
+  std::vector<int> turn(triangles);
+  for (std::size_t t = 0; t < triangles; ++t) turn[t] = orientation(uv_triangle(chart, t));
+  for (std::uint32_t h = 0; h < chart.cut.opposite.size(); ++h) {
+    const std::uint32_t other = chart.cut.opposite[h];
+    if (other != no_index && h < other && turn[h / 3] * turn[other / 3] < 0)
+      conflicts.push_back({std::min(h / 3, other / 3), std::max(h / 3, other / 3)});
+  }
+}
+
+// What else lies over the centroid of each triangle; cast along the curve, since the order of triangles in a
+// file can be anything (unsorted, a ray costs three times as much). Pairs of neighbours count as all others
+// do: the touching along a border, which is no conflict, sure_hits leaves out.
+void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const CancelToken& cancel) {
+  const std::size_t triangles = work.masses.size();
+  std::vector<float> centre_u(triangles), centre_v(triangles);
+  std::vector<KeyIndex> order(triangles), scratch;
+  parallel_blocks(triangles, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const UvTriangle corners = uv_triangle(work.chart, t);
+      centre_u[t] = static_cast<float>((corners.u[0] + corners.u[1] + corners.u[2]) / 3);
+      centre_v[t] = static_cast<float>((corners.v[0] + corners.v[1] + corners.v[2]) / 3);
+      const std::uint64_t rank = curve_key(CurveKind::hilbert, centre_u[t], centre_v[t]) >> 32;
+      order[t] = {rank, static_cast<std::uint32_t>(t)};
+    }
+  });
+  radix_sort(order, scratch);
+  std::vector<float> u(triangles), v(triangles);
+  for (std::size_t r = 0; r < triangles; ++r) {
+    u[r] = centre_u[order[r].index];
+    v[r] = centre_v[order[r].index];
+  }
+  RayHits hits;
+  scene.cast(u, v, hits, cancel);
+  work.rays += triangles;
+  std::array<std::uint32_t, most_hits_per_ray> storage;
+  for (std::size_t r = 0; r < triangles; ++r) {
+    const auto all = hits.of(r);
+    if (all.size() < 2) continue;
+    const std::uint32_t t = order[r].index;
+    const auto sure = sure_hits(work.chart, all, u[r], v[r], storage);
+    if (sure.size() > most_conflicting || std::find(sure.begin(), sure.end(), t) == sure.end()) continue;
+    for (const std::uint32_t other : sure)
+      if (other != t) work.conflicts.push_back({std::min(t, other), std::max(t, other)});
+  }
+}
+
+// Step 3.
+void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetParameters& parameters,
+                       const CancelToken& cancel) {
+  add_folds(work.chart, work.conflicts);
+  add_centroid_conflicts(work, scene, cancel);
+  const std::vector<std::uint8_t> sheet =
+      separate_sheets(work.chart.cut.opposite, work.masses, std::move(work.conflicts), parameters);
+  std::copy(sheet.begin(), sheet.end(), work.sheet.begin());
+}
+
+}  // namespace
+
+Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
+                           std::span<const FlatChart> charts, std::span<const double> masses,
+                           std::vector<CurveTree>& trees, RandomKey key, const LocateParameters& parameters,
+                           const CancelToken& cancel) {
+  const RayPlan plan = plan_rays(mesh, charts, masses, parameters);
+  if (trees.size() != charts.size())
+    throw ItemError(Status::internal, "the locator was given " + std::to_string(trees.size()) +
+                                          " trees for " + std::to_string(charts.size()) + " charts");
+  SheetParameters sheets;
+  sheets.max_sheets = parameters.max_sheets;
+  sheets.min_mass = parameters.min_sheet_samples * plan.total / static_cast<double>(parameters.samples);
+  Located result;
+  result.hits.assign(mesh.triangle_count(), 0);
+  result.sheet.assign(mesh.triangle_count(), 0);
+  std::vector<std::array<std::uint64_t, 3>> counts(charts.size(), {0, 0, 0});
+  parallel_tasks(charts.size(), [&](std::size_t c) {
+    if (trees[c].leaf_count() == 0) return;
+    const Component& component = mesh.components[c];
+    const std::size_t begin = component.triangle_begin, triangles = component.triangle_end - begin;
+    ChartWork work = {charts[c],
+                      masses.subspan(begin, triangles),
+                      {},
+                      std::span(result.hits).subspan(begin, triangles),
+                      std::span(result.sheet).subspan(begin, triangles),
+                      {}};
+    work.uv_areas.resize(triangles);
+    for (std::size_t t = 0; t < triangles; ++t) work.uv_areas[t] = uv_area(uv_triangle(charts[c], t));
+    const ChartScene scene(device, charts[c].u, charts[c].v, charts[c].cut.triangles);
+    const DepthRange depths = depth_range(component_mass(component, masses), plan, parameters.curve);
+    cast_leaf_rays(work, scene, trees[c], depths, plan.leaf_mass, c, key, cancel);
+    // A leaf gives at most half of its mass to another sheet: too few leaves make no sheet of its own.
+    const bool worth_it = static_cast<double>(work.multiple_hits) * plan.leaf_mass / 2 > sheets.min_mass;
+    if (worth_it && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
+    counts[c] = {trees[c].leaf_count(), work.rays, work.multiple_hits};
+  });
+  for (const auto& [leaves, rays, multiple] : counts) {
+    result.leaves += leaves;
+    result.rays += rays;
+    result.multiple_hits += multiple;
+  }
+  return result;
+}
+
+}  // namespace meander

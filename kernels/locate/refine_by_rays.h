@@ -1,0 +1,65 @@
+// The loop that both Embree locators share: cast through the new leaves of a tree, split, go one level down.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/parallel.h"
+#include "kernels/curve/curve_tree.h"
+#include "kernels/locate/chart_scene.h"
+
+namespace meander {
+
+// In levels of the tree's kind.
+struct DepthRange {
+  int least = 0, most = 0;
+};
+
+// Leaves above depth.least are split without a ray. Through every other leaf goes one ray, at the point that
+// point_of(nodes, i) gives as a pair of doubles; `visit(nodes, i, u, v, hits, may_split)` is called for the
+// rays of each level in curve order, in the calling thread, with the float32 point that was cast, and returns
+// true to split the leaf (if it may be). A leaf that it does not split is final. Returns the number of rays.
+template <class PointOf, class Visit>
+std::uint64_t refine_by_rays(CurveTree& tree, const ChartScene& scene, DepthRange depths,
+                             const CancelToken& cancel, const PointOf& point_of, const Visit& visit) {
+  std::uint64_t rays = 0;
+  std::vector<CurveLevel> levels;
+  levels.push_back({std::move(tree), {}});
+  RayHits hits;
+  std::vector<float> u, v;
+  std::vector<std::uint32_t> leaves;
+  for (bool grown = true; grown;) {
+    cancel.check();
+    CurveLevel& level = levels.back();
+    const CurveTree& nodes = level.nodes;
+    level.split.assign(nodes.leaf_count(), 1);
+    leaves.clear();
+    for (std::uint32_t i = 0; i < nodes.leaf_count(); ++i)
+      if (nodes.depth[i] >= depths.least) leaves.push_back(i);
+    u.resize(leaves.size());
+    v.resize(leaves.size());
+    parallel_blocks(leaves.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r) {
+        const std::pair<double, double> point = point_of(nodes, leaves[r]);
+        u[r] = static_cast<float>(point.first);
+        v[r] = static_cast<float>(point.second);
+      }
+    });
+    scene.cast(u, v, hits, cancel);
+    rays += leaves.size();
+    for (std::size_t r = 0; r < leaves.size(); ++r) {
+      const std::size_t i = leaves[r];
+      const bool may_split = nodes.depth[i] < depths.most;
+      level.split[i] = visit(nodes, i, u[r], v[r], hits.of(r), may_split) && may_split;
+    }
+    CurveTree children = children_of(nodes, level.split);
+    grown = children.leaf_count() > 0;
+    if (grown) levels.push_back({std::move(children), {}});
+  }
+  tree = join_levels(levels);
+  return rays;
+}
+
+}  // namespace meander

@@ -1,0 +1,31 @@
+// A picture of a sampled model: every sample a bead on the surface.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/core/vector3.h"
+#include "kernels/render/rgb_image.h"
+
+namespace meander {
+
+struct SplatParameters {
+  std::uint32_t size = 320;        // pixels, width and height of the picture; 16..8192
+  double bead_radius = 0.33;       // of a sample, in units of sqrt(area / N); 0.05..0.6. 0.5: beads touch
+  double disc_radius = 1.0;        // of the pale disc below it that stands for the surface and hides what is
+                                   // behind, same unit; 0.6 covers a plane once, lower shows gaps; 0..2
+  double margin = 0.04;            // empty border, share of the size
+  Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not vertical
+  Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture
+};
+
+// Orthographic view of points as depth-tested round beads on pale discs perpendicular to the normals, lit
+// from both sides (normals may point in or out), hollows darkened by unsharp masking the depth buffer (Luft,
+// Colditz, Deussen 2006), coloured by depth; white background; 3 x 3 supersampling. points, normals: 3 n
+// floats, any units; area: of the surface in those units squared (what it is wrong by changes only the size
+// of the beads; 0 or less, or few samples: a radius from the size of the model). Points that are not finite
+// are left out; no point gives a white picture. O(n r^2 + size^2). Pure, deterministic.
+RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
+                       const SplatParameters& parameters = {});
+
+}  // namespace meander

@@ -1,0 +1,290 @@
+#include "kernels/sample/place_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "kernels/core/parallel.h"
+#include "kernels/sample/sequence.h"
+
+namespace meander {
+
+namespace {
+
+constexpr int max_redraws = 64;
+// Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
+constexpr int max_trials = 64;
+constexpr double float_headroom =
+    1024;  // float32 keeps 2^-14 of the diagonal up to this many diagonals from 0
+
+struct Draw {
+  double b1, b2;
+  std::uint32_t next_counter;
+};
+
+// Everything that placing one sample needs; const, shared by all threads.
+struct Placer {
+  const PolygonMesh& file;
+  const PreparedMesh& mesh;
+  const Density& density;
+  const CurveElements& elements;
+  RandomKey key;
+  const PlaceParameters& parameters;
+  const OutputFrame& frame;
+
+  double density_at(std::uint32_t triangle, double b1, double b2) const {
+    if (density.uniform()) return 1.0;
+    const double* corner = &density.corner[3 * std::size_t{triangle}];
+    return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
+  }
+
+  Piece piece(std::size_t element) const {
+    const std::uint32_t t = elements.triangle[element];
+    return piece_of(mesh.position(mesh.triangles[3 * std::size_t{t}]),
+                    mesh.position(mesh.triangles[3 * std::size_t{t} + 1]),
+                    mesh.position(mesh.triangles[3 * std::size_t{t} + 2]), elements.path[element]);
+  }
+
+  // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
+  Draw draw(std::uint32_t triangle, const Piece& p, std::uint32_t rank, std::uint32_t counter) const {
+    double largest = 0, smallest = INFINITY;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double d = density_at(triangle, p.b1[k], p.b2[k]);
+      largest = std::max(largest, d);
+      smallest = std::min(smallest, d);
+    }
+    Draw result{p.b1[0], p.b2[0], counter};
+    for (int trial = 0; trial < max_trials; ++trial) {
+      const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
+      const double root = std::sqrt(uniform.first);
+      const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
+      result.b1 = w0 * p.b1[0] + w1 * p.b1[1] + w2 * p.b1[2];
+      result.b2 = w0 * p.b2[0] + w1 * p.b2[1] + w2 * p.b2[2];
+      if (smallest == largest) break;
+      const double accept = random_pair(key, Stream::element_point, rank, result.next_counter++).first;
+      if (accept * largest <= density_at(triangle, result.b1, result.b2)) break;
+    }
+    return result;
+  }
+
+  // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than
+  // the whole triangle, the triangle shrunk towards the vertex until it weighs what the vertex does.
+  Piece redraw_piece(std::size_t element) const {
+    Piece p = piece(element);
+    if (parameters.place == PlaceKind::element || elements.path[element] != 1) return p;
+    const std::uint32_t t = elements.triangle[element];
+    const double mass = elements.cumulative[element + 1] - elements.cumulative[element];
+    const double whole = mesh.area[t] * (density_at(t, 0, 0) + density_at(t, 1, 0) + density_at(t, 0, 1)) / 3;
+    const double shrink = whole > 0 ? std::sqrt(std::clamp(mass / whole, 0.0, 1.0)) : 1.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p.b1[k] = elements.vertex[2 * element] + shrink * (p.b1[k] - elements.vertex[2 * element]);
+      p.b2[k] = elements.vertex[2 * element + 1] + shrink * (p.b2[k] - elements.vertex[2 * element + 1]);
+    }
+    return p;
+  }
+
+  // The point that float32 weights name, in stored coordinates: what a reader recomputes from corners and
+  // weights.
+  std::array<float, 3> stored_point(std::uint32_t triangle, float b1, float b2) const {
+    const auto vertex = [&](std::size_t k) {
+      return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
+    };
+    const std::uint32_t v0 = vertex(0), v1 = vertex(1), v2 = vertex(2);
+    const auto along = [&](const std::vector<double>& c, double loc) {
+      const double at = (c[v0] - loc) + b1 * (c[v1] - c[v0]) + b2 * (c[v2] - c[v0]);
+      return static_cast<float>(at / frame.scale) + 0.0f;  // no negative zero
+    };
+    return {along(file.x, frame.loc.x), along(file.y, frame.loc.y), along(file.z, frame.loc.z)};
+  }
+
+  Vector3 geometric_normal(std::uint32_t triangle) const {
+    const std::size_t t = 3 * std::size_t{triangle};
+    const Vector3 a = mesh.position(mesh.triangles[t]), b = mesh.position(mesh.triangles[t + 1]),
+                  c = mesh.position(mesh.triangles[t + 2]);
+    const Vector3 n = cross(b - a, c - a);
+    const double length = norm(n);
+    return length > 0 ? (1 / length) * n : Vector3{0, 0, 1};
+  }
+
+  // The file's normals interpolated, where all three corners have a usable one and they do not cancel.
+  Vector3 normal(std::uint32_t triangle, float b1, float b2) const {
+    if (file.normals.empty()) return geometric_normal(triangle);
+    const double weight[3] = {1.0 - b1 - b2, b1, b2};
+    Vector3 sum;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t slot = mesh.corner_slot[3 * std::size_t{triangle} + k];
+      const std::size_t number = file.corner_normals.empty() ? file.corners[slot] : file.corner_normals[slot];
+      if (3 * number + 2 >= file.normals.size()) return geometric_normal(triangle);
+      const Vector3 n = {file.normals[3 * number], file.normals[3 * number + 1],
+                         file.normals[3 * number + 2]};
+      const double length = norm(n);
+      if (!(length > 0) || !std::isfinite(length)) return geometric_normal(triangle);
+      sum = sum + (weight[k] / length) * n;
+    }
+    const double length = norm(sum);
+    return length > 1e-6 ? (1 / length) * sum : geometric_normal(triangle);
+  }
+};
+
+// Open-addressing set of stored points; equality is that of the float32 coordinates.
+class PointSet {
+ public:
+  explicit PointSet(std::size_t count) : slots_(std::bit_ceil(2 * count + 1), no_index) {}
+
+  // True when no equal point was in the set yet; `points` holds the coordinates of all ranks inserted before.
+  bool insert(const std::vector<float>& points, std::uint32_t rank) {
+    const float* p = &points[3 * std::size_t{rank}];
+    std::uint64_t hash = std::bit_cast<std::uint32_t>(p[0]);
+    hash = (hash * 0x9E3779B97F4A7C15u) ^ std::bit_cast<std::uint32_t>(p[1]);
+    hash = (hash * 0x9E3779B97F4A7C15u) ^ std::bit_cast<std::uint32_t>(p[2]);
+    hash *= 0x9E3779B97F4A7C15u;
+    std::size_t slot = (hash ^ hash >> 32) & (slots_.size() - 1);
+    for (; slots_[slot] != no_index; slot = (slot + 1) & (slots_.size() - 1)) {
+      const float* q = &points[3 * std::size_t{slots_[slot]}];
+      if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return false;
+    }
+    slots_[slot] = rank;
+    return true;
+  }
+
+ private:
+  std::vector<std::uint32_t> slots_;
+};
+
+// The element that holds each position: half-open, never one without mass. Positions ascend: one linear
+// merge.
+std::vector<std::uint32_t> elements_of(const CurveElements& elements, std::span<const double> position) {
+  std::vector<std::uint32_t> found(position.size());
+  const double total = elements.total();
+  std::size_t at = 0;
+  std::size_t last =
+      elements.count() - 1;  // the last element of positive mass takes what rounding pushes past the end
+  while (last > 0 && !(elements.cumulative[last + 1] > elements.cumulative[last])) --last;
+  for (std::size_t r = 0; r < position.size(); ++r) {
+    const double target = position[r] * total;
+    while (at < last && elements.cumulative[at + 1] <= target) ++at;
+    found[r] = static_cast<std::uint32_t>(at);
+  }
+  return found;
+}
+
+std::uint32_t count_bad_normals(const PolygonMesh& file) {
+  std::uint32_t bad = 0;
+  for (std::size_t i = 0; i + 2 < file.normals.size(); i += 3) {
+    const double length = norm({file.normals[i], file.normals[i + 1], file.normals[i + 2]});
+    bad += !(length > 0) || !std::isfinite(length);
+  }
+  return bad;
+}
+
+}  // namespace
+
+OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
+  OutputFrame frame;
+  double largest = 0;
+  for (const double c : mesh.bbox) largest = std::max(largest, std::abs(c));
+  if (kind == NormalizeKind::none) {
+    if (largest > float_headroom * mesh.diagonal) frame.loc = mesh.centre;
+    return frame;
+  }
+  frame.loc = mesh.centre;
+  if (kind == NormalizeKind::unit_box) {
+    frame.scale =
+        std::max({mesh.bbox[3] - mesh.bbox[0], mesh.bbox[4] - mesh.bbox[1], mesh.bbox[5] - mesh.bbox[2]});
+  } else {
+    double radius = 0;
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+      radius = std::max(radius, norm({mesh.x[v], mesh.y[v], mesh.z[v]}));
+    frame.scale = radius * mesh.unit;
+  }
+  return frame;
+}
+
+Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const Density& density,
+                      const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+  const std::uint32_t count = parameters.samples;
+  if (elements.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
+  const Placer placer{file, mesh, density, elements, key, parameters, frame};
+  const SampleSequence sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
+  const std::vector<std::uint32_t> element = elements_of(elements, sequence.position);
+  cancel.check();
+
+  // By curve rank first; duplicates must be found in one fixed order.
+  std::vector<float> point(3 * std::size_t{count}), weight(2 * std::size_t{count});
+  std::vector<std::uint32_t> counter(count, 0);
+  const auto set = [&](std::uint32_t rank, double b1, double b2) {
+    weight[2 * std::size_t{rank}] = static_cast<float>(b1);
+    weight[2 * std::size_t{rank} + 1] = static_cast<float>(b2);
+    const auto p = placer.stored_point(elements.triangle[element[rank]], weight[2 * std::size_t{rank}],
+                                       weight[2 * std::size_t{rank} + 1]);
+    std::copy(p.begin(), p.end(), point.begin() + 3 * std::ptrdiff_t{rank});
+  };
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      const auto rank = static_cast<std::uint32_t>(r);
+      if (parameters.place == PlaceKind::vertex) {
+        set(rank, elements.vertex[2 * std::size_t{element[r]}],
+            elements.vertex[2 * std::size_t{element[r]} + 1]);
+        continue;
+      }
+      const Draw draw = placer.draw(elements.triangle[element[r]], placer.piece(element[r]), rank, 0);
+      counter[r] = draw.next_counter;
+      set(rank, draw.b1, draw.b2);
+    }
+  });
+  PointSet seen(count);
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    if (seen.insert(point, rank)) continue;
+    const Piece piece = placer.redraw_piece(element[rank]);
+    bool distinct = false;
+    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+      const Draw draw = placer.draw(elements.triangle[element[rank]], piece, rank, counter[rank]);
+      counter[rank] = draw.next_counter;
+      set(rank, draw.b1, draw.b2);
+      distinct = seen.insert(point, rank);
+    }
+    if (!distinct) ++repairs[Repair::coincident_points];
+  }
+  cancel.check();
+
+  std::vector<std::uint32_t> order;
+  if (parameters.order == OrderKind::curve) {
+    order.resize(count);
+    std::iota(order.begin(), order.end(), 0u);
+  } else {
+    order = sequence.rank_of_index.empty() ? progressive_order(count, key) : sequence.rank_of_index;
+  }
+  repairs[Repair::bad_normals] += count_bad_normals(file);
+  Samples samples;
+  samples.points.resize(3 * std::size_t{count});
+  samples.normals.resize(3 * std::size_t{count});
+  samples.face.resize(count);
+  samples.corners.resize(3 * std::size_t{count});
+  samples.barycentric.resize(2 * std::size_t{count});
+  samples.density.resize(count);
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t rank = order[i];
+      const std::uint32_t t = elements.triangle[element[rank]];
+      const float b1 = weight[2 * rank], b2 = weight[2 * rank + 1];
+      const Vector3 n = placer.normal(t, b1, b2);
+      const float normal[3] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+      for (std::size_t k = 0; k < 3; ++k) {
+        samples.points[3 * i + k] = point[3 * rank + k];
+        samples.normals[3 * i + k] = normal[k];
+        samples.corners[3 * i + k] = file.corners[mesh.corner_slot[3 * std::size_t{t} + k]];
+      }
+      samples.face[i] = mesh.polygon[t];
+      samples.barycentric[2 * i] = b1;
+      samples.barycentric[2 * i + 1] = b2;
+      samples.density[i] = static_cast<float>(placer.density_at(t, b1, b2));
+    }
+  });
+  samples.curve_rank = std::move(order);
+  return samples;
+}
+
+}  // namespace meander

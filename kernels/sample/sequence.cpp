@@ -1,0 +1,139 @@
+// The 1-D sample sets and the order of the samples in the file (ALGORITHMS section 5.2).
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/sequence.h"
+
+namespace meander {
+
+namespace {
+
+constexpr double below_one = 1.0 - 0x1p-53;
+
+double wrap(double t) { return std::min(t - std::floor(t), below_one); }
+
+// Van der Corput point `index` in base 2 under Owen's nested scrambling (Owen 1995): the flip of each digit
+// depends on the digits above it. A pure function of (key, index), so a longer sequence extends a shorter
+// one.
+double owen_van_der_corput(RandomKey key, std::uint32_t index) {
+  const std::uint64_t seed = static_cast<std::uint64_t>(key.words[0]) << 32 | key.words[1];
+  std::uint32_t scrambled = 0;
+  for (int level = 0; level < 32; ++level) {
+    const std::uint32_t digit = index >> level & 1u;  // radical inverse: digits come in reversed order
+    // The node of the scrambling tree: a 1 in front of the (unscrambled) digits above this one.
+    const std::uint64_t node = std::uint64_t{1} << level | (index & ((std::uint64_t{1} << level) - 1));
+    std::uint64_t hash = seed + node * 0x9E3779B97F4A7C15u;  // SplitMix64 finaliser (Steele, Lea, Flood 2014)
+    hash = (hash ^ (hash >> 30)) * 0xBF58476D1CE4E5B9u;
+    hash = (hash ^ (hash >> 27)) * 0x94D049BB133111EBu;
+    scrambled = scrambled << 1 | (digit ^ static_cast<std::uint32_t>((hash ^ (hash >> 31)) & 1u));
+  }
+  const double rest = random_pair(key, Stream::sequence, index).first;
+  return std::min((scrambled + rest) * 0x1p-32, below_one);
+}
+
+// Value of sample `index` in its own numbering, before sorting.
+double sequence_value(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key, double shift,
+                      std::uint32_t index) {
+  const auto uniform = [&] { return random_pair(key, Stream::sequence, index).first; };
+  switch (kind) {
+    case SequenceKind::shifted:
+      return wrap((index + shift + jitter * (uniform() - 0.5)) / count);
+    case SequenceKind::stratified:
+      return std::min((index + uniform()) / count, below_one);
+    case SequenceKind::owen:
+      return owen_van_der_corput(key, index);
+    case SequenceKind::regular:
+      return (index + 0.5) / count;
+    case SequenceKind::random:
+      break;
+  }
+  return uniform();
+}
+
+}  // namespace
+
+SampleSequence make_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key) {
+  const double shift = random_pair(key, Stream::sequence_shift, 0).first;
+  std::vector<std::pair<double, std::uint32_t>> entries(count);
+  for (std::uint32_t i = 0; i < count; ++i)
+    entries[i] = {sequence_value(kind, count, jitter, key, shift, i), i};
+  std::sort(entries.begin(), entries.end());
+  SampleSequence sequence;
+  sequence.position.resize(count);
+  const bool own_order = kind == SequenceKind::owen || kind == SequenceKind::random;
+  if (own_order) sequence.rank_of_index.resize(count);
+  for (std::uint32_t r = 0; r < count; ++r) {
+    sequence.position[r] = entries[r].first;
+    if (own_order) sequence.rank_of_index[entries[r].second] = r;
+  }
+  return sequence;
+}
+
+std::vector<double> sample_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key) {
+  return make_sequence(kind, count, jitter, key).position;
+}
+
+namespace {
+
+// The ranks 0 .. n - 1 cut into 2^level nearly equal blocks; a block may be empty.
+struct RankBlocks {
+  std::uint64_t count;
+  std::uint64_t begin(int level, std::uint64_t block) const { return block * count >> level; }
+  bool empty(int level, std::uint64_t block) const { return begin(level, block) == begin(level, block + 1); }
+};
+
+std::uint64_t reversed_bits(std::uint64_t value, int bits) {
+  std::uint64_t result = 0;
+  for (int b = 0; b < bits; ++b) result = result << 1 | (value >> b & 1);
+  return result;
+}
+
+// progressive_order under a mask whose highest bit belongs to the first level.
+std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask) {
+  std::vector<std::uint32_t> order;
+  if (count == 0) return order;
+  order.reserve(count);
+  const int levels = count > 1 ? std::bit_width(count - 1) : 0;
+  const RankBlocks blocks{count};
+  // The rank that stands for a block: down by the mask's bits, into the other child where that one is empty.
+  const auto representative = [&](int level, std::uint64_t block) {
+    for (; level < levels; ++level) {
+      block = block << 1 | (mask >> (31 - level) & 1);
+      if (blocks.empty(level + 1, block)) block ^= 1;
+    }
+    return static_cast<std::uint32_t>(blocks.begin(levels, block));
+  };
+  order.push_back(representative(0, 0));
+  for (int level = 1; level < levels; ++level)
+    for (std::uint64_t j = 0; j < std::uint64_t{1} << (level - 1); ++j) {
+      // Bit reversal over the parents; the child is the one where the parent's representative did not go.
+      const std::uint64_t parent_mask = level == 1 ? 0 : mask >> (33 - level);
+      const std::uint64_t parent = reversed_bits(j, level - 1) ^ parent_mask;
+      order.push_back(representative(level, parent << 1 | (~(mask >> (32 - level)) & 1)));
+    }
+  if (levels == 0) return order;
+  // On the last level only some parents have two children. Bit reversal over all parents would meet those in
+  // clumps (their pattern along the curve is nearly periodic), so they are taken in the progressive order of
+  // their own number.
+  std::vector<std::uint32_t> rest;
+  for (std::uint64_t parent = 0; parent < std::uint64_t{1} << (levels - 1); ++parent) {
+    const std::uint64_t child = parent << 1 | (~(mask >> (32 - levels)) & 1);
+    if (!blocks.empty(levels, child) && !blocks.empty(levels, child ^ 1))
+      rest.push_back(static_cast<std::uint32_t>(blocks.begin(levels, child)));
+  }
+  for (const std::uint32_t i : masked_order(static_cast<std::uint32_t>(rest.size()), mask))
+    order.push_back(rest[i]);
+  return order;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key) {
+  const int levels = count > 1 ? std::bit_width(count - 1) : 0;
+  const std::uint64_t word = random_words(key, Stream::sequence_shift, 1)[0];
+  return masked_order(count, static_cast<std::uint32_t>(word << (32 - levels)));
+}
+
+}  // namespace meander

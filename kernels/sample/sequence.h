@@ -1,0 +1,21 @@
+// A 1-D sample set, sorted, with the numbering that it was drawn in where that matters.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/random.h"
+#include "kernels/sample/place_samples.h"
+
+namespace meander {
+
+struct SampleSequence {
+  std::vector<double> position;              // N values in [0, 1), ascending: by curve rank
+  std::vector<std::uint32_t> rank_of_index;  // owen and random: rank of the i-th draw (these sets are
+                                             // progressive as they are drawn); empty for the others
+};
+
+// O(N log N). Pure in (kind, count, jitter, key).
+SampleSequence make_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key);
+
+}  // namespace meander

@@ -1,0 +1,49 @@
+#include "pipeline/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace meander {
+
+namespace {
+
+constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, allocator slack, one scene
+constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
+constexpr double bytes_per_file_triangle = 24;     // corners, offsets
+constexpr double bytes_per_prepared_triangle =
+    150;  // half-edges, slots, positions of half a vertex, areas, scratch
+constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances, matrix in triplets
+constexpr double bytes_per_factor_entry = 12;     // double and index
+constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
+constexpr double bytes_per_leaf = 64;
+constexpr double bytes_per_element = 120;  // element, two sort arrays, result
+constexpr double bytes_per_sample = 160;   // sequence, points twice, row, encoded row
+
+// Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
+// entries.
+double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, std::log2(vertices + 1)); }
+
+}  // namespace
+
+std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters) {
+  const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
+  const auto samples = static_cast<double>(parameters.place.samples);
+  const double file = static_cast<double>(mesh.file_bytes) + vertices * bytes_per_file_vertex +
+                      triangles * bytes_per_file_triangle;
+  const double prepared = triangles * bytes_per_prepared_triangle;
+  const double elements =
+      (triangles + 2 * parameters.elements.elements_per_sample * samples) * bytes_per_element;
+  const double placed = samples * bytes_per_sample;
+  double widest = elements + placed;
+  if (parameters.method != MethodChoice::direct) {
+    const double chart = triangles * bytes_per_chart_triangle;
+    const double flatten =
+        chart + factor_entries(std::max(vertices, 0.5 * triangles)) * bytes_per_factor_entry;
+    const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
+    const double locate = chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf;
+    widest = std::max({flatten, locate + elements, chart + elements + placed});
+  }
+  return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
+}
+
+}  // namespace meander

@@ -1,0 +1,350 @@
+#include "pipeline/sampling_graph.h"
+
+#include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <exception>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <tuple>
+
+#include "io/digest.h"
+#include "pipeline/admission.h"
+#include "pipeline/memory_estimate.h"
+
+namespace meander {
+
+namespace {
+
+namespace flow = oneapi::tbb::flow;
+
+void fail(GraphItem& item, std::string_view stage, Status status, std::string reason) {
+  ItemReport& report = item.model.row.report;
+  report.status = status;
+  report.reason = std::move(reason);
+  item.model.row.samples = {};
+  item.model.row.descriptors.clear();
+  item.failed_in = stage;
+}
+
+bool is_open(const GraphItem& item) { return item.failed_in.empty() && !item.dropped && !item.reused; }
+
+// Runs one stage on one item; nothing but NeedsMoreMemory gets out.
+void run_stage(const GraphStage& stage, GraphItem& item) {
+  if (!is_open(item)) return;
+  try {
+    item.model.cancel.check();
+    stage.body(item);
+  } catch (const NeedsMoreMemory&) {
+    throw;
+  } catch (const RunCancelled&) {
+    item.dropped = true;
+  } catch (const ItemError& error) {
+    fail(item, stage.name, error.status(), error.what());
+  } catch (const std::bad_alloc&) {
+    fail(item, stage.name, Status::out_of_memory, "an allocation failed in " + std::string(stage.name));
+  } catch (const std::exception& error) {
+    fail(item, stage.name, Status::internal, "in " + std::string(stage.name) + ": " + error.what());
+  } catch (...) {
+    fail(item, stage.name, Status::internal, "in " + std::string(stage.name) + ": an unknown exception");
+  }
+}
+
+CancelToken token_of(const GraphParameters& parameters, const std::atomic<bool>* cancelled) {
+  CancelToken token;
+  token.cancelled = cancelled;
+  if (parameters.timeout_seconds > 0)
+    token.deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                               std::chrono::duration<double>(parameters.timeout_seconds));
+  return token;
+}
+
+// Everything but the row is given back as soon as the points are there.
+void release_model(ModelState& model) {
+  Row row = std::move(model.row);
+  model = ModelState{};
+  model.row = std::move(row);
+}
+
+using ItemPointer = std::shared_ptr<GraphItem>;
+
+// A message through the graph: the item and its admission ticket.
+struct Envelope {
+  ItemPointer item;
+  Admission::Ticket ticket;
+  std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
+};
+
+// The graph with its books. Lives for one call of run_sampling_graph.
+class SamplingGraph {
+ public:
+  SamplingGraph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
+                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
+                std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                const std::function<void(const FinishedItem&)>& observer)
+      : plan_(plan),
+        parameters_(parameters),
+        header_(header),
+        sink_(sink),
+        cancelled_(cancelled),
+        statistics_(statistics),
+        observer_(observer),
+        admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
+        admit_items_(graph_, flow::serial,
+                     [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
+        write_row_(graph_, flow::serial, [this](Envelope envelope) { return write(std::move(envelope)); }) {
+    statistics_ = std::vector<NodeStatistics>(stages.size() + 3);
+    statistics_.front().name = "admit_items";
+    flow::sender<Envelope>* last = &flow::output_port<0>(admit_items_);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+      statistics_[i + 1].name = stages[i].name;
+      stage_nodes_.push_back(std::make_unique<StageNode>(
+          graph_, flow::unlimited, [this, &stage = stages[i], &node = statistics_[i + 1]](Envelope e) {
+            return work(stage, node, std::move(e));
+          }));
+      flow::make_edge(*last, *stage_nodes_.back());
+      last = stage_nodes_.back().get();
+    }
+    statistics_[stages.size() + 1].name = "encode_row";
+    encode_row_ = std::make_unique<StageNode>(graph_, flow::unlimited,
+                                              [this](Envelope e) { return encode(std::move(e)); });
+    flow::make_edge(*last, *encode_row_);
+    statistics_.back().name = "write_row";
+    flow::make_edge(*encode_row_, write_row_);
+    flow::make_edge(write_row_, admit_items_);
+  }
+
+  GraphResult run() {
+    admit_items_.try_put(Envelope{});
+    graph_.wait_for_all();
+    if (sink_error_) std::rethrow_exception(sink_error_);
+    result_.peak_reserved_bytes = admission_.peak_bytes();
+    result_.stopped = result_.written != plan_.size();
+    if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
+        admission_.bytes_in_flight() != 0 || (!cancelled_ && result_.stopped))
+      throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) +
+                             " taken, " + std::to_string(result_.written) + " written, " +
+                             std::to_string(result_.dropped) + " dropped, " +
+                             std::to_string(admission_.items_in_flight()) + " items and " +
+                             std::to_string(admission_.bytes_in_flight()) + " bytes in flight, of " +
+                             std::to_string(plan_.size()));
+    return result_;
+  }
+
+ private:
+  using AdmitNode = flow::multifunction_node<Envelope, std::tuple<Envelope>>;
+  using StageNode = flow::function_node<Envelope, Envelope>;
+
+  // Two per thread: one to work on and one that is ready when it ends. A crash has to look at these again,
+  // one by one.
+  static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
+
+  void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
+    const NodeTimer timer(statistics_.front());
+    if (back.ticket.bytes > 0) admission_.release(back.ticket);
+    if (back.needed_bytes > 0) {
+      ++result_.requeued;
+      --result_.taken;
+      enqueue(back.ticket.item, back.needed_bytes, out);
+    } else if (!started_) {
+      started_ = true;
+      for (std::size_t i = 0; i < plan_.size(); ++i)
+        enqueue(i, std::max<std::uint64_t>(1, plan_[i].reserved_bytes), out);
+    }
+    if (cancelled_) admission_.drop_waiting();
+    while (const auto ticket = admission_.next()) send(*ticket, out);
+  }
+
+  void enqueue(std::size_t index, std::uint64_t bytes, AdmitNode::output_ports_type& out) {
+    if (!admission_.too_large(bytes)) {
+      admission_.add(index, bytes);
+      return;
+    }
+    const Envelope envelope = open_item(index);
+    fail(*envelope.item, "admit_items", Status::too_large,
+         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
+             std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
+    std::get<0>(out).try_put(envelope);
+  }
+
+  Envelope open_item(std::size_t index) {
+    Envelope envelope;
+    envelope.item = std::make_shared<GraphItem>();
+    envelope.ticket.item = index;
+    envelope.item->plan = &plan_[index];
+    envelope.item->start = std::chrono::steady_clock::now();
+    envelope.item->model.row.label = plan_[index].label;
+    ++result_.taken;
+    return envelope;
+  }
+
+  void send(const Admission::Ticket& ticket, AdmitNode::output_ports_type& out) {
+    Envelope envelope = open_item(ticket.item);
+    envelope.ticket = ticket;
+    envelope.item->reserved_bytes = ticket.bytes;
+    envelope.item->model.cancel = token_of(parameters_, &cancelled_);
+    try {
+      sink_.begin(plan_[ticket.item].row);
+    } catch (...) {
+      stop_for(std::current_exception());
+      envelope.item->dropped = true;
+    }
+    std::get<0>(out).try_put(envelope);
+  }
+
+  Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
+    if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
+    const NodeTimer timer(node);
+    try {
+      run_stage(stage, *envelope.item);
+    } catch (const NeedsMoreMemory& more) {
+      envelope.needed_bytes = std::max(more.bytes(), envelope.ticket.bytes + 1);
+    }
+    return envelope;
+  }
+
+  Envelope encode(Envelope envelope) {
+    GraphItem& item = *envelope.item;
+    if (envelope.needed_bytes > 0 || item.dropped) return envelope;
+    NodeStatistics& node = statistics_[statistics_.size() - 2];
+    const NodeTimer timer(node);
+    release_model(item.model);
+    item.model.row.label = item.plan->label;
+    try {
+      item.encoded = encode_row(header_, item.plan->row, item.model.row);
+    } catch (const std::exception& error) {
+      fail(item, "encode_row", Status::internal, std::string("in encode_row: ") + error.what());
+      item.encoded = encode_row(header_, item.plan->row, item.model.row);
+    }
+    item.model.row.samples = {};
+    node.bytes.fetch_add(item.encoded.bytes.size(), std::memory_order_relaxed);
+    return envelope;
+  }
+
+  Envelope write(Envelope envelope) {
+    const NodeTimer timer(statistics_.back());
+    GraphItem& item = *envelope.item;
+    if (envelope.needed_bytes == 0) {
+      if (item.dropped || sink_failed_) {
+        ++result_.dropped;
+      } else {
+        try {
+          sink_.write(item.encoded);
+          ++result_.written;
+          finished(item);
+        } catch (...) {
+          ++result_.dropped;
+          stop_for(std::current_exception());
+        }
+      }
+    }
+    envelope.item.reset();
+    return envelope;
+  }
+
+  void finished(const GraphItem& item) {
+    const ItemReport& report = item.model.row.report;
+    if (report.status != Status::ok && ++result_.failed > parameters_.max_failures) cancelled_ = true;
+    if (!observer_) return;
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - item.start;
+    observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), item.reused});
+  }
+
+  // The sink cannot go on: everything in flight is dropped, the caller gets the exception at the end.
+  void stop_for(std::exception_ptr error) {
+    if (!sink_failed_.exchange(true)) sink_error_ = std::move(error);
+    cancelled_ = true;
+  }
+
+  const std::vector<PlanItem>& plan_;
+  const GraphParameters& parameters_;
+  const StoreHeader& header_;
+  RowSink& sink_;
+  std::atomic<bool>& cancelled_;
+  std::vector<NodeStatistics>& statistics_;
+  const std::function<void(const FinishedItem&)>& observer_;
+  flow::graph graph_;
+  Admission admission_;
+  AdmitNode admit_items_;
+  std::vector<std::unique_ptr<StageNode>> stage_nodes_;
+  std::unique_ptr<StageNode> encode_row_;
+  StageNode write_row_;
+  GraphResult result_;
+  bool started_ = false;
+  std::atomic<bool> sink_failed_{false};
+  std::exception_ptr sink_error_;
+};
+
+void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
+  const PlanItem& plan = *item.plan;
+  if (!plan.known_format)
+    throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
+                                                    "` is none of .off, .obj, .ply, .stl");
+  const MappedFile file(plan.path);
+  item.file_bytes = file.bytes().size();
+  Row& row = item.model.row;
+  row.report.content_sha256 = sha256(file.bytes());
+  if (reuse && reuse(row.report.content_sha256, row)) {
+    item.reused = true;
+    return;
+  }
+  item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
+  item.model.file = read_mesh(file.bytes(), plan.format, item.model.cancel);
+  MeshEstimate actual;
+  actual.file_bytes = item.file_bytes;
+  actual.vertices = item.model.file.vertex_count();
+  const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
+  actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  const std::uint64_t needed = estimate_bytes(actual, parameters);
+  if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+}
+
+}  // namespace
+
+GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeader&,
+                            const EmbreeDevice& device, ReuseLookup reuse) {
+  const auto on_model = [&parameters](void (*stage)(ModelState&, const SampleParameters&)) {
+    return [&parameters, stage](GraphItem& item) { stage(item.model, parameters); };
+  };
+  return {{"read_mesh",
+           [&parameters, reuse = std::move(reuse)](GraphItem& item) { read_item(item, parameters, reuse); }},
+          {"prepare_mesh", on_model(prepare_model)},
+          {"cut_to_disk", on_model(cut_model)},
+          {"flatten_chart", on_model(flatten_model)},
+          {"build_curve", on_model(build_model_curves)},
+          {"locate_vertices",
+           [&parameters, &device](GraphItem& item) { locate_model(item.model, parameters, &device); }},
+          {"place_samples", on_model(place_model)}};
+}
+
+GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
+                               const GraphStages& stages, const StoreHeader& header, RowSink& sink,
+                               std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                               const std::function<void(const FinishedItem&)>& observer) {
+  const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(parameters.threads));
+  oneapi::tbb::task_arena arena(parameters.threads);
+  GraphResult result;
+  arena.execute([&] {
+    SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
+    result = graph.run();
+  });
+  return result;
+}
+
+void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, const GraphStages& stages,
+                    const std::function<void(std::string_view)>& entered) {
+  GraphItem item;
+  item.plan = &plan;
+  item.reserved_bytes = ~std::uint64_t{0};
+  item.model.cancel = token_of(parameters, nullptr);
+  for (const GraphStage& stage : stages) {
+    entered(stage.name);
+    run_stage(stage, item);
+  }
+}
+
+}  // namespace meander

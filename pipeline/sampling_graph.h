@@ -1,0 +1,127 @@
+// The flow graph: from a plan of files to rows in a sink.
+//
+//   admit_items -> read_mesh -> prepare_mesh -> cut_to_disk -> flatten_chart -> build_curve ->
+//   locate_vertices
+//               -> place_samples -> encode_row -> write_row (serial) -> admit_items ...
+//
+// admit_items (serial) owns the queue and the bytes in flight. It is woken by its own first message and by
+// write_row, never blocks and never polls. A node body lets no exception out: a failed item keeps its status
+// and sentence, skips the remaining stages and still reaches the writer. In the end in == written + dropped
+// and nothing is in flight; anything else is reported as a bug of ours.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/mesh/mesh_reader.h"
+#include "io/store/store.h"
+#include "kernels/sample_mesh.h"
+#include "pipeline/statistics.h"
+
+namespace meander {
+
+// One input of the plan.
+struct PlanItem {
+  std::uint64_t row = 0;
+  std::string id;
+  std::filesystem::path path;
+  bool known_format = true;  // false: the row says unsupported_format
+  MeshFormat format = MeshFormat::off;
+  std::int32_t label = -1;
+  std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek
+};
+
+struct GraphParameters {
+  SampleParameters sample;
+  int threads = 1;                                      // >= 1
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // budget of everything in flight
+  bool allow_oversize = false;                          // run an item alone that is larger than the budget
+  double timeout_seconds = 0;                           // per model; 0: none
+  std::uint64_t max_failures = ~std::uint64_t{0};  // stop taking items once more than this many have failed
+};
+
+// One model inside the graph.
+struct GraphItem {
+  const PlanItem* plan = nullptr;
+  ModelState model;
+  EncodedRow encoded;
+  bool dropped = false;              // the run is being stopped: no record
+  bool reused = false;               // the row came from an older store
+  std::uint64_t reserved_bytes = 0;  // what the admission holds for it
+  std::uint64_t file_bytes = 0;
+  std::string_view failed_in;  // the node that the item failed in
+  std::chrono::steady_clock::time_point start;
+};
+
+// What happened to an item, told once, from the serial writer.
+struct FinishedItem {
+  const PlanItem& plan;
+  const ItemReport& report;
+  std::string_view failed_in;
+  std::uint64_t file_bytes = 0;
+  double seconds = 0;
+  bool reused = false;
+};
+
+// Where rows go. write is called from the serial writer, begin from the serial admission (possibly at the
+// same time).
+class RowSink {
+ public:
+  virtual ~RowSink() = default;
+  virtual void begin(std::uint64_t row) = 0;
+  virtual void write(const EncodedRow& row) = 0;
+};
+
+// The bodies of the nodes, by name; tests put failures into them. Each works on one item and may throw
+// ItemError, RunCancelled or anything else.
+struct GraphStage {
+  std::string_view name;
+  std::function<void(GraphItem&)> body;
+};
+using GraphStages = std::vector<GraphStage>;
+
+// A row of an older store for content with this digest, or false; called from many threads.
+using ReuseLookup = std::function<bool(const std::array<std::uint8_t, 32>& content, Row& row)>;
+
+// The stages of DESIGN section 3 for these parameters. header and device must outlive the graph.
+GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeader& header,
+                            const EmbreeDevice& device, ReuseLookup reuse = {});
+
+// Thrown by a read stage whose file is larger than was reserved for it: the item goes back to the queue.
+class NeedsMoreMemory : public std::runtime_error {
+ public:
+  explicit NeedsMoreMemory(std::uint64_t bytes)
+      : std::runtime_error("more memory is needed"), bytes_(bytes) {}
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  std::uint64_t bytes_;
+};
+
+struct GraphResult {
+  std::uint64_t taken = 0, written = 0, dropped = 0, failed = 0, requeued = 0;
+  std::uint64_t peak_reserved_bytes = 0;
+  bool stopped = false;  // not every item of the plan was written
+};
+
+// Runs the plan to its end, or until `cancelled` is set (by the caller at any time; by the graph itself when
+// the sink fails or too many items failed). Rethrows the sink's exception after everything in flight has
+// ended. Throws std::logic_error when the books do not balance. `statistics` gets one entry per node.
+// observer may be empty.
+GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
+                               const GraphStages& stages, const StoreHeader& header, RowSink& sink,
+                               std::atomic<bool>& cancelled, std::vector<NodeStatistics>& statistics,
+                               const std::function<void(const FinishedItem&)>& observer = {});
+
+// The same stages on one item in the calling thread, outside any graph (for the retry of an item that was in
+// flight when an earlier process died). `entered` is told the name of each stage before it starts.
+void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, const GraphStages& stages,
+                    const std::function<void(std::string_view)>& entered);
+
+}  // namespace meander

@@ -1,0 +1,84 @@
+#include "io/image/png_writer.h"
+
+#include <png.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+using namespace meander;
+
+namespace {
+
+RgbImage gradient(std::uint32_t width, std::uint32_t height) {
+  RgbImage image(width, height);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    image.pixels[i] = static_cast<std::uint8_t>(7 * i + i / 97);
+  return image;
+}
+
+RgbImage decode(const std::vector<std::byte>& bytes) {
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_memory(&header, bytes.data(), bytes.size()) != 0);
+  header.format = PNG_FORMAT_RGB;
+  RgbImage image(header.width, header.height);
+  REQUIRE(png_image_finish_read(&header, nullptr, image.pixels.data(), 0, nullptr) != 0);
+  return image;
+}
+
+std::vector<std::byte> file_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::byte> bytes;
+  for (std::istreambuf_iterator<char> at(file), end; at != end; ++at)
+    bytes.push_back(static_cast<std::byte>(*at));
+  return bytes;
+}
+
+std::filesystem::path own_folder() {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "meander_png_writer_test";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+}  // namespace
+
+TEST_CASE("encode_png: what is written is what is read") {
+  for (const auto& [width, height] : {std::pair{1u, 1u}, std::pair{3u, 200u}, std::pair{257u, 31u}}) {
+    const RgbImage image = gradient(width, height);
+    const RgbImage again = decode(encode_png(image));
+    CHECK(again.width == width);
+    CHECK(again.height == height);
+    CHECK(again.pixels == image.pixels);
+    CHECK(encode_png(image) == encode_png(image));
+  }
+}
+
+TEST_CASE("encode_png: a buffer that does not fit is an error") {
+  CHECK_THROWS_AS(encode_png(RgbImage{}), std::invalid_argument);
+  RgbImage image(4, 4);
+  image.pixels.pop_back();
+  CHECK_THROWS_AS(encode_png(image), std::invalid_argument);
+}
+
+TEST_CASE("write_png: replaces a file and leaves nothing beside it") {
+  const std::filesystem::path folder = own_folder(), path = folder / "a.png";
+  write_png(path, gradient(5, 6));
+  const RgbImage image = gradient(40, 30);
+  write_png(path, image);
+  CHECK(file_bytes(path) == encode_png(image));
+  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("write_png: a folder that is not there, and a folder in the way, are errors") {
+  const std::filesystem::path folder = own_folder();
+  CHECK_THROWS_AS(write_png(folder / "no" / "a.png", gradient(2, 2)), std::system_error);
+  std::filesystem::create_directories(folder / "taken" / "inside");
+  CHECK_THROWS_AS(write_png(folder / "taken", gradient(2, 2)), std::system_error);
+  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
+  std::filesystem::remove_all(folder);
+}

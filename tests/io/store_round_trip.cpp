@@ -1,0 +1,126 @@
+// What goes into a store comes out of it.
+#include <catch2/catch.hpp>
+
+#include "io/store/crc32c.h"
+#include "store_support.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+void check_round_trip(const StoreHeader& header) {
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header, 3);
+  const VerifyResult verified = verify_store(folder / "s.h5");
+  CHECK(verified.problems == std::vector<std::string>{});
+  CHECK(verified.rows == header.ids.size());
+  const StoreReader reader(folder / "s.h5");
+  REQUIRE(reader.rows() == header.ids.size());
+  CHECK(reader.samples() == header.samples);
+  CHECK(reader.seed() == header.seed);
+  CHECK(reader.order() == header.order);
+  CHECK(reader.compression() == header.compression);
+  CHECK(reader.parameters_json() == header.parameters_json);
+  CHECK(reader.label_names() == header.label_names);
+  CHECK(reader.format_version() == store_format_version);
+  CHECK(reader.method_version() == store_method_version);
+  CHECK_FALSE(reader.tool_version().empty());
+  REQUIRE(reader.descriptors().size() == header.descriptors.size());
+  for (std::size_t i = 0; i < header.descriptors.size(); ++i) {
+    CHECK(reader.descriptors()[i].name == header.descriptors[i].name);
+    CHECK(reader.descriptors()[i].width == header.descriptors[i].width);
+    CHECK(reader.descriptors()[i].attributes == header.descriptors[i].attributes);
+  }
+  std::uint64_t ok = 0;
+  for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+    const Row made = make_row(header, row), back = reader.read_row(row);
+    ok += made.report.status == Status::ok;
+    if (!same(made, back) || reader.id(row) != header.ids[row] || !same(reader.report(row), made.report) ||
+        reader.label(row) != header.labels[row])
+      FAIL("row " << row << " differs");
+    if (made.report.status == Status::ok &&
+        back.report.points_crc32c != crc32c(std::span<const float>(made.samples.points)))
+      FAIL("row " << row << " has the wrong checksum");
+  }
+  CHECK(verified.ok_rows == ok);
+}
+
+}  // namespace
+
+TEST_CASE("store: rows come back, whatever N and the compression") {
+  for (const Compression compression : {Compression::standard, Compression::none}) {
+    check_round_trip(make_header(700, 1, compression));
+    check_round_trip(make_header(700, 7, compression));
+    check_round_trip(make_header(300, 256, compression));
+    check_round_trip(make_header(40, 2048, compression));
+    check_round_trip(make_header(3, 100000, compression));
+  }
+}
+
+TEST_CASE("store: several internal shards") { check_round_trip(make_header(4096 * 2 + 300, 3)); }
+
+TEST_CASE("store: a single row") {
+  for (const std::uint32_t samples : {1u, 3000u}) {
+    check_round_trip(make_header(1, samples));
+    check_round_trip(make_header(2, samples));
+  }
+}
+
+TEST_CASE("store: no rows at all") { check_round_trip(make_header(0, 16)); }
+
+TEST_CASE("store: no descriptors, no classes") {
+  StoreHeader header = make_header(20, 5);
+  header.descriptors.clear();
+  header.label_names.clear();
+  header.labels.assign(20, -1);
+  check_round_trip(header);
+}
+
+TEST_CASE("store: many classes and a wide descriptor") {
+  StoreHeader header = make_header(30, 5);
+  for (int i = 0; i < 6000; ++i) header.label_names.push_back("class number " + std::to_string(i));
+  header.parameters_json = "{\"text\":\"" + std::string(70000, 'x') + "\"}";
+  header.descriptors[0].width = 5000;
+  check_round_trip(header);
+}
+
+TEST_CASE("store: the id of every row is found, others are not") {
+  const ScratchFolder folder;
+  const StoreHeader header = make_header(5000, 1);
+  write_store(folder / "s.h5", header);
+  const StoreReader reader(folder / "s.h5");
+  for (std::uint64_t row = 0; row < 5000; row += 37) CHECK(reader.find(header.ids[row]) == row);
+  CHECK(reader.find("") == std::nullopt);
+  CHECK(reader.find("class/m00000") == std::nullopt);
+  CHECK(reader.find(header.ids[77] + "x") == std::nullopt);
+  CHECK(reader.find("zzz") == std::nullopt);
+  CHECK_THROWS_AS(reader.report(5000), ItemError);
+}
+
+TEST_CASE("store: ids that are not UTF-8 are kept byte for byte") {
+  const ScratchFolder folder;
+  StoreHeader header = make_header(3, 4);
+  header.ids = {"a\xFF.off", "b \"quoted\".off", "\xC3\xA9.off"};
+  write_store(folder / "s.h5", header);
+  const StoreReader reader(folder / "s.h5");
+  for (std::uint64_t row = 0; row < 3; ++row) CHECK(reader.id(row) == header.ids[row]);
+}
+
+TEST_CASE("reader: what is no store is refused with a sentence") {
+  const ScratchFolder folder;
+  const auto refusal = [&](const std::string& bytes) {
+    write_file(folder / "x.h5", bytes);
+    try {
+      const StoreReader reader(folder / "x.h5");
+    } catch (const RunError& error) {
+      CHECK(error.kind() == RunError::Kind::unusable);
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK_FALSE(refusal("").empty());
+  CHECK_FALSE(refusal("not HDF5 at all").empty());
+  CHECK_FALSE(refusal(store_bytes(make_header(3, 4)).substr(0, 3000)).empty());
+  CHECK_THROWS_AS(StoreReader(folder / "absent.h5"), RunError);
+}

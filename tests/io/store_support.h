@@ -1,0 +1,169 @@
+// Random rows, headers and folders for the tests of io/store.
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+
+namespace meander::test {
+
+// A folder of its own under the system's temporary folder, removed at the end of the scope.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "meander-store-XXXXXX").string();
+    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make a scratch folder");
+    path_ = pattern;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline void write_file(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
+                               Compression compression = Compression::standard) {
+  StoreHeader header;
+  header.samples = samples;
+  header.compression = compression;
+  header.seed = 7;
+  header.parameters_json = R"({"density":"uniform","describe":["d2"],"method":"conformal"})";
+  header.label_names = {"airplane", "chair", "\xC3\xA9tag\xC3\xA8re"};
+  header.descriptors = {{"d2", 64, {{"bins", "64 equal bins of [0, 2]"}, {"scale", "mean distance is 1"}}},
+                        {"a3", 5, {{"bins", "5 equal bins of [0, pi]"}}}};
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    std::string number = std::to_string(row);
+    header.ids.push_back("class/m" + std::string(7 - number.size(), '0') + number +
+                         (row % 5 == 0 ? "-long-name.off" : ".off"));
+    header.labels.push_back(static_cast<std::int32_t>(row % 4) - 1);
+  }
+  std::sort(header.ids.begin(), header.ids.end());
+  return header;
+}
+
+// A row whose every value is a function of (row, header); about one in three is not ok.
+inline Row make_row(const StoreHeader& header, std::uint64_t row) {
+  std::mt19937_64 random(row * 977 + header.samples);
+  const auto real = [&] { return static_cast<float>(random() >> 40) * 0x1p-24f - 0.5f; };
+  Row made;
+  made.label = header.labels[row];
+  ItemReport& report = made.report;
+  report.status = random() % 3 == 0 ? static_cast<Status>(1 + random() % 12) : Status::ok;
+  const bool ok = report.status == Status::ok;
+  if (!ok) report.reason = "row " + std::to_string(row) + " is " + std::string(name_of(report.status));
+  report.method = ok ? static_cast<Method>(1 + random() % 3) : Method::none;
+  report.vertices = random() % 100000;
+  report.faces = 1 + random() % 100000;
+  report.components = static_cast<std::uint32_t>(random() % 10);
+  report.genus = static_cast<std::uint32_t>(random() % 3);
+  report.boundaries = static_cast<std::uint32_t>(random() % 7);
+  report.area = real();
+  report.measure = real();
+  for (double& value : report.bbox) value = real();
+  for (double& value : report.loc) value = real();
+  report.scale = 1 + real();
+  report.flips = static_cast<std::uint32_t>(random() % 5);
+  report.overlap = real();
+  report.area_scale_range = 1 + real();
+  report.distortion = 1 + real();
+  for (std::uint32_t& count : report.repairs.counts) count = static_cast<std::uint32_t>(random() % 3);
+  for (std::uint8_t& byte : report.content_sha256) byte = static_cast<std::uint8_t>(random());
+  if (!ok) return made;
+  const std::size_t n = header.samples;
+  Samples& samples = made.samples;
+  for (std::size_t i = 0; i < 3 * n; ++i) {
+    samples.points.push_back(real());
+    samples.normals.push_back(real());
+    samples.corners.push_back(static_cast<std::uint32_t>(random() % 100000));
+  }
+  for (std::size_t i = 0; i < 2 * n; ++i) samples.barycentric.push_back(real());
+  for (std::size_t i = 0; i < n; ++i) {
+    samples.face.push_back(static_cast<std::uint32_t>(random() % report.faces));
+    samples.density.push_back(1 + real());
+  }
+  samples.curve_rank.resize(n);
+  std::iota(samples.curve_rank.begin(), samples.curve_rank.end(), 0u);
+  std::shuffle(samples.curve_rank.begin(), samples.curve_rank.end(), random);
+  for (const DescriptorSchema& schema : header.descriptors) {
+    made.descriptors.push_back({schema.name, {}});
+    for (std::uint32_t i = 0; i < schema.width; ++i) made.descriptors.back().values.push_back(real());
+  }
+  return made;
+}
+
+inline EncodedRow make_encoded(const StoreHeader& header, std::uint64_t row) {
+  return encode_row(header, row, make_row(header, row));
+}
+
+inline std::vector<std::uint64_t> row_order(std::uint64_t rows, std::uint64_t seed) {
+  std::vector<std::uint64_t> order(rows);
+  std::iota(order.begin(), order.end(), std::uint64_t{0});
+  if (seed != 0) std::shuffle(order.begin(), order.end(), std::mt19937_64(seed));
+  return order;
+}
+
+// A whole run without any trouble; the rows arrive in an order of that seed (0: ascending).
+inline void write_store(const std::filesystem::path& store, const StoreHeader& header,
+                        std::uint64_t seed = 0) {
+  RunDirectory run(store, header);
+  for (const std::uint64_t row : row_order(header.ids.size(), seed)) {
+    run.begin_item(row);
+    run.end_item(make_encoded(header, row));
+  }
+  run.finish();
+}
+
+inline std::string store_bytes(const StoreHeader& header) {
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  return read_file(folder / "s.h5");
+}
+
+inline bool same(const ItemReport& a, const ItemReport& b) {
+  return a.status == b.status && a.reason == b.reason && a.method == b.method && a.vertices == b.vertices &&
+         a.faces == b.faces && a.components == b.components && a.genus == b.genus &&
+         a.boundaries == b.boundaries && a.area == b.area && a.measure == b.measure && a.bbox == b.bbox &&
+         a.loc == b.loc && a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
+         a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
+         a.repairs.counts == b.repairs.counts && a.content_sha256 == b.content_sha256;
+}
+
+inline bool same(const Row& a, const Row& b) {
+  if (!same(a.report, b.report) || a.label != b.label || a.descriptors.size() != b.descriptors.size())
+    return false;
+  for (std::size_t i = 0; i < a.descriptors.size(); ++i)
+    if (a.descriptors[i].name != b.descriptors[i].name || a.descriptors[i].values != b.descriptors[i].values)
+      return false;
+  const Samples &s = a.samples, &t = b.samples;
+  return s.points == t.points && s.normals == t.normals && s.face == t.face && s.corners == t.corners &&
+         s.barycentric == t.barycentric && s.curve_rank == t.curve_rank && s.density == t.density;
+}
+
+}  // namespace meander::test

@@ -1,0 +1,263 @@
+// verify finds every damage; export_pointnet writes what loaders expect.
+#include <hdf5.h>
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "io/store/crc32c.h"
+#include "io/store/store_file.h"
+#include "store_support.h"
+
+using namespace meander;
+using namespace meander::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Makes the user block agree with the bytes again, so that only the contents are wrong.
+void reseal(const fs::path& path) {
+  std::string bytes = read_file(path);
+  const std::string_view body = std::string_view(bytes).substr(store::user_block_bytes);
+  bytes.replace(
+      0, store::user_block_bytes,
+      store::user_block_text(bytes.size(), crc32c(std::span<const char>(body.data(), body.size()))));
+  write_file(path, bytes);
+}
+
+// Overwrites one element block of a dataset through the library and reseals the file.
+template <class Value>
+void tamper(const fs::path& path, const char* dataset_name, std::vector<hsize_t> begin, const Value& value) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t dataset = H5Dopen2(file, dataset_name, H5P_DEFAULT);
+  const hid_t type = H5Dget_type(dataset);
+  const hid_t space = H5Dget_space(dataset);
+  REQUIRE(H5Tget_size(type) == sizeof(Value));
+  const std::vector<hsize_t> one(begin.size(), 1);
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, one.data(), nullptr);
+  const hid_t memory = H5Screate(H5S_SCALAR);
+  REQUIRE(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, &value) >= 0);
+  H5Sclose(memory);
+  H5Sclose(space);
+  H5Tclose(type);
+  H5Dclose(dataset);
+  H5Fclose(file);
+  reseal(path);
+}
+
+std::uint64_t first_row(const StoreHeader& header, bool ok) {
+  std::uint64_t row = 0;
+  while ((make_row(header, row).report.status == Status::ok) != ok) ++row;
+  return row;
+}
+
+}  // namespace
+
+TEST_CASE("verify: every single flipped bit of a small store is found") {
+  const ScratchFolder folder;
+  const fs::path store = folder / "s.h5";
+  write_store(store, make_header(3, 2));
+  const std::string good = read_file(store);
+  REQUIRE(verify_store(store).problems.empty());
+  std::fstream file(store, std::ios::in | std::ios::out | std::ios::binary);
+  const auto put = [&](std::size_t at, char byte) {
+    file.seekp(static_cast<std::streamoff>(at));
+    file.put(byte);
+    file.flush();
+  };
+  std::mt19937 random(1);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
+    if (verify_store(store).problems.empty()) FAIL("a flipped bit in byte " << i << " was not found");
+    put(i, good[i]);
+  }
+  CHECK(verify_store(store).problems.empty());
+}
+
+TEST_CASE("verify: every length but the right one is found") {
+  const ScratchFolder folder;
+  const fs::path store = folder / "s.h5";
+  write_store(store, make_header(3, 2));
+  const std::string good = read_file(store);
+  for (std::size_t length = 0; length < good.size(); length += 97) {
+    write_file(store, good.substr(0, length));
+    CHECK(verify_store(store).problems.size() == 1);
+  }
+  write_file(store, good + '\0');
+  CHECK(verify_store(store).problems.size() == 1);
+  fs::remove(store);
+  CHECK(verify_store(store).problems.size() == 1);
+  write_file(store, "");
+  CHECK(verify_store(store).problems.size() == 1);
+}
+
+TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
+  const StoreHeader header = make_header(30, 300);
+  const ScratchFolder folder;
+  write_store(folder / "good.h5", header);
+  const hsize_t ok = first_row(header, true), failed = first_row(header, false);
+  const fs::path store = folder / "s.h5";
+  const auto problem = [&](const auto& damage) {
+    fs::copy_file(folder / "good.h5", store, fs::copy_options::overwrite_existing);
+    damage();
+    const VerifyResult result = verify_store(store);
+    REQUIRE(result.problems.size() > 0);
+    return result.problems.front();
+  };
+  const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
+  const std::string failed_row = "row " + std::to_string(failed) + " (" + header.ids[failed] + ")";
+  using Catch::Contains;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THAT(problem([&] {
+               tamper(store, "/points", {ok, 5, 1}, 0.25f);
+             }),
+             Contains(row) && Contains("checksum of its points"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/normals", {ok, 299, 2}, nan);
+             }),
+             Contains(row) && Contains("/normals"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/descriptors/a3", {ok, 2}, nan);
+             }),
+             Contains(row) && Contains("/descriptors/a3"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/face", {ok, 7}, std::uint32_t{4000000});
+             }),
+             Contains("4000000 in /face"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/corners", {ok, 7, 0}, std::uint32_t{0xFFFFFFFF});
+             }),
+             Contains("/corners"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/curve_rank", {ok, 7}, std::uint32_t{300});
+             }),
+             Contains("not an order of 0 .. 299"));
+  CHECK_THAT(problem([&] {
+               const std::uint32_t twice = make_row(header, ok).samples.curve_rank[0];
+               tamper(store, "/curve_rank", {ok, 7}, twice);
+             }),
+             Contains("not an order"));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/density", {failed, 0}, 1.0f);
+             }),
+             Contains(failed_row) && Contains("not all fill"));
+  CHECK_THAT(problem([&] { tamper(store, "/items/status", {ok}, std::uint8_t{77}); }),
+             Contains("unknown value 77"));
+  CHECK_THAT(problem([&] { tamper(store, "/items/method", {ok}, std::uint8_t{9}); }),
+             Contains("unknown value 9"));
+  CHECK_THAT(problem([&] { tamper(store, "/items/status", {ok}, std::uint8_t{3}); }),
+             Contains("unsupported_format"));
+  CHECK_THAT(problem([&] { tamper(store, "/items/points_crc32c", {failed}, 5u); }), Contains(failed_row));
+  CHECK_THAT(problem([&] {
+               tamper(store, "/label", {ok, 0}, std::int32_t{3});
+             }),
+             Contains("label 3 of 3 classes"));
+  struct Id {
+    char bytes[28];
+  } id{};
+  std::copy(header.ids[20].begin(), header.ids[20].end(), id.bytes);
+  CHECK_THAT(problem([&] { tamper(store, "/items/id", {10}, id); }),
+             Contains("row 11") && Contains("does not come after"));
+}
+
+TEST_CASE("verify: a chunk with a wrong checksum is named") {
+  const StoreHeader header = make_header(30, 300, Compression::none);
+  const ScratchFolder folder;
+  const fs::path store = folder / "s.h5";
+  write_store(store, header);
+  std::string bytes = read_file(store);
+  const Row row = make_row(header, first_row(header, true));
+  const std::string needle(reinterpret_cast<const char*>(row.samples.normals.data()), 400);
+  const std::size_t at = bytes.find(needle);
+  REQUIRE(at != std::string::npos);
+  bytes[at + 9] = static_cast<char>(bytes[at + 9] ^ 2);
+  write_file(store, bytes);
+  reseal(store);
+  const VerifyResult result = verify_store(store);
+  REQUIRE(result.problems.size() == 1);
+  CHECK_THAT(result.problems.front(), Catch::Contains("/normals") && Catch::Contains("Fletcher32"));
+}
+
+TEST_CASE("verify: problems are listed up to the limit") {
+  const StoreHeader header = make_header(30, 2);
+  const ScratchFolder folder;
+  const fs::path store = folder / "s.h5";
+  write_store(store, header);
+  for (hsize_t row = 0; row < 30; ++row) tamper(store, "/label", {row, 0}, std::int32_t{50});
+  CHECK(verify_store(store).problems.size() == 30);
+  CHECK(verify_store(store, 4).problems.size() == 4);
+}
+
+TEST_CASE("verify: progress ends at the number of rows") {
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", make_header(30, 2));
+  std::uint64_t last = 0;
+  const auto progress = [&](std::uint64_t done, std::uint64_t total) {
+    CHECK(total == 30);
+    CHECK(done > last);
+    last = done;
+  };
+  CHECK(verify_store(folder / "s.h5", 100, progress).ok_rows > 0);
+  CHECK(last == 30);
+}
+
+TEST_CASE("export_pointnet: ok rows only, in shards, with their lists") {
+  const StoreHeader header = make_header(50, 20);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  const StoreReader store(folder / "s.h5");
+  export_pointnet(store, folder / "out/pointnet", 8);
+  std::vector<std::uint64_t> ok;
+  for (std::uint64_t row = 0; row < 50; ++row)
+    if (store.report(row).status == Status::ok) ok.push_back(row);
+  std::string files;
+  const std::size_t shards = (ok.size() + 7) / 8;
+  for (std::size_t k = 0; k < shards; ++k) {
+    const fs::path path = folder / ("out/pointnet/ply_data_train" + std::to_string(k) + ".h5");
+    files += path.string() + "\n";
+    const std::size_t rows = std::min<std::size_t>(8, ok.size() - 8 * k);
+    std::vector<float> data(rows * 60), normal(rows * 60);
+    std::vector<std::uint8_t> label(rows);
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    const auto read = [&](const char* name, hid_t type, hsize_t size, void* values) {
+      const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
+      CHECK(H5Dget_storage_size(dataset) > 0);
+      const hid_t space = H5Dget_space(dataset);
+      CHECK(static_cast<hsize_t>(H5Sget_simple_extent_npoints(space)) == size);
+      CHECK(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+      H5Sclose(space);
+      H5Dclose(dataset);
+    };
+    read("data", H5T_NATIVE_FLOAT, rows * 60, data.data());
+    read("normal", H5T_NATIVE_FLOAT, rows * 60, normal.data());
+    read("label", H5T_NATIVE_UINT8, rows, label.data());
+    H5Fclose(file);
+    std::string ids = "[";
+    for (std::size_t i = 0; i < rows; ++i) {
+      const Row row = make_row(header, ok[8 * k + i]);
+      CHECK(std::equal(row.samples.points.begin(), row.samples.points.end(),
+                       data.begin() + static_cast<long>(60 * i)));
+      CHECK(std::equal(row.samples.normals.begin(), row.samples.normals.end(),
+                       normal.begin() + static_cast<long>(60 * i)));
+      CHECK(label[i] == (row.label < 0 ? 3 : row.label));
+      ids += (i ? ",\"" : "\"") + header.ids[ok[8 * k + i]] + "\"";
+    }
+    CHECK(read_file(folder / ("out/pointnet/ply_data_train_" + std::to_string(k) + "_id2file.json")) ==
+          ids + "]\n");
+  }
+  CHECK_FALSE(fs::exists(folder / ("out/pointnet/ply_data_train" + std::to_string(shards) + ".h5")));
+  CHECK(read_file(folder / "out/pointnet/train_files.txt") == files);
+  CHECK(read_file(folder / "out/pointnet/shape_names.txt") ==
+        "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\nunknown\n");
+}
+
+TEST_CASE("export_pointnet: more classes than the format holds, folders that cannot be made") {
+  StoreHeader header = make_header(5, 4);
+  for (int i = 0; i < 300; ++i) header.label_names.push_back("class " + std::to_string(i));
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  const StoreReader store(folder / "s.h5");
+  CHECK_THROWS_AS(export_pointnet(store, folder / "out"), RunError);
+  write_file(folder / "file", "x");
+  CHECK_THROWS_AS(export_pointnet(store, folder / "file"), RunError);
+  CHECK_THROWS_AS(export_pointnet(store, folder / "out", 0), RunError);
+}

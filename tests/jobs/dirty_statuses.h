@@ -1,0 +1,101 @@
+// What `meander run` makes of every file of shared dirty/: its status and why. 71 of the 81 are usable.
+#pragma once
+
+#include <array>
+
+#include "kernels/core/status.h"
+
+namespace meander::test {
+
+struct DirtyStatus {
+  const char* file;
+  Status status;
+  const char* why;
+};
+
+inline constexpr std::array<DirtyStatus, 81> dirty_statuses = {{
+    {"assimp_OutOfMemory.off", Status::unreadable, "announces 3.5e11 vertices in 309 bytes"},
+    {"assimp_Spider_ascii.stl", Status::ok, "56 facets name a position twice: dropped"},
+    {"assimp_Wuson.off", Status::ok, "non-manifold vertices are split"},
+    {"assimp_box_UTF16BE.obj", Status::ok, "UTF-16 with a mark is converted"},
+    {"assimp_box_longline.obj", Status::ok, "very long lines; one polygon of 466 repeated corners"},
+    {"assimp_concave_polygon.obj", Status::ok, "one concave polygon of 66 corners: ears are clipped"},
+    {"assimp_crash-30d6d0f7c529b3b66b4131700b7a4580cd7082df.ply", Status::unreadable,
+     "the header ends in the middle of a property"},
+    {"assimp_empty.off", Status::empty, "no byte at all"},
+    {"assimp_invalid.off", Status::empty, "the faces that are there have fewer than three corners"},
+    {"assimp_issue623.ply", Status::empty, "no face element"},
+    {"assimp_malformed.obj", Status::ok, "two faces name vertices that are not there: dropped"},
+    {"assimp_regr01.obj", Status::ok, "275 pieces, some joined along edges of many faces"},
+    {"assimp_sphereWithHole.stl", Status::ok, "two pinched vertices are split"},
+    {"common3d_beetle.obj", Status::ok, "47 non-manifold edges are split"},
+    {"common3d_teapot.obj", Status::ok, "403 vertices coincide: welded"},
+    {"derived_eight_badindex.off", Status::ok, "one face out of range: dropped, leaves a hole"},
+    {"derived_eight_dupfaces.off", Status::ok, "every face twice: counts twice, falls apart into triangles"},
+    {"derived_eight_far.off", Status::ok, "at 1e8 from the origin: stored about its centre"},
+    {"derived_eight_fin.off", Status::ok, "two edges of three faces are split"},
+    {"derived_eight_flipped.off", Status::ok, "reversed faces are turned round"},
+    {"derived_eight_holes.off", Status::ok, "23 holes become boundary loops"},
+    {"derived_eight_huge.off", Status::ok, "coordinates of 1e30: float32 still holds them"},
+    {"derived_eight_nan.off", Status::ok, "18 faces at NaN vertices: dropped"},
+    {"derived_eight_pinch.off", Status::ok, "two surfaces that touch in a vertex: split"},
+    {"derived_eight_soup.off", Status::ok, "unwelded triangles: welded by equal bits"},
+    {"derived_eight_truncated.off", Status::ok, "ends at 60 %: the faces that are there"},
+    {"derived_eight_twice.off", Status::ok, "two interpenetrating components"},
+    {"derived_torus_coincident.off", Status::zero_area, "all vertices at one point"},
+    {"derived_torus_collinear.off", Status::zero_area, "all vertices on one line"},
+    {"derived_torus_crlf.off", Status::ok, "CRLF, comments and leading blanks"},
+    {"derived_torus_inf.off", Status::ok, "6 faces at an infinite vertex: dropped"},
+    {"derived_torus_overcount.off", Status::ok, "promises 100 faces more than there are"},
+    {"derived_torus_single.off", Status::ok, "one triangle"},
+    {"derived_torus_stlsolid.stl", Status::ok, "binary although it begins with `solid`"},
+    {"derived_torus_tiny.off", Status::ok, "coordinates of 1e-30: worked on after scaling by a power of two"},
+    {"flower_dragon.ply", Status::ok, "pinched vertices are split"},
+    {"flower_monkey.ply", Status::ok, "two pinched vertices are split"},
+    {"gc_hourglass_ico.obj", Status::ok, "two spheres that touch in a vertex"},
+    {"gc_moebius.obj", Status::ok, "not orientable: cut open"},
+    {"gc_platonic_shelf.obj", Status::ok, "polygons of 3 to 5 corners, five components"},
+    {"meshlab_many_small_holes.ply", Status::ok, "32 boundary loops"},
+    {"meshlab_non_manif_hole.ply", Status::ok, "pinched holes"},
+    {"soup_Bicycle_D00016.obj", Status::ok, "109 non-manifold edges are split"},
+    {"soup_Bicycle_D00621.obj", Status::ok, "109 non-manifold edges are split"},
+    {"soup_Guitar_D00023.obj", Status::ok, "74 components"},
+    {"soup_Guitar_D00374.obj", Status::ok, "29 components, 11 non-manifold edges"},
+    {"soup_Helicopter_D00423.obj", Status::ok, "14 components"},
+    {"soup_Helicopter_m1313.obj", Status::ok, "60 reversed faces, 15 unusable normals"},
+    {"soup_HumanHead_D00205.obj", Status::ok, "every face twice: falls apart into triangles"},
+    {"soup_HumanHead_m351.obj", Status::ok, "19 components"},
+    {"soup_Sword_D00149.obj", Status::ok, "3 components"},
+    {"soup_Sword_m693.obj", Status::ok, "3 components"},
+    {"soup_Tree_D00367.obj", Status::ok, "12 components of long tentacles"},
+    {"soup_Tree_m1072.obj", Status::ok, "65 components, mostly leaves"},
+    {"trimesh_BoxTextured.ply", Status::ok, "24 vertices weld into 8"},
+    {"trimesh_angle_block.STL", Status::ok, "33 pinched vertices"},
+    {"trimesh_box.STL", Status::ok, "10 components of genus 21 in all"},
+    {"trimesh_capsule.obj", Status::ok, "200 degenerate faces at the poles: dropped"},
+    {"trimesh_chair_model.obj", Status::ok, "half of the faces twice: falls apart into triangles"},
+    {"trimesh_comments.off", Status::ok, "comments between and behind the numbers"},
+    {"trimesh_empty.stl", Status::empty, "a solid without a facet"},
+    {"trimesh_featuretype.STL", Status::ok, "16 boundary loops"},
+    {"trimesh_featuretype.ply", Status::ok, "3374 vertices coincide: welded"},
+    {"trimesh_fuze_ascii.ply", Status::ok, "texture coordinates per face are skipped"},
+    {"trimesh_idler_riser.STL", Status::ok, "pinched vertex, three boundary loops"},
+    {"trimesh_joined_tetrahedra.obj", Status::ok, "two tetrahedra that share a face"},
+    {"trimesh_multibody.stl", Status::ok, "several solids in one ascii file"},
+    {"trimesh_nancolor.obj", Status::ok, "NaN in vertex colours, which are not read"},
+    {"trimesh_negative_indices.obj", Status::ok, "negative vertex numbers"},
+    {"trimesh_not_convex.obj", Status::ok, "96 faces, unwelded"},
+    {"trimesh_notenoughindices.obj", Status::ok, "one of two faces has two corners: dropped"},
+    {"trimesh_obj_wireframe.obj", Status::empty, "lines only"},
+    {"trimesh_octagonal_pocket.ply", Status::ok, "pinched vertices"},
+    {"trimesh_ply_points_bin.ply", Status::empty, "points only"},
+    {"trimesh_quadknot.obj", Status::ok, "quads"},
+    {"trimesh_rabbit.obj", Status::ok, "quads and larger polygons, nine components"},
+    {"trimesh_shared.STL", Status::ok, "two bodies that share an edge"},
+    {"trimesh_soup.stl", Status::ok, "100 triangles that do not touch"},
+    {"trimesh_suzanne.ply", Status::ok, "quads, unwelded"},
+    {"trimesh_teapot.stl", Status::ok, "three components, pinched vertex"},
+    {"trimesh_wallhole.obj", Status::ok, "13 polygons with bridges to holes; 9 triangles without area"},
+}};
+
+}  // namespace meander::test

@@ -1,0 +1,332 @@
+// The program as a user runs it: kills, signals, second processes, full disks, other threads, shuffled input.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "io/store/store.h"
+#include "support/collection.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const std::string program = MEANDER_FAULT_PROGRAM;
+
+std::vector<std::string> run_command(const std::filesystem::path& input, const std::filesystem::path& store,
+                                     std::vector<std::string> more = {}) {
+  std::vector<std::string> arguments = {program, "run", input.string(), "-o", store.string(), "-n", "64"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
+  return read_file(a) == read_file(b);
+}
+
+}  // namespace
+
+TEST_CASE("run: one row per file with the expected status, exit 3, a list of failures that can be fed back") {
+  const ScratchFolder scratch;
+  const auto expected = write_collection(scratch / "in");
+  write_file(scratch / "in/notes.txt", "not a mesh");
+  const auto store = scratch / "s.h5";
+  const ProcessResult result = run_process(run_command(scratch / "in", store, {"--label-from-folder"}));
+  INFO(result.err);
+  REQUIRE(result.exit_code == 3);
+  CHECK(result.out.find(".txt 1") != std::string::npos);
+  const StoreReader reader(store);
+  REQUIRE(reader.rows() == expected.size());
+  std::uint64_t row = 0;
+  for (const auto& [id, status] : expected) {
+    INFO(id << ": " << reader.report(row).reason);
+    CHECK(reader.id(row) == id);
+    CHECK(reader.report(row).status == status);
+    CHECK(reader.report(row).reason.empty() == (status == Status::ok));
+    CHECK(reader.label_names()[static_cast<std::size_t>(reader.label(row))] == id.substr(0, id.find('/')));
+    if (status != Status::ok)
+      CHECK(result.err.find(id + ": " + std::string(name_of(status)) + ": ") != std::string::npos);
+    ++row;
+  }
+  CHECK(verify_store(store).problems.empty());
+  const ProcessResult again = run_process(
+      {program, "run", "@" + store.string() + ".failed.txt", "-o", (scratch / "f.h5").string(), "-n", "64"});
+  CHECK(again.exit_code == 3);
+  CHECK(StoreReader(scratch / "f.h5").rows() == 6);
+  // Equal content gives equal rows whatever its name.
+  const Row one = reader.read_row(*reader.find("odd/moebius.off")),
+            copy = reader.read_row(*reader.find("odd/copy_of_moebius.off"));
+  CHECK(one.samples.points == copy.samples.points);
+}
+
+TEST_CASE("run: the same bytes for other threads, memory, input order and after being stopped") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "a.h5", {"-j", "1"})).exit_code == 3);
+  REQUIRE(
+      run_process(run_command(scratch / "in", scratch / "b.h5", {"-j", "2", "--memory", "64M"})).exit_code ==
+      3);
+  CHECK(same_bytes(scratch / "a.h5", scratch / "b.h5"));
+
+  // A list in shuffled order with the same ids: paths relative to the folder.
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scratch / "in"))
+    if (entry.is_regular_file())
+      files.push_back(std::filesystem::relative(entry.path(), scratch / "in").string());
+  std::shuffle(files.begin(), files.end(), std::mt19937(7));
+  std::string list;
+  for (const std::string& file : files) list += file + "\n";
+  ProcessOptions options;
+  options.input = list;
+  options.in_child = [&] { std::filesystem::current_path(scratch / "in"); };
+  REQUIRE(run_process(run_command("-", scratch / "c.h5"), options).exit_code == 3);
+  CHECK(same_bytes(scratch / "a.h5", scratch / "c.h5"));
+}
+
+TEST_CASE("run: killed at random moments and started again, it ends with the bytes of an undisturbed run") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
+  std::mt19937 random(3);
+  int kills = 0, attempts = 0;
+  ProcessResult result;
+  do {
+    ProcessOptions options;
+    options.environment = {{"MEANDER_TEST_FAULT", "slow:25"}};
+    if (kills < 20) options.signal_after = std::chrono::milliseconds(30 + random() % 150);
+    result = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+    kills += result.signal == SIGKILL;
+    INFO(result.err);
+    REQUIRE((result.signal == SIGKILL || result.exit_code == 3));
+  } while (result.exit_code != 3 && ++attempts < 200);
+  CHECK(kills >= 3);
+  REQUIRE(result.exit_code == 3);
+  CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5.run"));
+}
+
+TEST_CASE("run: an item that crashes the process is found, told apart from its neighbours and recorded") {
+  for (const std::string kind : {"segv", "abort"}) {
+    const ScratchFolder scratch;
+    const auto expected = write_collection(scratch / "in");
+    ProcessOptions options;
+    options.environment = {{"MEANDER_TEST_FAULT", kind + ":torus/5"}};
+    const ProcessResult died = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+    REQUIRE(died.signal == (kind == "segv" ? SIGSEGV : SIGABRT));
+    const ProcessResult second = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+    INFO(second.err);
+    REQUIRE(second.exit_code == 3);
+    const StoreReader reader(scratch / "s.h5");
+    for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+      const bool crashed = reader.id(row) == "torus/5.ply";
+      CHECK(reader.report(row).status == (crashed ? Status::crashed : expected.at(reader.id(row))));
+      if (crashed) CHECK(reader.report(row).reason.find("flatten_chart") != std::string::npos);
+    }
+    // Mended: the row is done again, and the store is that of a run that never crashed.
+    REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--retry", "crashed"})).exit_code ==
+            3);
+    REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
+    CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
+  }
+}
+
+TEST_CASE("run: a polite stop exits 75, marks nothing, and the same command continues") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
+  options.signal_after = std::chrono::milliseconds(300);
+  options.send_signal = SIGTERM;
+  const ProcessResult stopped = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+  INFO(stopped.err);
+  REQUIRE(stopped.exit_code == 75);
+  CHECK(stopped.err.find("the same command continues") != std::string::npos);
+  const ProcessResult rest = run_process(run_command(scratch / "in", scratch / "s.h5"));
+  REQUIRE(rest.exit_code == 3);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
+  CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
+}
+
+TEST_CASE("run: a second process on the same store ends with 75 and disturbs nothing") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  ProcessResult first;
+  std::thread background([&] {
+    ProcessOptions options;
+    options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
+    first = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+  });
+  while (!std::filesystem::exists(scratch / "s.h5.run" / std::filesystem::path("lock")))
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const ProcessResult second = run_process(run_command(scratch / "in", scratch / "s.h5"));
+  background.join();
+  CHECK(second.exit_code == 75);
+  CHECK(first.exit_code == 3);
+  CHECK(verify_store(scratch / "s.h5").problems.empty());
+}
+
+TEST_CASE("run: a full disk ends with 75, and the run continues once there is room") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  ProcessOptions options;
+  options.in_child = [] {  // a file may not grow beyond this: the kernel's answer is that of a quota
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20000, 20000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  };
+  const ProcessResult full = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
+  INFO(full.err);
+  REQUIRE(full.exit_code == 75);
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5")).exit_code == 3);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
+  CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
+}
+
+TEST_CASE("run: a finished store is left alone, other parameters are refused, --fresh replaces it") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const auto store = scratch / "s.h5";
+  REQUIRE(run_process(run_command(scratch / "in", store)).exit_code == 3);
+  const std::string before = read_file(store);
+  CHECK(run_process(run_command(scratch / "in", store)).exit_code == 3);
+  CHECK(read_file(store) == before);
+  const ProcessResult other = run_process(run_command(scratch / "in", store, {"--seed", "2"}));
+  CHECK(other.exit_code == 2);
+  CHECK(other.err.find("other parameters") != std::string::npos);
+  CHECK(read_file(store) == before);
+  CHECK(run_process(run_command(scratch / "in", store, {"--seed", "2", "--fresh"})).exit_code == 3);
+  CHECK(read_file(store) != before);
+}
+
+TEST_CASE("run: --reuse takes the rows of equal content, and the bytes are those of a run without it") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "old.h5")).exit_code == 3);
+  write_mesh(scratch / "in/sphere/new.off", moved(icosphere(3), 2, 1, 1, 1), MeshFile::off);
+  const ProcessResult reused = run_process(run_command(
+      scratch / "in", scratch / "new.h5", {"--reuse", (scratch / "old.h5").string(), "--progress", "json"}));
+  INFO(reused.err);
+  REQUIRE(reused.exit_code == 3);
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = reused.err.find("\"reused\":true", at)) != std::string::npos; ++at) ++count;
+  CHECK(count >= 38);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
+  CHECK(same_bytes(scratch / "calm.h5", scratch / "new.h5"));
+  CHECK(run_process(run_command(scratch / "in", scratch / "x.h5",
+                                {"--reuse", (scratch / "old.h5").string(), "--seed", "9"}))
+            .exit_code == 2);
+}
+
+TEST_CASE("run: too_large is a row, and --max-failures stops early") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  write_mesh(scratch / "in/big.off", icosphere(6), MeshFile::off);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "16M"})).exit_code == 3);
+  const StoreReader reader(scratch / "s.h5");
+  CHECK(reader.report(*reader.find("big.off")).status == Status::too_large);
+  CHECK(run_process(run_command(scratch / "in", scratch / "m.h5", {"--max-failures", "2"})).exit_code == 75);
+}
+
+TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const auto says = [&](const std::vector<std::string>& more, const std::string& text) {
+    const ProcessResult result = run_process(run_command(scratch / "in", scratch / "s.h5", more));
+    INFO(result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(result.err.find(text) != std::string::npos);
+  };
+  says({"--densty", "mean"}, "--density");
+  says({"--density", "mena"}, "none of uniform");
+  says({"--sequence", "shiftd"}, "did you mean `shifted`");
+  says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
+  says({"--memory", "12Q"}, "unit");
+  says({"--retry", "broken"}, "no status");
+  says({"--locate", "first-hit", "--place", "element"}, "curve vertices");
+  CHECK(run_process({program, "rum"}).exit_code == 2);
+  CHECK(run_process({program, "run", "nowhere", "-o", "x.h5"}).exit_code == 2);
+  CHECK(run_process({program, "--help"}).exit_code == 0);
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
+}
+
+TEST_CASE("run: every option has its line in --help, and --dry-run writes nothing") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const ProcessResult help = run_process({program, "run", "--help"});
+  for (const char* option :
+       {"--samples", "--method",   "--density",        "--locate",    "--place",        "--sequence",
+        "--order",   "--curve",    "--seed",           "--normalize", "--describe",     "--label-from-folder",
+        "--threads", "--memory",   "--allow-oversize", "--timeout",   "--max-failures", "--retry",
+        "--reuse",   "--compress", "--fresh",          "--dry-run",   "--progress",     "--json",
+        "--stats"})
+    CHECK(help.out.find(option) != std::string::npos);
+  const ProcessResult dry = run_process(run_command(scratch / "in", scratch / "s.h5", {"--dry-run"}));
+  CHECK(dry.exit_code == 0);
+  CHECK(dry.out.find("sphere/0.off") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5.run"));
+}
+
+TEST_CASE("run: every method, locator, curve, sequence, order, density and frame gives a whole store") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const std::vector<std::vector<std::string>> variants = {
+      {"--method", "direct"},      {"--locate", "elements"},     {"--locate", "first-hit"},
+      {"--place", "vertex"},       {"--sequence", "stratified"}, {"--sequence", "owen"},
+      {"--sequence", "regular"},   {"--sequence", "random"},     {"--order", "curve"},
+      {"--curve", "peano"},        {"--curve", "peano-meander"}, {"--normalize", "unit-sphere"},
+      {"--normalize", "unit-box"}, {"--density", "mean"},        {"--density", "gaussian"},
+      {"--density", "max"},        {"--compress", "none"}};
+  for (const auto& variant : variants) {
+    const ProcessResult result = run_process(run_command(scratch / "in", scratch / "s.h5", [&] {
+      auto more = variant;
+      more.push_back("--fresh");
+      return more;
+    }()));
+    INFO(variant[0] << " " << variant[1] << "\n" << result.err);
+    CHECK(result.exit_code == 3);
+    const VerifyResult verified = verify_store(scratch / "s.h5");
+    CHECK(verified.problems.empty());
+    CHECK(verified.ok_rows == 38);
+  }
+}
+
+TEST_CASE("info, verify and export: a store can be looked at and taken apart") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const std::string store = (scratch / "s.h5").string();
+  REQUIRE(run_process(run_command(scratch / "in", store, {"--label-from-folder"})).exit_code == 3);
+  CHECK(run_process({program, "verify", store}).exit_code == 0);
+  const ProcessResult info = run_process({program, "info", store});
+  CHECK(info.out.find("44 models x 64 points") != std::string::npos);
+  CHECK(run_process({program, "info", store, "torus/3.ply"}).out.find("genus 1") != std::string::npos);
+  CHECK(run_process({program, "info", store, "--failed"}).out.find("broken/nan.off: non_finite: ") !=
+        std::string::npos);
+  CHECK(run_process({program, "info", store, "torus/none"}).exit_code == 2);
+  for (const std::string format : {"ply", "off", "xyz"}) {
+    REQUIRE(run_process({program, "export", store, "torus/3.ply", "--format", format, "-o",
+                         (scratch / "out").string()})
+                .exit_code == 0);
+    CHECK(std::filesystem::file_size(scratch / ("out/torus/3.ply." + format)) > 500);
+  }
+  REQUIRE(run_process({program, "export", store, "--pointnet", "-o", (scratch / "pn").string()}).exit_code ==
+          0);
+  CHECK(std::filesystem::exists(scratch / "pn/ply_data_train0.h5"));
+  REQUIRE(run_process({program, "export", store, "--picture", (scratch / "p.png").string()}).exit_code == 0);
+  CHECK(std::filesystem::file_size(scratch / "p.png") > 10000);
+  std::string bytes = read_file(store);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  write_file(store, bytes);
+  CHECK(run_process({program, "verify", store}).exit_code == 3);
+}

@@ -1,0 +1,276 @@
+#include "kernels/sample/place_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/sample/sequence.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const RandomKey test_key = make_random_key(5, {});
+
+Density uniform_density() { return {}; }
+
+// Density x + 2 at every corner (working coordinates lie in [-1, 1]).
+Density linear_density(const PreparedMesh& mesh) {
+  Density density;
+  for (const std::uint32_t v : mesh.triangles) density.corner.push_back(mesh.x[v] + 2);
+  return density;
+}
+
+CurveElements direct_elements(const PreparedMesh& mesh, const Density& density, std::uint64_t samples) {
+  ElementParameters parameters;
+  parameters.samples = samples;
+  return build_elements(mesh, density, {}, {}, test_key, parameters);
+}
+
+Samples place(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
+              std::uint64_t seed = 5) {
+  const PreparedMesh mesh = prepare_mesh(file);
+  const Density density = uniform_density();
+  parameters.samples = n;
+  ElementParameters element;
+  element.samples = n;
+  element.keep_vertices = true;
+  const RandomKey key = make_random_key(seed, {});
+  RepairCounts repairs;
+  return place_samples(file, mesh, density, build_elements(mesh, density, {}, {}, key, element), key,
+                       parameters, output_frame(mesh, parameters.normalize), repairs);
+}
+
+}  // namespace
+
+TEST_CASE("build_elements: masses of a triangle's elements sum to its mass, none is too heavy") {
+  for (const bool linear : {false, true}) {
+    const PolygonMesh file = torus(16, 9);
+    const PreparedMesh mesh = prepare_mesh(file);
+    const Density density = linear ? linear_density(mesh) : uniform_density();
+    const std::vector<double> masses = triangle_masses(mesh, density);
+    const double total = std::accumulate(masses.begin(), masses.end(), 0.0);
+    const std::uint64_t samples = 1000;
+    const CurveElements elements = direct_elements(mesh, density, samples);
+    CHECK(elements.total() == Approx(total).epsilon(1e-13));
+    std::vector<double> sum(mesh.triangle_count(), 0.0);
+    for (std::size_t i = 0; i < elements.count(); ++i) {
+      const double mass = elements.cumulative[i + 1] - elements.cumulative[i];
+      REQUIRE(mass <= total / (4.0 * samples) * (1 + 1e-9));
+      sum[elements.triangle[i]] += mass;
+    }
+    for (std::size_t t = 0; t < sum.size(); ++t) REQUIRE(sum[t] == Approx(masses[t]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("build_elements: hints ask for more elements and never change the mass") {
+  const PreparedMesh mesh = prepare_mesh(icosphere(1));
+  const std::vector<std::uint32_t> hits(mesh.triangle_count(), 37);
+  ElementParameters parameters;
+  parameters.samples = 1;
+  const CurveElements elements = build_elements(mesh, {}, {}, {hits, {}}, test_key, parameters);
+  CHECK(elements.count() == 64 * mesh.triangle_count());
+  CHECK(elements.total() == Approx(mesh.total_area).epsilon(1e-13));
+}
+
+TEST_CASE("piece_of: the pieces of one depth tile the triangle") {
+  const Vector3 a{0, 0, 0}, b{3, 0, 0}, c{0, 1, 0};
+  for (int depth = 0; depth < 7; ++depth) {
+    double area = 0;
+    for (std::uint32_t path = 1u << depth; path < 2u << depth; ++path) {
+      const Piece p = piece_of(a, b, c, path);
+      const double twice =
+          (p.b1[1] - p.b1[0]) * (p.b2[2] - p.b2[0]) - (p.b1[2] - p.b1[0]) * (p.b2[1] - p.b2[0]);
+      CHECK(std::abs(twice) == std::ldexp(1.0, -depth));
+      area += std::abs(twice);
+    }
+    CHECK(area == 1.0);
+  }
+}
+
+TEST_CASE("sample_sequence: stratified sets have one position in every stratum, shifted ones one shift") {
+  for (const std::uint32_t n : {1u, 7u, 256u, 1000u}) {
+    const auto stratified = sample_sequence(SequenceKind::stratified, n, 0.25, test_key);
+    for (std::uint32_t i = 0; i < n; ++i) REQUIRE(std::floor(stratified[i] * n) == i);
+    const auto regular = sample_sequence(SequenceKind::regular, n, 0.25, test_key);
+    const auto systematic = sample_sequence(SequenceKind::shifted, n, 0, test_key);
+    for (std::uint32_t i = 1; i < n; ++i) {
+      REQUIRE(regular[i] - regular[i - 1] == Approx(1.0 / n));
+      REQUIRE(systematic[i] - systematic[i - 1] == Approx(1.0 / n));
+    }
+    for (const SequenceKind kind : {SequenceKind::shifted, SequenceKind::owen, SequenceKind::random}) {
+      const auto t = sample_sequence(kind, n, 0.25, test_key);
+      REQUIRE(std::is_sorted(t.begin(), t.end()));
+      REQUIRE(t.front() >= 0);
+      REQUIRE(t.back() < 1);
+    }
+  }
+}
+
+TEST_CASE("sample_sequence: every position is uniform over seeds") {
+  // 4000 seeds of 3 positions: the mean of each sorted set is 1/2, and the share below 0.1 is 0.1 (4 sigma).
+  for (const SequenceKind kind :
+       {SequenceKind::shifted, SequenceKind::stratified, SequenceKind::owen, SequenceKind::random}) {
+    double sum = 0, low = 0;
+    for (std::uint64_t seed = 0; seed < 4000; ++seed)
+      for (const double t : sample_sequence(kind, 3, 0.25, make_random_key(seed, {}))) {
+        sum += t / 12000;
+        low += (t < 0.1) / 12000.0;
+      }
+    CHECK(sum == Approx(0.5).margin(4 * 0.2887 / std::sqrt(12000.0)));
+    CHECK(low == Approx(0.1).margin(4 * 0.3 / std::sqrt(12000.0)));
+  }
+}
+
+TEST_CASE("sample_sequence: owen points fill every binary interval and extend") {
+  const SampleSequence small = make_sequence(SequenceKind::owen, 64, 0, test_key),
+                       large = make_sequence(SequenceKind::owen, 256, 0, test_key);
+  for (std::uint32_t i = 0; i < 64; ++i) REQUIRE(std::floor(small.position[i] * 64) == i);
+  for (std::uint32_t i = 0; i < 64; ++i)
+    REQUIRE(small.position[small.rank_of_index[i]] == large.position[large.rank_of_index[i]]);
+}
+
+TEST_CASE("progressive_order: a permutation whose prefixes are spread along the curve") {
+  for (const std::uint32_t n : {1u, 2u, 3u, 5u, 7u, 8u, 100u, 256u, 1000u, 3000u}) {
+    const auto order = progressive_order(n, test_key);
+    std::vector<std::uint32_t> sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    for (std::uint32_t i = 0; i < n; ++i) REQUIRE(sorted[i] == i);
+    for (std::uint32_t k = 1; k <= n; k *= 2) {  // prefixes of 2^k: one in every block [b n/k, (b+1) n/k)
+      std::vector<int> hits(k, 0);
+      for (std::uint32_t i = 0; i < k; ++i) {
+        std::uint32_t block = 0;
+        while ((std::uint64_t{block} + 1) * n / k <= order[i]) ++block;
+        ++hits[block];
+      }
+      for (const int h : hits) REQUIRE(h == 1);
+    }
+  }
+}
+
+TEST_CASE("progressive_order: a power of two gives bit reversal under a mask") {
+  const auto order = progressive_order(16, test_key);
+  const std::uint32_t mask = order[0];
+  for (std::uint32_t i = 0; i < 16; ++i) {
+    const std::uint32_t reversed = (i & 1) << 3 | (i & 2) << 1 | (i & 4) >> 1 | (i & 8) >> 3;
+    CHECK(order[i] == (reversed ^ mask));
+  }
+}
+
+TEST_CASE("place_samples: exactly n distinct points on their polygons, for every sequence, order and place") {
+  const PolygonMesh file = cube();
+  for (const std::uint32_t n : {1u, 7u, 256u, 5000u})
+    for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::stratified, SequenceKind::owen,
+                                        SequenceKind::regular, SequenceKind::random})
+      for (const OrderKind order : {OrderKind::progressive, OrderKind::curve})
+        for (const PlaceKind where : {PlaceKind::element, PlaceKind::vertex}) {
+          PlaceParameters parameters;
+          parameters.sequence = sequence;
+          parameters.order = order;
+          parameters.place = where;
+          const Samples s = place(file, n, parameters);
+          std::set<std::array<float, 3>> distinct;
+          std::vector<std::uint32_t> ranks = s.curve_rank;
+          std::sort(ranks.begin(), ranks.end());
+          for (std::uint32_t i = 0; i < n; ++i) {
+            REQUIRE(ranks[i] == i);
+            const std::array<float, 3> p = {s.points[3 * i], s.points[3 * i + 1], s.points[3 * i + 2]};
+            distinct.insert(p);
+            const double b1 = s.barycentric[2 * i], b2 = s.barycentric[2 * i + 1], b0 = 1 - b1 - b2;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              const auto& c = axis == 0 ? file.x : axis == 1 ? file.y : file.z;
+              REQUIRE(p[axis] == Approx(b0 * c[s.corners[3 * i]] + b1 * c[s.corners[3 * i + 1]] +
+                                        b2 * c[s.corners[3 * i + 2]])
+                                     .margin(1e-6));
+            }
+            // The normal of face f of the cube is along one axis, and the point lies in that plane.
+            const double height =
+                s.normals[3 * i] * p[0] + s.normals[3 * i + 1] * p[1] + s.normals[3 * i + 2] * p[2];
+            REQUIRE(height == Approx(1).margin(1e-6));
+            REQUIRE(s.face[i] < 6);
+          }
+          REQUIRE(distinct.size() == n);
+        }
+}
+
+TEST_CASE("place_samples: counts per face follow area") {
+  // A closed box whose faces have areas 1, 2, 2 (x 4): n x share +- 1 for a stratified sequence along the
+  // curve is not exact per face, but the error of each face is far below random: sqrt(n p (1 - p)) = 20 here.
+  PolygonMesh box = cube();
+  for (double& x : box.x) x *= 2;
+  const std::uint32_t n = 2000;
+  const Samples s = place(box, n);
+  std::array<int, 6> counts{};
+  for (const std::uint32_t f : s.face) ++counts[f];
+  const double total = 2 * 4 + 4 * 8;
+  const double share[6] = {8 / total, 8 / total, 8 / total, 4 / total, 8 / total, 4 / total};
+  for (std::size_t f = 0; f < 6; ++f) CHECK(counts[f] == Approx(n * share[f]).margin(12));
+}
+
+TEST_CASE("place_samples: repeated points are redrawn until float32 cannot tell them apart") {
+  // Float32 holds few points on a triangle of 4 ulps: 200 distinct ones are impossible, the rest is counted.
+  const double ulp = 0x1p-23;
+  PolygonMesh sliver = polygon_mesh({1, 0, 0, 1 + 4 * ulp, 0, 0, 1, 4 * ulp, 0}, {{0, 1, 2}});
+  const PreparedMesh mesh = prepare_mesh(sliver);
+  PlaceParameters parameters;
+  parameters.samples = 200;
+  RepairCounts repairs;
+  // Without a moved frame the stored x takes 5 values and y many: distinct points exist; x only: they do not.
+  OutputFrame frame;
+  frame.loc = {0, 0, 0};
+  const Samples s =
+      place_samples(sliver, mesh, {}, direct_elements(mesh, {}, 200), test_key, parameters, frame, repairs);
+  std::set<std::array<float, 3>> distinct;
+  for (std::size_t i = 0; i < 200; ++i)
+    distinct.insert({s.points[3 * i], s.points[3 * i + 1], s.points[3 * i + 2]});
+  CHECK(distinct.size() + repairs[Repair::coincident_points] == 200);
+  frame.scale = 1e44;  // a handful of denormal values is left
+  RepairCounts collapsed;
+  place_samples(sliver, mesh, {}, direct_elements(mesh, {}, 200), test_key, parameters, frame, collapsed);
+  CHECK(collapsed[Repair::coincident_points] > 0);
+}
+
+TEST_CASE(
+    "output_frame: far meshes are stored about their centre, normalisation is undone by loc and scale") {
+  const PreparedMesh near = prepare_mesh(icosphere(1)), far = prepare_mesh(moved(icosphere(1), 1, 1e5, 0, 0));
+  CHECK(output_frame(near, NormalizeKind::none).loc.x == 0);
+  CHECK(output_frame(far, NormalizeKind::none).loc.x == Approx(1e5));
+  const PolygonMesh file = moved(icosphere(2), 3, 10, 20, 30);
+  for (const NormalizeKind kind : {NormalizeKind::unit_sphere, NormalizeKind::unit_box}) {
+    PlaceParameters parameters;
+    parameters.normalize = kind;
+    const Samples s = place(file, 500, parameters);
+    double radius = 0, box = 0;
+    for (std::size_t i = 0; i < 500; ++i) {
+      const double x = s.points[3 * i], y = s.points[3 * i + 1], z = s.points[3 * i + 2];
+      radius = std::max(radius, std::sqrt(x * x + y * y + z * z));
+      box = std::max({box, std::abs(x), std::abs(y), std::abs(z)});
+    }
+    if (kind == NormalizeKind::unit_sphere) CHECK(radius == Approx(1).margin(0.05));
+    if (kind == NormalizeKind::unit_box) CHECK(box == Approx(0.5).margin(0.02));
+  }
+}
+
+TEST_CASE("place_samples: normals of the file are interpolated, useless ones replaced") {
+  PolygonMesh file = icosphere(2);
+  for (std::size_t v = 0; v < file.x.size(); ++v)
+    file.normals.insert(file.normals.end(), {static_cast<float>(file.x[v]), static_cast<float>(file.y[v]),
+                                             static_cast<float>(file.z[v])});
+  const Samples s = place(file, 300);
+  for (std::size_t i = 0; i < 300; ++i) {
+    const double r = std::hypot(s.points[3 * i], s.points[3 * i + 1], s.points[3 * i + 2]);
+    for (std::size_t k = 0; k < 3; ++k)
+      REQUIRE(s.normals[3 * i + k] == Approx(s.points[3 * i + k] / r).margin(0.02));
+  }
+  std::fill(file.normals.begin(), file.normals.end(), 0.0f);
+  const Samples geometric = place(file, 10);
+  for (std::size_t i = 0; i < 10; ++i)
+    CHECK(std::hypot(geometric.normals[3 * i], geometric.normals[3 * i + 1], geometric.normals[3 * i + 2]) ==
+          Approx(1).epsilon(1e-6));
+}

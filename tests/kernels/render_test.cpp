@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "kernels/render/bitmap_font.h"
+#include "kernels/render/contact_sheet.h"
+#include "kernels/render/splat_picture.h"
+
+using namespace meander;
+
+namespace {
+
+struct Cloud {
+  std::vector<float> points, normals;
+  void add(double x, double y, double z, double nx, double ny, double nz) {
+    for (const double v : {x, y, z}) points.push_back(static_cast<float>(v));
+    for (const double v : {nx, ny, nz}) normals.push_back(static_cast<float>(v));
+  }
+};
+
+// Spherical Fibonacci points with their outward normals.
+Cloud sphere(int count) {
+  Cloud cloud;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z), a = 2.399963229728653 * i;
+    cloud.add(r * std::cos(a), r * std::sin(a), z, r * std::cos(a), r * std::sin(a), z);
+  }
+  return cloud;
+}
+
+bool white(const RgbImage& image, std::uint32_t x, std::uint32_t y) {
+  const std::uint8_t* p = image.pixel(x, y);
+  return p[0] == 255 && p[1] == 255 && p[2] == 255;
+}
+
+std::size_t painted(const RgbImage& image) {
+  std::size_t count = 0;
+  for (std::uint32_t y = 0; y < image.height; ++y)
+    for (std::uint32_t x = 0; x < image.width; ++x) count += white(image, x, y) ? 0 : 1;
+  return count;
+}
+
+constexpr double sphere_area = 12.566370614359172;
+
+}  // namespace
+
+TEST_CASE("splat_picture: a dense sphere covers a disk of the right size") {
+  const Cloud cloud = sphere(20000);
+  SplatParameters parameters;
+  parameters.size = 200;
+  const RgbImage image = splat_picture(cloud.points, cloud.normals, sphere_area, parameters);
+  REQUIRE(image.width == 200);
+  REQUIRE(image.pixels.size() == 200 * 200 * 3);
+  // The sphere with discs of radius sqrt(4 pi / 20000) = 0.025 on its contour fills 0.92 x 200 pixels.
+  const double most = 3.14159 * 92 * 92, least = 3.14159 * 89 * 89;
+  CHECK(painted(image) > least);
+  CHECK(painted(image) < 1.02 * most);  // pixels that are painted in part
+  CHECK_FALSE(white(image, 100, 100));
+  CHECK(white(image, 3, 3));
+}
+
+TEST_CASE("splat_picture: the nearer surface hides the farther one") {
+  // A square towards the eye in front of one that faces sideways: the picture of both is that of the first.
+  SplatParameters parameters;
+  parameters.size = 100;
+  parameters.view = {0, 0, 1};
+  Cloud front, both;
+  for (int j = 0; j < 60; ++j)
+    for (int i = 0; i < 60; ++i) front.add(i / 59.0, j / 59.0, 1, 0, 0, 1);
+  both = front;
+  for (int j = 1; j < 30; ++j)
+    for (int i = 1; i < 30; ++i) both.add(i / 30.0, j / 30.0, 0.9, 1, 0, 0.1);
+  const RgbImage a = splat_picture(front.points, front.normals, 1, parameters);
+  const RgbImage b = splat_picture(both.points, both.normals, 1.2, parameters);
+  // Colours differ by the depth range; where something is painted does not, and the middle is one flat
+  // colour.
+  CHECK(painted(b) == Approx(static_cast<double>(painted(a))).epsilon(0.02));
+  // The same shade left and right of the middle as at it: nothing of the other square shines through.
+  const int shade = b.pixel(50, 50)[0];
+  for (std::uint32_t x = 40; x < 60; ++x) CHECK(std::abs(b.pixel(x, 50)[0] - shade) < 40);
+}
+
+TEST_CASE("splat_picture: normals that point inwards look the same") {
+  const Cloud cloud = sphere(500);
+  std::vector<float> inward = cloud.normals;
+  for (float& n : inward) n = -n;
+  CHECK(splat_picture(cloud.points, cloud.normals, sphere_area).pixels ==
+        splat_picture(cloud.points, inward, sphere_area).pixels);
+}
+
+TEST_CASE("splat_picture: scale and place of the model do not matter") {
+  const Cloud cloud = sphere(400);
+  // A power of two scales float32 coordinates exactly.
+  std::vector<float> large = cloud.points;
+  for (float& p : large) p *= 1048576;
+  CHECK(splat_picture(cloud.points, cloud.normals, sphere_area).pixels ==
+        splat_picture(large, cloud.normals, sphere_area * 0x1p40).pixels);
+}
+
+TEST_CASE("splat_picture: empty, one point, not finite") {
+  SplatParameters parameters;
+  parameters.size = 40;
+  const RgbImage none = splat_picture({}, {}, 0, parameters);
+  CHECK(painted(none) == 0);
+  CHECK(none.pixels.size() == 40 * 40 * 3);
+  Cloud one;
+  one.add(5, 6, 7, 0, 0, 0);
+  CHECK_FALSE(white(splat_picture(one.points, one.normals, 0, parameters), 20, 20));
+  Cloud bad;
+  bad.add(std::numeric_limits<double>::quiet_NaN(), 0, 0, 0, 0, 1);
+  CHECK(painted(splat_picture(bad.points, bad.normals, 1, parameters)) == 0);
+  bad.add(0, 0, 0, std::numeric_limits<double>::quiet_NaN(), 0, 1);
+  CHECK(painted(splat_picture(bad.points, bad.normals, 1, parameters)) > 0);
+}
+
+TEST_CASE("bitmap_font: widths and shortening") {
+  CHECK(text_width("") == 0);
+  CHECK(text_width("a") == 5);
+  CHECK(text_width("ab") == 11);
+  CHECK(text_width("\xC3\xA4") == 5);  // one character of two bytes
+  CHECK(shortened_text("bunny.off", 1000) == "bunny.off");
+  CHECK(shortened_text("abcdefghij", 10 * 6 - 1) == "abcdefghij");
+  CHECK(shortened_text("abcdefghij", 8 * 6 - 1) == "abc..hij");
+  CHECK(shortened_text("abcdefghij", 7) == ".");
+  CHECK(shortened_text("abcdefghij", 0).empty());
+  CHECK(shortened_text("\xC3\xA4\xC3\xB6\xC3\xBC\xC3\xA9\xC3\xA8", 4 * 6) == "\xC3\xA4..\xC3\xA8");
+}
+
+TEST_CASE("bitmap_font: every printable character has its own glyph") {
+  std::vector<std::vector<std::uint8_t>> seen;
+  for (char c = 32; c < 127; ++c) {
+    RgbImage image(glyph_width, glyph_height);
+    draw_text(image, std::string(1, c), 0, 0, 1, 0);
+    CHECK((painted(image) == 0) == (c == ' '));
+    CHECK(std::find(seen.begin(), seen.end(), image.pixels) == seen.end());
+    seen.push_back(image.pixels);
+  }
+}
+
+TEST_CASE("bitmap_font: letters at the border are cut off") {
+  RgbImage image(12, 9);
+  draw_text(image, "MMM", -3, -2, 2, 10);
+  draw_text(image, "MMM", 8, 6, 2, 10);
+  CHECK(painted(image) > 0);
+  CHECK(image.pixels.size() == 12 * 9 * 3);
+}
+
+TEST_CASE("contact_sheet: lays out cells and labels") {
+  const Cloud cloud = sphere(300);
+  SheetParameters parameters;
+  parameters.splat.size = 64;
+  parameters.gap = 8;
+  std::vector<SheetModel> models(5, SheetModel{cloud.points, cloud.normals, sphere_area, "x"});
+  models[4].label = "a very long name that cannot fit";
+  const RgbImage sheet = contact_sheet(models, parameters);
+  // Five models: three columns, two rows; a label takes 14 + 6 pixels.
+  CHECK(sheet.width == 8 + 3 * 72);
+  CHECK(sheet.height == 8 + 2 * (64 + 20 + 8));
+  for (std::uint32_t i = 0; i < 6; ++i)
+    CHECK(white(sheet, 8 + i % 3 * 72 + 32, 8 + i / 3 * 92 + 32) == (i == 5));
+  for (std::uint32_t x = 0; x < sheet.width; ++x) CHECK(white(sheet, x, 0));
+  CHECK(contact_sheet(models, parameters).pixels == sheet.pixels);
+  CHECK(painted(contact_sheet({}, parameters)) == 0);
+}

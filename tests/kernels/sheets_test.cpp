@@ -1,0 +1,67 @@
+#include "kernels/locate/sheets.h"
+
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "kernels/mesh/prepared_mesh.h"
+
+using namespace meander;
+
+namespace {
+
+// A strip of n triangles, each the neighbour of the next.
+std::vector<std::uint32_t> strip(std::uint32_t n) {
+  std::vector<std::uint32_t> opposite(3 * n, no_index);
+  for (std::uint32_t t = 0; t + 1 < n; ++t) {
+    opposite[3 * t + 1] = 3 * (t + 1);
+    opposite[3 * (t + 1)] = 3 * t + 1;
+  }
+  return opposite;
+}
+
+}  // namespace
+
+TEST_CASE("separate_sheets: without conflicts everything is sheet 0") {
+  const std::vector<double> mass(10, 1.0);
+  CHECK(separate_sheets(strip(10), mass, {}, {}) == std::vector<std::uint8_t>(10, 0));
+  CHECK(separate_sheets({}, {}, {}, {}).empty());
+}
+
+TEST_CASE("separate_sheets: an overlapping end moves as a whole, the lighter one") {
+  // triangles 0..2 lie over 7..9; 3..6 are free
+  std::vector<double> mass(10, 1.0);
+  mass[8] = 2;
+  const std::vector<Conflict> conflicts = {{0, 9}, {1, 8}, {2, 7}, {1, 8}, {0, 8}};
+  CHECK(separate_sheets(strip(10), mass, conflicts, {}) ==
+        std::vector<std::uint8_t>{1, 1, 1, 0, 0, 0, 0, 0, 0, 0});
+  SheetParameters heavy;
+  heavy.min_mass = 3;  // the end weighs just 3
+  CHECK(separate_sheets(strip(10), mass, conflicts, heavy) == std::vector<std::uint8_t>(10, 0));
+}
+
+TEST_CASE("separate_sheets: a coil of k turns takes k sheets, and no more than are allowed") {
+  constexpr std::uint32_t turn = 6;
+  for (const std::uint32_t turns : {2u, 3u, 16u, 20u}) {
+    const std::uint32_t n = turn * turns;
+    std::vector<Conflict> conflicts;
+    for (std::uint32_t a = 0; a < n; ++a)
+      for (std::uint32_t b = a + turn; b < n; b += turn) conflicts.push_back({a, b});
+    const std::vector<double> mass(n, 1.0);
+    const std::vector<std::uint8_t> sheet = separate_sheets(strip(n), mass, conflicts, {});
+    for (std::uint32_t t = 0; t < n; ++t) CHECK(sheet[t] == (t / turn < 16 ? t / turn : 0));
+    SheetParameters three;
+    three.max_sheets = 3;
+    const std::vector<std::uint8_t> few = separate_sheets(strip(n), mass, conflicts, three);
+    for (std::uint32_t t = 0; t < n; ++t) CHECK(few[t] == (t / turn < 3 ? t / turn : 0));
+  }
+}
+
+TEST_CASE("separate_sheets: regions that do not conflict share a sheet") {
+  // two overlaps far from each other: 0 over 2, and 10 over 12
+  std::vector<double> mass(13, 1.0);
+  mass[2] = mass[12] = 5;
+  const std::vector<std::uint8_t> sheet = separate_sheets(strip(13), mass, {{0, 2}, {10, 12}}, {});
+  std::vector<std::uint8_t> expected(13, 0);
+  expected[0] = expected[10] = 1;
+  CHECK(sheet == expected);
+}

@@ -1,0 +1,276 @@
+// The graph on items made in memory, with failures put into every node (the traps of flow graphs: lost
+// messages, holes, re-entered bodies, exceptions that cancel everything, books that do not balance).
+#include "pipeline/sampling_graph.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "kernels/core/parallel.h"
+
+using namespace meander;
+
+namespace {
+
+constexpr std::uint32_t points = 4;
+
+struct MemorySink : RowSink {
+  std::map<std::uint64_t, Row> rows;
+  std::uint64_t begun = 0;
+  const StoreHeader* header = nullptr;
+  std::uint64_t fail_after = ~std::uint64_t{0};
+  std::atomic<int> inside{0};
+
+  void begin(std::uint64_t) override { ++begun; }
+  void write(const EncodedRow& row) override {
+    REQUIRE(inside.fetch_add(1) == 0);  // the writer is serial
+    if (rows.size() >= fail_after) {
+      --inside;
+      throw RunError(RunError::Kind::stopped, "no space left");
+    }
+    REQUIRE(rows.emplace(row.row, decode_row(*header, row)).second);
+    --inside;
+  }
+};
+
+struct Setup {
+  std::vector<PlanItem> plan;
+  StoreHeader header;
+  GraphParameters parameters;
+  MemorySink sink;
+  std::atomic<bool> cancelled{false};
+  std::vector<NodeStatistics> statistics;
+
+  explicit Setup(std::size_t items, int threads = 2) {
+    header.samples = points;
+    for (std::size_t i = 0; i < items; ++i) {
+      PlanItem item;
+      item.row = i;
+      item.id = "item" + std::to_string(1000000 + i);
+      item.reserved_bytes = 1 + i % 7;
+      plan.push_back(item);
+      header.ids.push_back(item.id);
+      header.labels.push_back(-1);
+    }
+    parameters.threads = threads;
+    parameters.memory_bytes = 20;
+    set_samples(parameters.sample, points);
+    sink.header = &header;
+  }
+  GraphResult run(const GraphStages& stages, const std::function<void(const FinishedItem&)>& observer = {}) {
+    return run_sampling_graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
+  }
+};
+
+void make_points(GraphItem& item) {
+  Samples& s = item.model.row.samples;
+  s.points.assign(3 * points, static_cast<float>(item.plan->row));
+  s.normals.assign(3 * points, 1);
+  s.face.assign(points, 0);
+  s.corners.assign(3 * points, 0);
+  s.barycentric.assign(2 * points, 0);
+  s.curve_rank = {0, 1, 2, 3};
+  s.density.assign(points, 1);
+  item.model.row.report.status = Status::ok;
+}
+
+GraphStage idle(std::string_view name) {
+  return {name, [](GraphItem&) {}};
+}
+GraphStages three_stages(std::function<void(GraphItem&)> middle) {
+  return {idle("read_mesh"), {"flatten_chart", std::move(middle)}, {"place_samples", make_points}};
+}
+
+}  // namespace
+
+TEST_CASE("sampling graph: 20,000 items, 6 % failing, nested isolated loops: all come out once") {
+  Setup setup(20000);
+  const auto stages = three_stages([](GraphItem& item) {
+    std::vector<double> values(item.plan->row % 50 == 0 ? 2 * parallel_threshold : 16, 1.0);
+    if (blocked_sum(values) != static_cast<double>(values.size())) throw std::logic_error("sum");
+    if (item.plan->row % 17 == 3) throw ItemError(Status::non_finite, "made to fail");
+  });
+  const GraphResult result = setup.run(stages);
+  CHECK(result.taken == 20000);
+  CHECK(result.written == 20000);
+  CHECK(result.dropped == 0);
+  CHECK_FALSE(result.stopped);
+  CHECK(result.peak_reserved_bytes <= 20);
+  CHECK(setup.sink.begun == 20000);
+  std::uint64_t failed = 0;
+  for (const auto& [row, content] : setup.sink.rows) {
+    failed += content.report.status != Status::ok;
+    REQUIRE((content.report.status == Status::non_finite) == (row % 17 == 3));
+    if (content.report.status == Status::ok) REQUIRE(content.samples.points[0] == static_cast<float>(row));
+  }
+  CHECK(failed == result.failed);
+}
+
+TEST_CASE("sampling graph: every kind of exception in every node becomes that item's status") {
+  for (std::size_t node = 0; node < 3; ++node)
+    for (int kind = 0; kind < 4; ++kind) {
+      Setup setup(60);
+      GraphStages stages = three_stages([](GraphItem&) {});
+      auto body = stages[node].body;
+      stages[node].body = [body, kind](GraphItem& item) {
+        body(item);
+        if (item.plan->row != 30) return;
+        if (kind == 0) throw ItemError(Status::zero_area, "flat");
+        if (kind == 1) throw std::bad_alloc();
+        if (kind == 2) throw std::runtime_error("surprise");
+        throw 42;
+      };
+      std::vector<std::string> told;
+      const GraphResult result = setup.run(stages, [&](const FinishedItem& item) {
+        if (item.report.status != Status::ok)
+          told.push_back(item.plan.id + " in " + std::string(item.failed_in));
+      });
+      CHECK(result.written == 60);
+      CHECK(result.failed == 1);
+      const Status expected[] = {Status::zero_area, Status::out_of_memory, Status::internal,
+                                 Status::internal};
+      CHECK(setup.sink.rows.at(30).report.status == expected[kind]);
+      CHECK_FALSE(setup.sink.rows.at(30).report.reason.empty());
+      CHECK(setup.sink.rows.at(31).report.status == Status::ok);
+      REQUIRE(told.size() == 1);
+      CHECK(told[0] == setup.plan[30].id + " in " + std::string(stages[node].name));
+    }
+}
+
+TEST_CASE("sampling graph: a failed item skips the remaining stages") {
+  Setup setup(10);
+  std::atomic<int> reached{0};
+  GraphStages stages = {{"read_mesh", [](GraphItem&) { throw ItemError(Status::empty, "nothing"); }},
+                        {"place_samples", [&](GraphItem&) { ++reached; }}};
+  setup.run(stages);
+  CHECK(reached == 0);
+  CHECK(setup.sink.rows.size() == 10);
+}
+
+TEST_CASE("sampling graph: a node body is never entered again by a thread that waits inside it") {
+  Setup setup(300);
+  std::atomic<int> deepest{0};
+  const auto stages = three_stages([&](GraphItem&) {
+    thread_local int depth = 0;
+    ++depth;
+    int seen = deepest.load();
+    while (depth > seen && !deepest.compare_exchange_weak(seen, depth)) {
+    }
+    parallel_blocks(4 * parallel_threshold, 512, [](std::size_t begin, std::size_t end) {
+      volatile double sum = 0;
+      for (std::size_t i = begin; i < end; ++i) sum = sum + 1;
+    });
+    --depth;
+  });
+  setup.run(stages);
+  CHECK(deepest == 1);
+}
+
+TEST_CASE("sampling graph: cancelled from outside it drops what is in flight, and its books balance") {
+  Setup setup(500);
+  const auto stages = three_stages([&](GraphItem& item) {
+    if (item.plan->row == 3) setup.cancelled = true;
+    item.model.cancel.check();
+  });
+  const GraphResult result = setup.run(stages);
+  CHECK(result.stopped);
+  CHECK(result.written < 500);
+  CHECK(result.taken == result.written + result.dropped);
+  CHECK(setup.sink.rows.size() == result.written);
+}
+
+TEST_CASE("sampling graph: a sink that fails ends the run with its exception, nothing is lost before") {
+  Setup setup(200);
+  setup.sink.fail_after = 50;
+  CHECK_THROWS_AS(setup.run(three_stages([](GraphItem&) {})), RunError);
+  CHECK(setup.sink.rows.size() == 50);
+  setup.sink.fail_after = ~std::uint64_t{0};  // space again: the rest goes on
+  std::vector<PlanItem> rest;
+  for (const PlanItem& item : setup.plan)
+    if (!setup.sink.rows.contains(item.row)) rest.push_back(item);
+  setup.plan = rest;
+  setup.cancelled = false;
+  setup.run(three_stages([](GraphItem&) {}));
+  CHECK(setup.sink.rows.size() == 200);
+}
+
+TEST_CASE("sampling graph: it stops once too many items failed") {
+  Setup setup(1000);
+  setup.parameters.max_failures = 10;
+  const GraphResult result =
+      setup.run(three_stages([](GraphItem&) { throw ItemError(Status::empty, "nothing"); }));
+  CHECK(result.stopped);
+  CHECK(result.failed > 10);
+  CHECK(result.failed < 100);
+}
+
+TEST_CASE("sampling graph: a file larger than reserved goes back to the queue with what it needs") {
+  Setup setup(40);
+  const auto need = [](GraphItem& item) {
+    const std::uint64_t bytes = 2 + item.plan->row % 19;
+    if (item.reserved_bytes < bytes) throw NeedsMoreMemory(bytes);
+  };
+  GraphStages stages = {{"read_mesh", need}, {"place_samples", make_points}};
+  const GraphResult result = setup.run(stages);
+  CHECK(result.written == 40);
+  CHECK(result.requeued > 10);
+  CHECK(result.failed == 0);
+  CHECK(result.peak_reserved_bytes <= 20);
+}
+
+TEST_CASE(
+    "sampling graph: an item that needs more than the budget is too_large, and runs alone when allowed") {
+  for (const bool allowed : {false, true}) {
+    Setup setup(20);
+    setup.plan[5].reserved_bytes = 100;
+    setup.parameters.allow_oversize = allowed;
+    std::atomic<int> running{0}, beside{0};
+    const auto stages = three_stages([&](GraphItem& item) {
+      const int others = running.fetch_add(1);
+      if (item.plan->row == 5) beside = others;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      --running;
+    });
+    const GraphResult result = setup.run(stages);
+    CHECK(result.written == 20);
+    CHECK(setup.sink.rows.at(5).report.status == (allowed ? Status::ok : Status::too_large));
+    CHECK(beside == 0);
+  }
+}
+
+TEST_CASE("sampling graph: the deadline of one model is not that of the others") {
+  Setup setup(12);
+  setup.parameters.timeout_seconds = 0.05;
+  const auto stages = three_stages([](GraphItem& item) {
+    if (item.plan->row != 4) return;
+    for (int i = 0; i < 2000; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      item.model.cancel.check();
+    }
+  });
+  setup.run(stages);
+  CHECK(setup.sink.rows.at(4).report.status == Status::timeout);
+  CHECK(setup.sink.rows.at(5).report.status == Status::ok);
+}
+
+TEST_CASE("sampling graph: statistics count every node") {
+  Setup setup(25, 1);
+  setup.run(three_stages([](GraphItem&) {}));
+  REQUIRE(setup.statistics.size() == 6);
+  CHECK(setup.statistics[1].name == "read_mesh");
+  CHECK(setup.statistics[1].items == 25);
+  CHECK(setup.statistics[4].name == "encode_row");
+  CHECK(setup.statistics[4].bytes > 0);
+  CHECK(setup.statistics[5].items == 25);
+}
+
+TEST_CASE("sampling graph: an empty plan ends at once") {
+  Setup setup(0);
+  const GraphResult result = setup.run(three_stages([](GraphItem&) {}));
+  CHECK(result.written == 0);
+  CHECK_FALSE(result.stopped);
+}
