@@ -18,6 +18,7 @@ class ItemBlock {
 
   std::string id(std::uint64_t row) const { return text(Role::id, row); }
   std::int32_t label(std::uint64_t row) const;
+  bool is_ok(std::uint64_t row) const;
   // Throws RunError(unusable) when status or method is not on this program's list.
   ItemReport report(std::uint64_t row) const;
 

@@ -195,9 +195,7 @@ struct RunDirectory::State {
     try {
       const StoreFileReader reader(shard_path(shard));
       std::vector<std::byte> statuses(rows.size());
-      for (std::size_t d = 0; d < reader.layout().datasets.size(); ++d)
-        if (reader.layout().datasets[d].spec.type == ElementType::status)
-          reader.read_rows(d, 0, rows.size(), statuses);
+      reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
       for (std::uint64_t i = 0; i < rows.size(); ++i)
         mark_done(rows.begin + i, static_cast<Status>(statuses[i]));
       sealed[shard] = true;

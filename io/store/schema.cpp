@@ -207,6 +207,12 @@ std::size_t StoreLayout::index_of(Role role) const {
   return static_cast<std::size_t>(found - datasets.begin());
 }
 
+std::size_t StoreLayout::index_of(ElementType type) const {
+  const auto found = std::find_if(datasets.begin(), datasets.end(),
+                                  [&](const DatasetLayout& dataset) { return dataset.spec.type == type; });
+  return static_cast<std::size_t>(found - datasets.begin());
+}
+
 StoreLayout make_layout(const StoreHeader& header) {
   std::size_t id_width = 1;
   for (const std::string& id : header.ids) id_width = std::max(id_width, id.size());

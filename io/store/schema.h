@@ -89,7 +89,8 @@ struct StoreLayout {
   std::uint32_t id_width = 1;
   std::vector<DatasetLayout> datasets;
 
-  std::size_t index_of(Role role) const;  // the first dataset of that role
+  std::size_t index_of(Role role) const;         // the first dataset of that role
+  std::size_t index_of(ElementType type) const;  // of that type
 };
 
 StoreLayout make_layout(const StoreHeader& header);

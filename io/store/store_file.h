@@ -85,8 +85,9 @@ class StoreFileReader {
   // Decodes `count` rows from row `row` on into `values`, count * row_bytes of the dataset.
   void read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
                  std::span<std::byte> values) const;
-  // The stored bytes of one chunk; false when it was never written and reads as fill.
-  bool read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+  // The stored bytes of one chunk. One that was never written is an error (Hdf5Error): libraries differ in
+  // how they answer, so callers ask only for chunks with a row that is ok, and for item columns.
+  void read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                   std::vector<std::byte>& filtered) const;
 
  private:

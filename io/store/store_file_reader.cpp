@@ -217,23 +217,19 @@ void StoreFileReader::read_rows(std::size_t dataset, std::uint64_t row, std::uin
              action);
 }
 
-bool StoreFileReader::read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
+void StoreFileReader::read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                                  std::vector<std::byte>& filtered) const {
   const DatasetLayout& layout = layout_.datasets[dataset];
   const std::vector<hsize_t> offset = chunk_offset(layout, row, part);
+  const std::string action = fmt::format("read chunk {} of {} in {}", row, layout.spec.path, path_.string());
+  const hid_t id = datasets_[dataset].get();
   hsize_t bytes = 0;
   std::uint32_t mask = 0;
-  const hid_t id = datasets_[dataset].get();
-  // Older libraries call asking for a chunk that was never written an error.
-  if (H5Dget_chunk_storage_size(id, offset.data(), &bytes) < 0 || bytes == 0) {
-    H5Eclear2(H5E_DEFAULT);
-    return false;
-  }
+  hdf5_check(H5Dget_chunk_storage_size(id, offset.data(), &bytes), action);
   filtered.resize(bytes);
-  const std::string action = fmt::format("read chunk {} of {} in {}", row, layout.spec.path, path_.string());
+  if (bytes == 0) throw Hdf5Error("cannot " + action + ": it was never written");
   hdf5_check(H5Dread_chunk(id, H5P_DEFAULT, offset.data(), &mask, filtered.data()), action);
   if (mask != 0) throw Hdf5Error("cannot " + action + ": a filter was left out");
-  return true;
 }
 
 }  // namespace meander::store

@@ -41,12 +41,28 @@ void with_shard(const fs::path& path, const StoreLayout& layout, RowRange rows, 
   }
 }
 
+std::vector<std::byte> read_statuses(const StoreFileReader& reader, const StoreLayout& layout,
+                                     RowRange rows) {
+  std::vector<std::byte> statuses(rows.size());
+  reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
+  return statuses;
+}
+
+// Chunks of samples and descriptors without a row that is ok were never written.
 void copy_chunks(const StoreFileReader& reader, StoreFileWriter& store, const DatasetLayout& dataset,
-                 std::size_t index, RowRange rows, std::vector<std::byte>& buffer) {
-  for (std::uint64_t row = 0; row < rows.size(); row += dataset.chunk.rows)
-    for (std::uint32_t part = 0; part < dataset.chunk.chunks_per_row; ++part)
-      if (reader.read_chunk(index, row, part, buffer))
-        store.write_chunk(index, rows.begin + row, part, buffer);
+                 std::size_t index, RowRange rows, const std::vector<std::byte>& statuses,
+                 std::vector<std::byte>& buffer) {
+  const bool always = dataset.spec.role != Role::samples && dataset.spec.role != Role::descriptor;
+  for (std::uint64_t row = 0; row < rows.size(); row += dataset.chunk.rows) {
+    const auto begin = statuses.begin() + static_cast<std::ptrdiff_t>(row);
+    const auto end =
+        statuses.begin() + static_cast<std::ptrdiff_t>(std::min(row + dataset.chunk.rows, rows.size()));
+    if (!always && std::find(begin, end, static_cast<std::byte>(Status::ok)) == end) continue;
+    for (std::uint32_t part = 0; part < dataset.chunk.chunks_per_row; ++part) {
+      reader.read_chunk(index, row, part, buffer);
+      store.write_chunk(index, rows.begin + row, part, buffer);
+    }
+  }
 }
 
 // Reasons are wider in the store than in the shard: the one column that is not copied as it is.
@@ -89,12 +105,13 @@ void merge_shards(const fs::path& path, const StoreHeader& header, const StoreLa
     for (std::size_t s = 0; s < shards.size(); ++s) {
       const RowRange rows = rows_of_shard(layout, s);
       with_shard(shards[s], layout, rows, [&](const StoreFileReader& reader) {
+        const std::vector<std::byte> statuses = read_statuses(reader, layout, rows);
         for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
           if (per_sample(layout.datasets[d].spec) != samples) continue;
           if (d == reason)
             widen_reasons(reader, store, layout, d, rows);
           else
-            copy_chunks(reader, store, layout.datasets[d], d, rows, buffer);
+            copy_chunks(reader, store, layout.datasets[d], d, rows, statuses, buffer);
         }
       });
     }

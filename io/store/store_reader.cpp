@@ -41,6 +41,10 @@ std::int32_t ItemBlock::label(std::uint64_t row) const {
   return label;
 }
 
+bool ItemBlock::is_ok(std::uint64_t row) const {
+  return columns_[layout_->index_of(ElementType::status)][row - begin_] == static_cast<std::byte>(Status::ok);
+}
+
 ItemReport ItemBlock::report(std::uint64_t row) const {
   ItemReport report;
   std::size_t item = 0;
