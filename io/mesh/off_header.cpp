@@ -1,5 +1,6 @@
 #include "io/mesh/off_header.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -125,10 +126,18 @@ OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& hea
     if (!is_unit(usual) && is_unit(last)) layout.before_normal = static_cast<int>(last - usual);
   }
   if (!layout.rest_of_line) {
-    // Colours that are not announced, or several vertices on a line: the number of lines tells them apart.
+    // Colours that are not announced, or vertices that run over line ends: with colours every vertex has a
+    // line of its own, so the next vertex lines are whole and there are enough lines.
     std::uint64_t lines = 1;
-    while (cursor.skip_line(), cursor.skip_to_token()) ++lines;
-    layout.rest_of_line = line.size() % needed != 0 || lines >= header.vertices + header.faces;
+    bool whole_lines = true;
+    while (cursor.skip_line(), cursor.skip_to_token()) {
+      if (++lines > std::min<std::uint64_t>(header.vertices, 16)) continue;
+      std::size_t numbers = 0;
+      while (cursor.token_on_line() && cursor.number(value) == Token::ok) ++numbers;
+      whole_lines = whole_lines && numbers >= needed;
+    }
+    layout.rest_of_line =
+        whole_lines && (line.size() % needed != 0 || lines >= header.vertices + header.faces);
   }
   return layout;
 }
