@@ -1,10 +1,12 @@
-// Reading files and preparing meshes.
+// Reading files, preparing meshes, and adjacency beside OpenMesh's.
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <cstdio>
 #include <cstring>
 #include <string>
 
 #include "bench/bench_shapes.h"
 #include "io/mesh/mesh_reader.h"
+#include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/prepare_mesh.h"
 
 namespace meander::bench {
@@ -99,6 +101,45 @@ void prepare(benchmark::State& state) {
   check_sum(state, shape_name(state.range(0)), result.triangles);
 }
 BENCHMARK(prepare)->Apply(every_shape);
+
+// Half-edges of a triangle list as flat arrays: partners and vertex fans.
+void half_edges(benchmark::State& state) {
+  const PolygonMesh& mesh = shape(state.range(0));
+  std::vector<std::uint32_t> opposite, fans;
+  for ([[maybe_unused]] auto _ : state) {
+    pair_half_edges(mesh.corners, mesh.vertex_count(), opposite);
+    number_fans(opposite, fans);
+    benchmark::DoNotOptimize(fans.data());
+  }
+  count_items(state, "face", static_cast<double>(mesh.polygon_count()));
+  check_sum(state, shape_name(state.range(0)), opposite);
+}
+BENCHMARK(half_edges)->Apply(every_shape);
+
+// The same by OpenMesh, with float points and nothing else attached. The checksum is of the partners.
+void half_edges_openmesh(benchmark::State& state) {
+  using Mesh = OpenMesh::TriMesh_ArrayKernelT<>;
+  const PolygonMesh& mesh = shape(state.range(0));
+  std::vector<int> partners;
+  for ([[maybe_unused]] auto _ : state) {
+    Mesh open_mesh;
+    open_mesh.reserve(mesh.vertex_count(), 3 * mesh.polygon_count() / 2, mesh.polygon_count());
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+      open_mesh.add_vertex(Mesh::Point(static_cast<float>(mesh.x[v]), static_cast<float>(mesh.y[v]),
+                                       static_cast<float>(mesh.z[v])));
+    for (std::size_t c = 0; c < mesh.corners.size(); c += 3)
+      open_mesh.add_face(Mesh::VertexHandle(static_cast<int>(mesh.corners[c])),
+                         Mesh::VertexHandle(static_cast<int>(mesh.corners[c + 1])),
+                         Mesh::VertexHandle(static_cast<int>(mesh.corners[c + 2])));
+    state.PauseTiming();
+    partners.clear();
+    for (const auto h : open_mesh.halfedges()) partners.push_back(open_mesh.face_handle(h).idx());
+    state.ResumeTiming();
+  }
+  count_items(state, "face", static_cast<double>(mesh.polygon_count()));
+  check_sum(state, shape_name(state.range(0)), partners);
+}
+BENCHMARK(half_edges_openmesh)->Apply(every_shape);
 
 }  // namespace
 

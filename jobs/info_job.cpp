@@ -1,5 +1,6 @@
 // meander info: what a store holds, as a whole or for one item.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <charconv>

@@ -1,11 +1,14 @@
 // The subcommands. Each adds itself to the parser; the returned function runs it and gives the exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 
 #include "pipeline/sampling_graph.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meander {
 

@@ -17,7 +17,6 @@ struct LoneResult {
 // survives counts. A child killed by anything else (SIGKILL by a user or by the system's memory killer) marks
 // nothing. Must be called before this process starts any thread. Throws std::system_error when it cannot
 // fork.
-LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StoreHeader& header,
-                          const StageHook& hook);
+LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StageHook& hook);
 
 }  // namespace meander

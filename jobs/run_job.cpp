@@ -224,7 +224,7 @@ class RunJob {
     const GraphParameters parameters = graph_parameters();
     std::vector<std::pair<std::uint64_t, std::string>> crashed;
     for (const std::uint64_t row : directory_->suspects()) {
-      LoneResult result = try_item_alone(inputs_.items[row], parameters, header_, hook_);
+      LoneResult result = try_item_alone(inputs_.items[row], parameters, hook_);
       if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
     }
     for (const auto& [row, reason] : crashed) {
@@ -249,12 +249,13 @@ class RunJob {
     std::vector<NodeStatistics> nodes;
     GraphResult result;
     {
-      const EmbreeDevice device;
+      std::optional<EmbreeDevice> device;
+      if (casts_rays(options_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters();
       const std::uint64_t bytes = reserve_memory(plan, parameters.sample);
       ReuseLookup reuse;
       if (reusable_) reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
-      GraphStages stages = sampling_stages(parameters.sample, header_, device, reuse);
+      GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, reuse);
       if (hook_) hook_(stages);
       StoreSink sink(*directory_);
       Progress progress(progress_style(options_.progress), plan.size(), bytes, header_.samples);
@@ -293,10 +294,9 @@ class RunJob {
 }  // namespace
 
 JobFunction add_run_job(CLI::App& program, StageHook hook) {
-  CLI::App* command = program.add_subcommand("run", "Sample every model of the input into one store");
   auto options = std::make_shared<RunOptions>();
   auto texts = std::make_shared<RunOptionTexts>();
-  add_run_options(*command, *options, *texts);
+  add_run_command(program, *options, *texts);
   return [options, texts, hook = std::move(hook)] {
     resolve_run_options(*options, *texts);
     return RunJob(*options, hook).run();

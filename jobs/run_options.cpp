@@ -89,7 +89,8 @@ std::string density_text(const DensityParameters& density) {
 
 }  // namespace
 
-void add_run_options(CLI::App& command, RunOptions& options, RunOptionTexts& texts) {
+void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts) {
+  CLI::App& command = *program.add_subcommand("run", "Sample every model of the input into one store");
   command
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")

@@ -1,13 +1,16 @@
 // The options of `meander run`: defaults, ranges and help in one place.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "io/store/store.h"
 #include "kernels/sample_mesh.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meander {
 
@@ -37,7 +40,8 @@ struct RunOptionTexts {
   std::vector<std::string> retry;
 };
 
-void add_run_options(CLI::App& command, RunOptions& options, RunOptionTexts& texts);
+// Adds the subcommand with its options.
+void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts);
 // Throws UsageError with every problem at once.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts);
 

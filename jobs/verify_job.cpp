@@ -1,5 +1,6 @@
 // meander verify: is a store whole?
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <memory>
 

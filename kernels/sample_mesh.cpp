@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
@@ -67,6 +68,10 @@ std::vector<std::string> validate(const SampleParameters& p) {
   return problems;
 }
 
+bool casts_rays(const SampleParameters& parameters) {
+  return parameters.method != MethodChoice::direct && parameters.locate != LocatorKind::elements;
+}
+
 void set_samples(SampleParameters& parameters, std::uint32_t samples) {
   parameters.place.samples = samples;
   parameters.elements.samples = samples;
@@ -118,7 +123,7 @@ void flatten_model(ModelState& model, const SampleParameters& parameters) {
 }
 
 void build_model_curves(ModelState& model, const SampleParameters& parameters) {
-  if (parameters.method == MethodChoice::direct || parameters.locate == LocatorKind::elements) return;
+  if (!casts_rays(parameters)) return;
   model.trees = build_curves(model.mesh, model.charts, model.masses, parameters.locator, model.cancel);
 }
 
@@ -126,7 +131,7 @@ void locate_model(ModelState& model, const SampleParameters& parameters, const E
   ElementParameters elements = parameters.elements;
   elements.keep_vertices = parameters.place.place == PlaceKind::vertex;
   elements.curve = parameters.locator.curve.kind;
-  const bool rays = parameters.method != MethodChoice::direct && parameters.locate != LocatorKind::elements;
+  const bool rays = casts_rays(parameters);
   if (rays && device == nullptr) throw ItemError(Status::internal, "the locator needs an Embree device");
   if (rays && parameters.locate == LocatorKind::first_hit) {
     model.elements = locate_first_hit(*device, model.mesh, model.density, model.charts, model.trees,
@@ -175,9 +180,10 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
     prepare_model(model, parameters);
     cut_model(model, parameters);
     flatten_model(model, parameters);
-    const EmbreeDevice device;
+    std::optional<EmbreeDevice> device;
+    if (casts_rays(parameters)) device.emplace();
     build_model_curves(model, parameters);
-    locate_model(model, parameters, &device);
+    locate_model(model, parameters, device ? &*device : nullptr);
     place_model(model, parameters);
   } catch (const ItemError& error) {
     model.row.report.status = error.status();

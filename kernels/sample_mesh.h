@@ -35,6 +35,9 @@ struct SampleParameters {
 // Every problem of the parameters at once, one sentence each; empty when they are fine.
 std::vector<std::string> validate(const SampleParameters& parameters);
 
+// Whether the parameters cast rays: only then do the stages need an Embree device.
+bool casts_rays(const SampleParameters& parameters);
+
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);
 

@@ -304,8 +304,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
 
 }  // namespace
 
-GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeader&,
-                            const EmbreeDevice& device, ReuseLookup reuse) {
+GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevice* device,
+                            ReuseLookup reuse) {
   const auto on_model = [&parameters](void (*stage)(ModelState&, const SampleParameters&)) {
     return [&parameters, stage](GraphItem& item) { stage(item.model, parameters); };
   };
@@ -316,7 +316,7 @@ GraphStages sampling_stages(const SampleParameters& parameters, const StoreHeade
           {"flatten_chart", on_model(flatten_model)},
           {"build_curve", on_model(build_model_curves)},
           {"locate_vertices",
-           [&parameters, &device](GraphItem& item) { locate_model(item.model, parameters, &device); }},
+           [&parameters, device](GraphItem& item) { locate_model(item.model, parameters, device); }},
           {"place_samples", on_model(place_model)}};
 }
 

@@ -25,6 +25,7 @@ using text::Token;
 
 constexpr std::uint64_t most_bytes = 256 << 10;
 constexpr std::uint64_t head_bytes = 64 << 10;
+constexpr std::uint64_t header_bytes = 4 << 10;  // enough for nearly every PLY header
 constexpr std::size_t spots = 48;
 constexpr std::size_t spot_bytes = (most_bytes - head_bytes) / spots;
 // A section of a file may begin anywhere in a stratum, and objects may come in turns: sampled counts are
@@ -219,8 +220,7 @@ MeshEstimate peek_off(const Peek& peek) {
 }
 
 // Binary: every size is known but the lists' lengths, and what the file holds beyond the rest is theirs.
-MeshEstimate peek_binary_ply(const Peek& peek, const PlyHeader& header) {
-  const std::uint64_t bytes = peek.file.bytes();
+MeshEstimate peek_binary_ply(std::uint64_t bytes, const PlyHeader& header) {
   std::uint64_t fixed = header.body, vertices = 0, faces = 0, lists = 0;
   const PlyElement* polygons = nullptr;
   for (const PlyElement& element : header.elements) {
@@ -254,7 +254,7 @@ MeshEstimate peek_binary_ply(const Peek& peek, const PlyHeader& header) {
 
 MeshEstimate peek_ply(const Peek& peek) {
   const PlyHeader header = parse_ply_header(peek.head);
-  if (header.encoding != PlyEncoding::ascii) return peek_binary_ply(peek, header);
+  if (header.encoding != PlyEncoding::ascii) return peek_binary_ply(peek.file.bytes(), header);
   const PlyElement* const vertices = header.find("vertex");
   const PlyElement* const faces = header.find("face");
   const PlyElement* const strips = header.find("tristrips");
@@ -294,11 +294,23 @@ MeshEstimate peek_obj(const Peek& peek) {
   return {bytes, rounded_up(margin * rows->vertices), rounded_up(margin * rows->triangles)};
 }
 
+// Binary PLY files are known by their header alone: most of a bulk run's bytes need not be looked at twice.
+std::optional<PlyHeader> short_binary_header(const OpenFile& file) {
+  try {
+    PlyHeader header = parse_ply_header(file.read(0, header_bytes));
+    if (header.encoding != PlyEncoding::ascii) return header;
+  } catch (const ItemError&) {  // text, a longer header, or none at all
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format) {
   const OpenFile file(path);
   if (file.bytes() == 0) return {};
+  if (format == MeshFormat::ply)
+    if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);
   Peek peek(file);
   const bool utf16 = peek.head.starts_with("\xFF\xFE") || peek.head.starts_with("\xFE\xFF");
   if (utf16) return peek.whole ? from_reader(peek, format) : from_size(file.bytes() / 2);

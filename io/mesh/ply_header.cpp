@@ -131,7 +131,10 @@ PlyHeader parse_ply_header(std::string_view content) {
       if (!format) line.fail("the header states no format");
       header.body = static_cast<std::size_t>(at - content.data());
       return header;
-    } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+    } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info" &&
+               !header.elements.empty()) {
+      // Before the first element nothing can be misread: an exporter of Blender puts its name there as it is.
+      // Behind one, a line not understood may be a property whose loss would shift every row.
       line.fail("unknown keyword " + text::quoted(content, keyword.data()) + " in the header");
     }
   }

@@ -34,7 +34,7 @@ enum class Compression : std::uint8_t {
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
 inline constexpr std::uint32_t store_format_version = 1;
-inline constexpr std::uint32_t store_method_version = 1;  // raised whenever the same input gives other points
+inline constexpr std::uint32_t store_method_version = 2;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins.
 struct DescriptorSchema {

@@ -1,4 +1,4 @@
-// Stable sort of 64-bit keys with their 32-bit payload, least significant byte first.
+// Stable sort of 64-bit keys with their 32-bit payload, least significant digit first.
 #pragma once
 
 #include <array>
@@ -14,19 +14,23 @@ struct KeyIndex {
   std::uint32_t index;
 };
 
-// Sorts by key; equal keys keep their order. `scratch` is resized to the size of `items`. Bytes that all keys
-// share are skipped. O(n), about 2 ns an element and pass; deterministic.
+// Sorts by key; equal keys keep their order. `scratch` is resized to the size of `items`. Digits of 11 bits;
+// those that all keys share are skipped. O(n), about 2 ns an element and pass; deterministic.
 inline void radix_sort(std::vector<KeyIndex>& items, std::vector<KeyIndex>& scratch) {
-  std::array<std::array<std::uint32_t, 256>, 8> counts{};
+  constexpr std::size_t bits = 11, digits = (64 + bits - 1) / bits, values = std::size_t{1} << bits;
+  const auto digit_of = [](std::uint64_t key, std::size_t digit) {
+    return static_cast<std::size_t>(key >> (bits * digit)) & (values - 1);
+  };
+  std::array<std::array<std::uint32_t, values>, digits> counts{};
   for (const KeyIndex& item : items)
-    for (std::size_t byte = 0; byte < 8; ++byte) ++counts[byte][item.key >> (8 * byte) & 0xFF];
+    for (std::size_t digit = 0; digit < digits; ++digit) ++counts[digit][digit_of(item.key, digit)];
   scratch.resize(items.size());
-  for (std::size_t byte = 0; byte < 8; ++byte) {
-    auto& count = counts[byte];
-    if (items.empty() || count[items[0].key >> (8 * byte) & 0xFF] == items.size()) continue;
+  for (std::size_t digit = 0; digit < digits; ++digit) {
+    auto& count = counts[digit];
+    if (items.empty() || count[digit_of(items[0].key, digit)] == items.size()) continue;
     std::uint32_t sum = 0;
     for (std::uint32_t& c : count) sum += std::exchange(c, sum);
-    for (const KeyIndex& item : items) scratch[count[item.key >> (8 * byte) & 0xFF]++] = item;
+    for (const KeyIndex& item : items) scratch[count[digit_of(item.key, digit)]++] = item;
     items.swap(scratch);
   }
 }

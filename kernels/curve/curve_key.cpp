@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -105,40 +107,77 @@ std::uint8_t next_level(HilbertState& state, std::uint8_t cell) {
   return digit;
 }
 
-// Two levels of the 3-D curve a step: six cell bits in, six key bits and the next state out.
-struct TwoLevels {
-  std::vector<std::array<std::uint8_t, 64>> digits, state;
-  std::array<std::uint8_t, 8> first_digit{},
-      first_state{};  // a single level from the start: 21 levels are odd
+// The 3-D curve as a finite machine: by state and cell, the digit and the next state.
+struct HilbertMachine {
+  struct Step {
+    std::uint8_t digit;
+    std::uint8_t next;
+  };
+  std::vector<std::array<Step, 8>> states;  // the start first
 };
 
-TwoLevels make_two_levels() {
-  TwoLevels result;
+HilbertMachine make_hilbert_machine() {
+  HilbertMachine machine;
   std::vector<HilbertState> states = {HilbertState{}};
-  const auto number = [&](const HilbertState& state) {
-    const auto at = std::find(states.begin(), states.end(), state);
-    if (at == states.end()) {
-      states.push_back(state);
-      return static_cast<std::uint8_t>(states.size() - 1);
-    }
-    return static_cast<std::uint8_t>(at - states.begin());
-  };
-  for (std::uint8_t cell = 0; cell < 8; ++cell) {
-    HilbertState state;
-    result.first_digit[cell] = next_level(state, cell);
-    result.first_state[cell] = number(state);
-  }
   for (std::size_t s = 0; s < states.size(); ++s) {
-    auto& digits = result.digits.emplace_back();
-    auto& next = result.state.emplace_back();
-    for (std::uint8_t cells = 0; cells < 64; ++cells) {
-      HilbertState state = states[s];
-      const std::uint8_t high = next_level(state, cells >> 3), low = next_level(state, cells & 7);
-      digits[cells] = static_cast<std::uint8_t>(high << 3 | low);
-      next[cells] = number(state);
+    auto& steps = machine.states.emplace_back();
+    for (std::uint8_t cell = 0; cell < 8; ++cell) {
+      HilbertState next = states[s];
+      steps[cell].digit = next_level(next, cell);
+      const auto at = std::find(states.begin(), states.end(), next);
+      steps[cell].next = static_cast<std::uint8_t>(at - states.begin());
+      if (at == states.end()) states.push_back(next);
     }
   }
-  return result;
+  return machine;
+}
+
+// The same machine without states that no later digit tells apart: 24 of 48 (Moore 1956, partition
+// refinement).
+HilbertMachine smallest_machine(const HilbertMachine& machine) {
+  const std::size_t count = machine.states.size();
+  std::vector<std::uint8_t> group(count, 0);
+  for (std::size_t groups = 1;;) {
+    std::map<std::string, std::uint8_t> numbers;
+    std::vector<std::uint8_t> refined(count);
+    for (std::size_t s = 0; s < count; ++s) {
+      std::string signature(1, static_cast<char>(group[s]));
+      for (const HilbertMachine::Step step : machine.states[s]) {
+        signature += static_cast<char>(step.digit);
+        signature += static_cast<char>(group[step.next]);
+      }
+      refined[s] = numbers.emplace(signature, static_cast<std::uint8_t>(numbers.size())).first->second;
+    }
+    group = refined;
+    if (numbers.size() == groups) break;
+    groups = numbers.size();
+  }
+  HilbertMachine smallest;
+  smallest.states.resize(1 + *std::max_element(group.begin(), group.end()));
+  for (std::size_t s = 0; s < count; ++s) {
+    smallest.states[group[s]] = machine.states[s];
+    for (HilbertMachine::Step& step : smallest.states[group[s]]) step.next = group[step.next];
+  }
+  return smallest;
+}
+
+// Three levels a step: nine cell bits in; nine key bits and the next state, 512 x state + bits, out of one
+// load, because the steps of a key wait for each other. 24 KiB.
+std::vector<std::array<std::uint16_t, 512>> make_three_levels() {
+  const HilbertMachine machine = smallest_machine(make_hilbert_machine());
+  std::vector<std::array<std::uint16_t, 512>> steps(machine.states.size());
+  for (std::size_t s = 0; s < steps.size(); ++s)
+    for (unsigned cells = 0; cells < 512; ++cells) {
+      unsigned digits = 0;
+      std::size_t state = s;
+      for (int level = 6; level >= 0; level -= 3) {
+        const HilbertMachine::Step step = machine.states[state][cells >> level & 7u];
+        digits = digits << 3 | step.digit;
+        state = step.next;
+      }
+      steps[s][cells] = static_cast<std::uint16_t>(state << 9 | digits);
+    }
+  return steps;
 }
 
 std::uint64_t base_three_key(CurveKind kind, double u, double v) {
@@ -171,17 +210,16 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
 }
 
 std::uint64_t hilbert_key_3d(Vector3 p) {
-  static const TwoLevels steps = make_two_levels();
+  static const std::vector<std::array<std::uint16_t, 512>> steps = make_three_levels();
   const std::uint64_t cells = spread_by_three(grid_coordinate(p.x)) << 2 |
                               spread_by_three(grid_coordinate(p.y)) << 1 |
                               spread_by_three(grid_coordinate(p.z));
-  const std::size_t top = cells >> 60;
-  std::uint64_t key = steps.first_digit[top];
-  std::uint8_t state = steps.first_state[top];
-  for (int shift = 54; shift >= 0; shift -= 6) {
-    const std::size_t cell = cells >> shift & 63;
-    key = key << 6 | steps.digits[state][cell];
-    state = steps.state[state][cell];
+  const std::uint16_t* const step = steps.front().data();
+  std::uint64_t key = 0;
+  std::uint32_t at = 0;
+  for (int shift = 54; shift >= 0; shift -= 9) {
+    at = step[(at & ~511u) | (cells >> shift & 511)];
+    key = key << 9 | (at & 511u);
   }
   return key;
 }

@@ -83,8 +83,17 @@ double piece_mass(const TriangleSource& source, const Piece& piece, int bisectio
   return source.area * share * mean / 3;
 }
 
-// The uniformly random point of a piece that keys it; a pure function of (key, triangle, path).
-std::array<double, 2> random_point(const Piece& piece, UnitPair uniform) {
+// What keys a piece in 3-D order, where nothing is ever placed at the key's point.
+std::array<double, 2> centroid(const Piece& piece) {
+  return {(piece.b1[0] + piece.b1[1] + piece.b1[2]) / 3, (piece.b2[0] + piece.b2[1] + piece.b2[2]) / 3};
+}
+
+// The uniformly random point of a piece that keys it along a chart's curve; a pure function of (key,
+// triangle, path).
+std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,
+                                   RandomKey key) {
+  const UnitPair uniform =
+      random_pair(key, Stream::element_key, static_cast<std::uint64_t>(triangle) << 32 | path);
   const double root = std::sqrt(uniform.first);
   const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
   return {w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2],
@@ -148,11 +157,13 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       std::fill(component_of.begin() + mesh.components[c].triangle_begin,
                 component_of.begin() + mesh.components[c].triangle_end, static_cast<std::uint32_t>(c));
 
-  constexpr std::size_t block = 2048;
+  // Large, so that a model of usual size is one block, whose elements need no copying.
+  constexpr std::size_t block = 16384;
   std::vector<std::vector<Element>> parts((triangles + block - 1) / block);
   parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     std::vector<Element>& part = parts[begin / block];
+    part.reserve(end - begin);
     std::vector<WorkPiece> stack;
     for (std::size_t t = begin; t < end; ++t) {
       if (!(mesh.area[t] > 0)) continue;
@@ -170,8 +181,9 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
       cut_triangle(source, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
-        const std::uint64_t index = static_cast<std::uint64_t>(t) << 32 | piece.path;
-        const auto [b1, b2] = random_point(piece.weights, random_pair(key, Stream::element_key, index));
+        const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
+                                  ? centroid(piece.weights)
+                                  : random_point(piece.weights, t, piece.path, key);
         const double b0 = 1 - b1 - b2;
         Element e;
         e.key = chart == no_index
@@ -188,6 +200,7 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       });
     }
   });
+  if (parts.size() == 1) return std::move(parts.front());
   std::size_t count = 0;
   for (const auto& part : parts) count += part.size();
   std::vector<Element> elements;

@@ -1,6 +1,7 @@
 #include "kernels/mesh/half_edges.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace meander {
 
@@ -10,55 +11,76 @@ struct Entry {
   std::uint32_t larger, half_edge;  // larger end of the edge
 };
 
-// A vertex has about six edges: insertion beats a general sort three times over. Entries come in order of
-// half-edge, and insertion is stable. Fans of hundreds of triangles go to the general sort.
-void sort_entries(std::vector<Entry>::iterator first, std::vector<Entry>::iterator last) {
-  constexpr std::ptrdiff_t short_list = 32;
-  if (last - first > short_list) {
-    std::stable_sort(first, last, [](const Entry& a, const Entry& b) { return a.larger < b.larger; });
-    return;
+// Pairs the half-edges of one vertex's list: partners are the two entries of an edge that has just two.
+// Returns the number of edges with more. A list has about six entries: a full scan without early exits beats
+// sorting. O(n^2), the list is used up.
+std::uint32_t pair_by_scanning(std::span<Entry> list, std::vector<std::uint32_t>& opposite) {
+  std::uint32_t crowded = 0;
+  for (std::size_t left = list.size(); left > 1;) {
+    const Entry entry = list[--left];
+    std::size_t matches = 0, match = 0;
+    for (std::size_t i = 0; i < left; ++i) {
+      const bool same = list[i].larger == entry.larger;
+      matches += same;
+      match = same ? i : match;
+    }
+    if (matches == 1) {
+      opposite[entry.half_edge] = list[match].half_edge;
+      opposite[list[match].half_edge] = entry.half_edge;
+      list[match] = list[--left];
+    } else if (matches > 1) {
+      ++crowded;
+      const auto rest = list.first(left);
+      const auto end = std::remove_if(rest.begin(), rest.end(),
+                                      [&](const Entry& other) { return other.larger == entry.larger; });
+      left = static_cast<std::size_t>(end - rest.begin());
+    }
   }
-  for (auto at = first; at != last; ++at) {
-    const Entry moving = *at;
-    auto to = at;
-    for (; to != first && (to - 1)->larger > moving.larger; --to) *to = *(to - 1);
-    *to = moving;
+  return crowded;
+}
+
+// The same for fans of hundreds of triangles. O(n log n).
+std::uint32_t pair_by_sorting(std::span<Entry> list, std::vector<std::uint32_t>& opposite) {
+  std::sort(list.begin(), list.end(), [](const Entry& a, const Entry& b) { return a.larger < b.larger; });
+  std::uint32_t crowded = 0;
+  for (auto entry = list.begin(); entry != list.end();) {
+    auto end = entry + 1;
+    while (end != list.end() && end->larger == entry->larger) ++end;
+    if (end - entry == 2) {
+      opposite[entry[0].half_edge] = entry[1].half_edge;
+      opposite[entry[1].half_edge] = entry[0].half_edge;
+    }
+    crowded += end - entry > 2;
+    entry = end;
   }
+  return crowded;
 }
 
 }  // namespace
 
 std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::size_t vertex_count,
                               std::vector<std::uint32_t>& opposite) {
-  const auto count = static_cast<std::uint32_t>(triangles.size());
-  opposite.assign(count, no_index);
-  std::vector<std::uint32_t> begin(vertex_count + 1, 0);
-  const auto ends = [&](std::uint32_t h) { return std::minmax(triangles[h], triangles[next_half_edge(h)]); };
-  for (std::uint32_t h = 0; h < count; ++h) ++begin[ends(h).first + 1];
-  for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
-  std::vector<Entry> entries(count);
-  {
-    std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
-    for (std::uint32_t h = 0; h < count; ++h) {
-      const auto [smaller, larger] = ends(h);
-      entries[at[smaller]++] = {larger, h};
+  constexpr std::size_t short_list = 32;
+  opposite.assign(triangles.size(), no_index);
+  const auto each_half_edge = [&](const auto& body) {
+    for (std::uint32_t h = 0; h < triangles.size(); h += 3) {
+      const std::uint32_t a = triangles[h], b = triangles[h + 1], c = triangles[h + 2];
+      body(h, a, b);
+      body(h + 1, b, c);
+      body(h + 2, c, a);
     }
-  }
+  };
+  std::vector<std::uint32_t> end(vertex_count + 1, 0);  // of the list of every vertex, shifted by one
+  each_half_edge([&](std::uint32_t, std::uint32_t a, std::uint32_t b) { ++end[std::min(a, b) + 1]; });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Entry> entries(triangles.size());
+  each_half_edge([&](std::uint32_t h, std::uint32_t a, std::uint32_t b) {
+    entries[end[std::min(a, b)]++] = {std::max(a, b), h};
+  });
   std::uint32_t crowded = 0;
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    const auto first = entries.begin() + begin[v], last = entries.begin() + begin[v + 1];
-    sort_entries(first, last);
-    for (auto e = first; e != last;) {
-      auto group_end = e + 1;
-      while (group_end != last && group_end->larger == e->larger) ++group_end;
-      if (group_end - e == 2) {
-        opposite[e->half_edge] = (e + 1)->half_edge;
-        opposite[(e + 1)->half_edge] = e->half_edge;
-      } else if (group_end - e > 2) {
-        ++crowded;
-      }
-      e = group_end;
-    }
+  for (std::size_t v = 0, begin = 0; v < vertex_count; begin = end[v++]) {
+    const std::span<Entry> list = std::span(entries).subspan(begin, end[v] - begin);
+    crowded += list.size() <= short_list ? pair_by_scanning(list, opposite) : pair_by_sorting(list, opposite);
   }
   return crowded;
 }

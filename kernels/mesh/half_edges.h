@@ -11,8 +11,8 @@ namespace meander {
 
 // opposite[h] for 3 T half-edges: the other half-edge where exactly two triangles share an edge (whatever
 // their winding), no_index else. Returns the number of edges with more than two triangles. Vertex numbers are
-// below vertex_count. Counting sort by the smaller vertex; O(T) for bounded degree, 12 bytes a half-edge of
-// scratch.
+// below vertex_count. Lists by the smaller vertex; O(T) for bounded degree, O(T log T) at worst; 12 bytes a
+// half-edge of scratch.
 std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::size_t vertex_count,
                               std::vector<std::uint32_t>& opposite);
 

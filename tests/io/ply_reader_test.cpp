@@ -298,7 +298,8 @@ TEST_CASE("PLY: what cannot be read says where") {
       {format + "element vertex 3\nproperty float\n", "unreadable: line 4: a property has no name"},
       {format + "element face 3\nproperty list float int a\n",
        "unreadable: line 4: the length of a list is not an integer"},
-      {format + "elephant 3\n", "unreadable: line 3: unknown keyword `elephant` in the header"},
+      {format + "element vertex 3\nelephant 3\n",
+       "unreadable: line 4: unknown keyword `elephant` in the header"},
       {ascii(vertex_head, four), "empty: the header promises 4 vertices and no face"},
       {ascii(vertex_head + "element face 0\nproperty list uchar int vertex_indices\n", four),
        "empty: the header promises 4 vertices and no face"},
@@ -320,6 +321,13 @@ TEST_CASE("PLY: what cannot be read says where") {
           "unreadable: the file ends in row 8 of 999999999999 of the element `vertex`, before any face");
   REQUIRE(outcome(ascii("element nothing 999999999999\n" + vertex_head + face_head, four + two),
                   MeshFormat::ply) == "ok");
+}
+
+TEST_CASE("PLY: a line before the first element that no keyword begins is a comment") {
+  const std::string plain = mesh_bytes(cube(), MeshFile::ply_ascii);
+  std::string named = plain;
+  named.insert(named.find("element"), "Created by Blender3D 247 - www.blender.org, source file: \n");
+  REQUIRE(same_mesh(ply(named), ply(plain)));
 }
 
 TEST_CASE("PLY: a mesh survives a round trip in every encoding") {
