@@ -238,11 +238,47 @@ void turn_round(Soup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t 
     if (opposite[3 * t + k] != no_index) opposite[opposite[3 * t + k]] = 3 * t + k;
 }
 
+// Whether the two triangles at every edge run along it in opposite directions, as in most files.
+bool consistently_wound(const Soup& soup, std::span<const std::uint32_t> opposite) {
+  for (std::size_t h = 0; h < opposite.size(); ++h)
+    if (opposite[h] != no_index && soup.triangles[h] == soup.triangles[opposite[h]]) return false;
+  return true;
+}
+
+// Breadth-first over the edges: component number of every triangle. Returns how many there are.
+std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
+                              const CancelToken& cancel) {
+  const std::size_t count = opposite.size() / 3;
+  component.assign(count, no_index);
+  std::vector<std::uint32_t> queue(count);
+  std::size_t queued = 0;
+  std::uint32_t components = 0;
+  for (std::uint32_t seed = 0; queued < count; ++seed) {
+    if (component[seed] != no_index) continue;
+    std::size_t at = queued;
+    queue[queued++] = seed;
+    component[seed] = components;
+    for (; at < queued; ++at) {
+      if (at % 65536 == 0) cancel.check();
+      for (std::uint32_t h = 3 * queue[at]; h < 3 * queue[at] + 3; ++h) {
+        if (opposite[h] == no_index) continue;
+        const std::uint32_t neighbour = opposite[h] / 3;
+        if (component[neighbour] != no_index) continue;
+        component[neighbour] = components;
+        queue[queued++] = neighbour;
+      }
+    }
+    ++components;
+  }
+  return components;
+}
+
 // Breadth-first over the edges: component number of every triangle, consistent winding, conflicting edges
 // cut.
 std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
                      std::vector<std::uint32_t>& component, RepairCounts& repairs,
                      const CancelToken& cancel) {
+  if (consistently_wound(soup, opposite)) return find_components(opposite, component, cancel);
   const auto count = static_cast<std::uint32_t>(soup.polygon.size());
   component.assign(count, no_index);
   std::vector<std::uint8_t> turned(count, 0);
