@@ -75,7 +75,7 @@ std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& c
 
 void append_samples(const StoreHeader& header, const Samples& samples, std::vector<std::byte>& out) {
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-  for (const DatasetSpec& spec : fixed_datasets()) {
+  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
     if (spec.role != Role::samples) continue;
     const std::span<const std::byte> row = spec.samples_view(samples);
     if (chunk.rows > 1) {
@@ -107,7 +107,7 @@ void append_descriptors(const StoreHeader& header, const Row& row, std::vector<s
 
 void check_samples(const StoreHeader& header, const Row& row) {
   const std::size_t expected = row.report.status == Status::ok ? header.samples : 0;
-  for (const DatasetSpec& spec : fixed_datasets()) {
+  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
     if (spec.role != Role::samples) continue;
     const std::size_t bytes = spec.samples_view(row.samples).size();
     if (bytes != expected * value_bytes(spec))
@@ -159,7 +159,7 @@ Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
   Samples samples;
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
   std::size_t next = 0;
-  for (const DatasetSpec& spec : fixed_datasets()) {
+  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
     if (spec.role != Role::samples) continue;
     const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
     const std::span<std::byte> room = spec.samples_room(samples, elements);
@@ -200,7 +200,7 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
   RecordParts parts = take_head(header, cursor);
   if (parts.status == Status::ok) {
     const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-    for (const DatasetSpec& spec : fixed_datasets()) {
+    for (const DatasetSpec& spec : fixed_datasets(header.content)) {
       if (spec.role != Role::samples) continue;
       if (chunk.rows > 1) {
         parts.samples.push_back(cursor.take(header.samples * value_bytes(spec)));

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 1\n";  // raised with the format of journal records
+constexpr std::string_view plan_magic = "meander plan 2\n";  // raised with the format of journal records
 
 class PlanWriter {
  public:
@@ -70,6 +70,7 @@ std::string plan_text(const StoreHeader& header) {
   PlanWriter plan;
   plan.number(store_format_version);
   plan.number(store_method_version);
+  plan.number(static_cast<std::uint64_t>(header.content));
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
   plan.number(header.seed);
@@ -78,6 +79,7 @@ std::string plan_text(const StoreHeader& header) {
   plan.texts(header.label_names);
   plan.number(header.descriptors.size());
   for (const DescriptorSchema& descriptor : header.descriptors) {
+    plan.text(descriptor.group);
     plan.text(descriptor.name);
     plan.number(descriptor.width);
     plan.number(descriptor.attributes.size());
@@ -102,6 +104,7 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   StoreHeader& header = stored.header;
   stored.format_version = plan.number();
   stored.method_version = plan.number();
+  header.content = static_cast<StoreContent>(plan.number());
   header.samples = static_cast<std::uint32_t>(plan.number());
   header.compression = static_cast<Compression>(plan.number());
   header.seed = plan.number();
@@ -110,6 +113,7 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   header.label_names = plan.texts();
   header.descriptors.resize(plan.number());
   for (DescriptorSchema& descriptor : header.descriptors) {
+    descriptor.group = plan.text();
     descriptor.name = plan.text();
     descriptor.width = static_cast<std::uint32_t>(plan.number());
     descriptor.attributes.resize(plan.number());
@@ -237,6 +241,7 @@ std::string_view name_of(Compression compression) {
 }  // namespace
 
 std::string first_difference(const StoreHeader& begun, const StoreHeader& now) {
+  if (begun.content != now.content) return "one is of meshes, the other of parametric surfaces";
   if (begun.samples != now.samples)
     return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
   if (begun.seed != now.seed) return fmt::format("the seed was {}, now it is {}", begun.seed, now.seed);

@@ -65,20 +65,32 @@ DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width,
   return spec;
 }
 
-std::vector<DatasetSpec> make_fixed_datasets() {
+std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
   using enum ElementType;
   using S = Samples;
-  using R = ItemReport;
-  return {
+  std::vector<DatasetSpec> datasets = {
       sample_array<&S::points>("/points", f32, 3, "length / scale",
                                "the points; file coordinates = loc + scale * point", "/data"),
       sample_array<&S::normals>("/normals", f32, 3, "1", "unit normals at the points", "/normal"),
-      sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"),
-      sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"),
-      sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
-                                    "weights of corners 1 and 2; corner 0 has the rest"),
-      sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"),
-      sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"),
+  };
+  const auto add = [&](DatasetSpec spec) { datasets.push_back(std::move(spec)); };
+  if (content == StoreContent::surfaces) {
+    add(sample_array<&S::uv>("/uv", f32, 2, "1", "parameters of the point in [0, 1]"));
+  } else {
+    add(sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"));
+    add(sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"));
+    add(sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
+                                      "weights of corners 1 and 2; corner 0 has the rest"));
+  }
+  add(sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
+  add(sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
+  return datasets;
+}
+
+std::vector<DatasetSpec> make_item_datasets() {
+  using enum ElementType;
+  using R = ItemReport;
+  return {
       {"/label", Role::label, i32, 1, all_ones, "1", "class number, -1 where unknown", ""},
       {"/items/id", Role::id, text, 0, 0, "", "path of the item below the input root; ascending by bytes",
        ""},
@@ -116,13 +128,19 @@ std::string shape_text(const DatasetSpec& spec) {
 
 }  // namespace
 
-const std::vector<DatasetSpec>& fixed_datasets() {
-  static const std::vector<DatasetSpec> table = make_fixed_datasets();
-  return table;
+const std::vector<DatasetSpec>& fixed_datasets(StoreContent content) {
+  const auto make = [](StoreContent of) {
+    std::vector<DatasetSpec> table = make_sample_datasets(of);
+    for (DatasetSpec& spec : make_item_datasets()) table.push_back(std::move(spec));
+    return table;
+  };
+  static const std::vector<DatasetSpec> meshes = make(StoreContent::meshes),
+                                        surfaces = make(StoreContent::surfaces);
+  return content == StoreContent::meshes ? meshes : surfaces;
 }
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
-  return {"/descriptors/" + descriptor.name,
+  return {"/" + descriptor.group + "/" + descriptor.name,
           Role::descriptor,
           ElementType::f32,
           descriptor.width,
@@ -216,14 +234,14 @@ std::size_t StoreLayout::index_of(ElementType type) const {
 StoreLayout make_layout(const StoreHeader& header) {
   std::size_t id_width = 1;
   for (const std::string& id : header.ids) id_width = std::max(id_width, id.size());
-  return make_layout(header.ids.size(), header.samples, header.compression, header.descriptors,
-                     static_cast<std::uint32_t>(id_width), 1);
+  return make_layout(header.content, header.ids.size(), header.samples, header.compression,
+                     header.descriptors, static_cast<std::uint32_t>(id_width), 1);
 }
 
-StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression compression,
-                        const std::vector<DescriptorSchema>& descriptors, std::uint32_t id_width,
-                        std::uint32_t reason_width) {
-  StoreLayout layout{rows, samples, compression, id_width, {}};
+StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t samples,
+                        Compression compression, const std::vector<DescriptorSchema>& descriptors,
+                        std::uint32_t id_width, std::uint32_t reason_width) {
+  StoreLayout layout{content, rows, samples, compression, id_width, {}};
   const auto add = [&](const DatasetSpec& spec) {
     DatasetLayout dataset;
     dataset.spec = spec;
@@ -239,7 +257,7 @@ StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression c
     if (spec.role == Role::reason) set_text_width(dataset, reason_width);
     layout.datasets.push_back(std::move(dataset));
   };
-  for (const DatasetSpec& spec : fixed_datasets()) {
+  for (const DatasetSpec& spec : fixed_datasets(content)) {
     add(spec);
     if (spec.role == Role::label)
       for (const DescriptorSchema& descriptor : descriptors) add(descriptor_dataset(descriptor));
@@ -250,7 +268,7 @@ StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression c
 const ItemRecord& item_record() {
   static const ItemRecord record = [] {
     ItemRecord made;
-    for (const DatasetSpec& spec : fixed_datasets()) {
+    for (const DatasetSpec& spec : fixed_datasets(StoreContent::meshes)) {
       if (spec.role != Role::item) continue;
       if (spec.type == ElementType::status) made.status_offset = made.bytes;
       made.columns.emplace_back(&spec, made.bytes);
@@ -268,7 +286,7 @@ std::string layout_markdown() {
     table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
                          shape, fill_text(spec), spec.unit, spec.doc);
   };
-  for (const DatasetSpec& spec : fixed_datasets()) {
+  for (const DatasetSpec& spec : fixed_datasets(StoreContent::meshes)) {
     add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }

@@ -40,8 +40,9 @@ struct DatasetSpec {
   void (*get_item)(const std::byte*, ItemReport&) = nullptr;
 };
 
-// The datasets of format version 1 in file order, descriptors excepted.
-const std::vector<DatasetSpec>& fixed_datasets();
+// The datasets of format version 1 in file order, descriptors excepted. Only the arrays that name the place
+// of a sample depend on the content.
+const std::vector<DatasetSpec>& fixed_datasets(StoreContent content);
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 
 std::size_t element_size(ElementType type);  // bytes; 1 for text
@@ -83,6 +84,7 @@ struct DatasetLayout {
 
 // All datasets of one store: samples, label, descriptors, items.
 struct StoreLayout {
+  StoreContent content = StoreContent::meshes;
   std::uint64_t rows = 0;
   std::uint32_t samples = 0;
   Compression compression = Compression::standard;
@@ -94,9 +96,9 @@ struct StoreLayout {
 };
 
 StoreLayout make_layout(const StoreHeader& header);
-StoreLayout make_layout(std::uint64_t rows, std::uint32_t samples, Compression compression,
-                        const std::vector<DescriptorSchema>& descriptors, std::uint32_t id_width,
-                        std::uint32_t reason_width);
+StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t samples,
+                        Compression compression, const std::vector<DescriptorSchema>& descriptors,
+                        std::uint32_t id_width, std::uint32_t reason_width);
 // Reasons are as wide as the longest of a file.
 void set_text_width(DatasetLayout& dataset, std::uint32_t width);
 

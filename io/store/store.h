@@ -36,16 +36,24 @@ enum class Compression : std::uint8_t {
 inline constexpr std::uint32_t store_format_version = 1;
 inline constexpr std::uint32_t store_method_version = 2;  // raised whenever the same input gives other points
 
-// One descriptor dataset: its width and the attributes that explain its bins.
+// One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
+// file that it stands in: descriptors, or certificate for measures of the samples themselves. Names are
+// unique over all groups.
 struct DescriptorSchema {
   std::string name;
   std::uint32_t width = 0;
   std::vector<std::pair<std::string, std::string>> attributes;
+  std::string group = "descriptors";
 };
+
+// What the rows of a store are: models of files, whose points name their polygon, or parametric surfaces,
+// whose points name their parameters.
+enum class StoreContent : std::uint8_t { meshes, surfaces };
 
 // Everything that must be equal for a run to be continued, and that the root attributes of the store record.
 // Nothing here depends on threads, memory, shards, time or host.
 struct StoreHeader {
+  StoreContent content = StoreContent::meshes;
   std::uint32_t samples = 0;  // N
   Compression compression = Compression::standard;
   std::uint64_t seed = 1;
@@ -111,6 +119,7 @@ class StoreReader {
   StoreReader& operator=(const StoreReader&) = delete;
 
   std::uint64_t rows() const;
+  StoreContent content() const;
   std::uint32_t samples() const;
   std::uint32_t format_version() const;
   std::uint32_t method_version() const;

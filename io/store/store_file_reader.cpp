@@ -103,7 +103,8 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
     return;
   }
   read_descriptors();
-  layout_ = make_layout(facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
+  layout_ =
+      make_layout(facts_.content, facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
   for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
   layout_.id_width = layout_.datasets[layout_.index_of(Role::id)].text_width;
 }
@@ -116,6 +117,8 @@ void StoreFileReader::read_facts() {
   facts_.format_version = static_cast<std::uint32_t>(read_number(id, "format_version"));
   facts_.method_version = static_cast<std::uint32_t>(read_number(id, "method_version"));
   facts_.tool_version = read_text_attribute(id, "tool_version");
+  if (has_attribute(id, "content") && read_text_attribute(id, "content") == "surfaces")
+    facts_.content = StoreContent::surfaces;  // older stores hold meshes and do not say so
   facts_.seed = read_number(id, "seed");
   facts_.samples = static_cast<std::uint32_t>(read_number(id, "samples"));
   facts_.rows = read_number(id, "rows");
@@ -133,15 +136,21 @@ void StoreFileReader::read_facts() {
 }
 
 void StoreFileReader::read_descriptors() {
-  const Hdf5Group group(H5Gopen2(file_.get(), "/descriptors", H5P_DEFAULT), "open /descriptors");
+  for (const char* const group : {"descriptors", "certificate"})
+    if (H5Lexists(file_.get(), group, H5P_DEFAULT) > 0) read_descriptors(group);
+}
+
+void StoreFileReader::read_descriptors(const std::string& folder) {
+  const Hdf5Group group(H5Gopen2(file_.get(), folder.c_str(), H5P_DEFAULT), "open /" + folder);
   std::vector<std::string> names;
   hdf5_check(H5Literate(group.get(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, take_name, &names),
-             "list /descriptors");
+             "list /" + folder);
   for (const std::string& name : names) {
     const Hdf5Dataset dataset(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), "open descriptor " + name);
     const std::vector<hsize_t> extents = extents_of(dataset.get());
     DescriptorSchema& schema = facts_.descriptors.emplace_back();
     schema.name = name;
+    schema.group = folder;
     schema.width = extents.size() == 2 ? static_cast<std::uint32_t>(extents[1]) : 1;
     std::vector<std::string> attributes;
     hdf5_check(H5Aiterate2(dataset.get(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, take_attribute_name,

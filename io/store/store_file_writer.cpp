@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "io/store/posix_file.h"
 #include "io/store/store_file.h"
 
@@ -52,6 +54,7 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   write_attribute(root.get(), "format_version", store_format_version);
   write_attribute(root.get(), "method_version", store_method_version);
   write_attribute(root.get(), "tool_version", tool_version());
+  write_attribute(root.get(), "content", header.content == StoreContent::meshes ? "meshes" : "surfaces");
   write_attribute(root.get(), "seed", header.seed);
   write_attribute(root.get(), "samples", layout.samples);
   write_attribute(root.get(), "rows", layout.rows);
@@ -66,7 +69,7 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
 void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const StoreHeader& header) {
   if (spec.role == Role::descriptor) {
     for (const DescriptorSchema& descriptor : header.descriptors)
-      if (spec.path == "/descriptors/" + descriptor.name)
+      if (spec.path == descriptor_dataset(descriptor).path)
         for (const auto& [name, text] : descriptor.attributes) write_attribute(dataset, name.c_str(), text);
     return;
   }
@@ -109,6 +112,9 @@ StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout
 void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard) {
   write_root_attributes(file_.get(), layout_, header, shard);
   const Hdf5Group descriptors = make_group(file_, "/descriptors");
+  const bool certified = std::any_of(header.descriptors.begin(), header.descriptors.end(),
+                                     [](const DescriptorSchema& d) { return d.group == "certificate"; });
+  const Hdf5Group certificate = certified ? make_group(file_, "/certificate") : Hdf5Group();
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {
     const Hdf5Type type = make_type(dataset);

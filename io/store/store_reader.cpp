@@ -119,6 +119,7 @@ StoreReader::~StoreReader() = default;
 std::uint64_t StoreReader::rows() const { return state_->file->facts().rows; }
 std::uint32_t StoreReader::samples() const { return state_->file->facts().samples; }
 std::uint32_t StoreReader::format_version() const { return state_->file->facts().format_version; }
+StoreContent StoreReader::content() const { return state_->file->facts().content; }
 std::uint32_t StoreReader::method_version() const { return state_->file->facts().method_version; }
 std::string StoreReader::tool_version() const { return state_->file->facts().tool_version; }
 std::uint64_t StoreReader::seed() const { return state_->file->facts().seed; }
