@@ -16,9 +16,10 @@ struct Rgb {
 // "#rrggbb".
 std::string hex_colour(Rgb colour);
 
-// Ten colours that stay apart for readers with protanopia and deuteranopia: those of Okabe and Ito (2008,
-// "Color Universal Design") without yellow, which is too pale for lines on white, then indigo, wine and olive
-// of Tol (2021, SRON technical note, "muted"). Indices wrap around.
+// Ten colours that stay apart for readers with protanopia and deuteranopia (simulated after Machado et al.
+// 2009, any two are at least 0.076 apart in OKLab): those of Okabe and Ito (2008, "Color Universal Design")
+// without yellow, which is too pale for lines on white, then indigo and wine of Tol (2021, SRON technical
+// note) and brown of ColorBrewer (Harrower and Brewer 2003). Indices wrap around.
 inline constexpr std::size_t palette_size = 10;
 Rgb palette_colour(std::size_t index);
 
@@ -32,9 +33,8 @@ enum class ColourMap {
 };
 
 // Colour of t in [0, 1]; values outside are clamped, NaN is 0. `lagoon` is a curve in OKLab (Ottosson 2020,
-// "A perceptual color space for image processing"): lightness rises linearly from 0.28 to 0.92 while the hue
-// turns at even speed from 300 degrees (violet) to 105 degrees (yellow), and the chroma is
-// 0.09 + 0.07 t, which stays inside sRGB.
+// "A perceptual color space for image processing"): lightness 0.28 + 0.64 t, hue 305 degrees (violet) falling
+// linearly to 108 (yellow), chroma 0.094 + 0.065 s^2 + 0.025 s^3 with s = 2 t - 1, which stays inside sRGB.
 Rgb map_colour(ColourMap map, double t);
 
 }  // namespace meander

@@ -14,8 +14,9 @@ namespace meander {
 // what check_table throws.
 std::string csv_text(const Table& table);
 
-// What a plot shows: columns series, x, y and, when any series has error bars, error. Also values that the
-// plot skips. Throws std::invalid_argument when x, y or error of a series differ in length.
+// What a plot shows, also the values that its picture skips: columns "series", then those named by the labels
+// of the axes ("x" and "y" where they have none) and, when any series has error bars, "error". Throws
+// std::invalid_argument when x, y or error of a series differ in length.
 Table plot_table(const Plot& plot);
 
 }  // namespace meander

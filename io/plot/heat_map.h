@@ -24,7 +24,7 @@ struct HeatMapParameters {
   double lower_quantile = 0, upper_quantile = 1;  // the values below which this share of the finite ones lies
   std::uint32_t pixels = 1;                       // of a cell along each side, 1..64
   bool upwards = false;                           // the first row is the bottom one
-  Rgb not_finite{200, 60, 160};
+  Rgb not_a_number{200, 60, 160};
 };
 
 struct ValueRange {
@@ -37,7 +37,7 @@ ValueRange heat_map_range(std::span<const double> values, const HeatMapParameter
 
 // values: rows x columns, row by row (x fastest), the top row first unless `upwards`. When the range is empty
 // (all values equal) every cell gets the middle of the map. Infinite values are clamped like others, NaN gets
-// `not_finite`. No cells: a picture of size 0 x 0. Throws std::invalid_argument when the size does not fit,
+// `not_a_number`. No cells: a picture of size 0 x 0. Throws std::invalid_argument when the size does not fit,
 // pixels or quantiles are out of range, or lower > upper.
 RgbImage heat_map(std::span<const double> values, std::uint32_t columns, std::uint32_t rows,
                   const HeatMapParameters& parameters = {});

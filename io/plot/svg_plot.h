@@ -13,9 +13,10 @@ namespace meander {
 
 enum class AxisScale { linear, log10 };
 
-// Without bounds the axis covers the drawable values of all series (error bars too) and a small margin; a
-// linear one whose values are not negative and come near zero starts at zero. Bounds that make no range (not
-// finite, not increasing, not positive on a log axis) are ignored one by one.
+// Without bounds the axis covers the drawable values of all series (with their error bars; only those inside
+// the other axis's bounds) and the guides, and a small margin; a linear one whose values are not negative and
+// come near zero starts at zero. A bound that is not finite, or not positive on a log axis, is ignored, and
+// both are when they do not increase.
 struct PlotAxis {
   std::string label;
   AxisScale scale = AxisScale::linear;
@@ -36,6 +37,9 @@ struct PlotSeries {
   double line_width = 1.6;  // px
   double marker_size = 3;   // px, half the width of a marker
 };
+
+// Throws std::invalid_argument when x, y or error differ in length.
+void check_series(const PlotSeries& series);
 
 // A straight line over the whole frame.
 struct PlotGuide {
@@ -75,19 +79,20 @@ struct Plot {
 // when x, y or error of a series differ in length.
 std::string svg_plot(const Plot& plot);
 
-// Where the ticks of an axis stand; labels may hold a power of ten as mantissa and exponent.
+// A tick of an axis. With power_ten the label is a number times ten to that power: "10" and 3 stand for 10^3,
+// "2.5×10" and -6 for 2.5×10^-6. Labels have a real minus sign; minor ticks have none.
 struct AxisTick {
   double value = 0;
-  std::string label;             // with a real minus sign; empty for minor ticks
-  std::optional<int> power_ten;  // label is then "10" (or "10 with the sign before it") and this its exponent
+  std::string label;
+  std::optional<int> power_ten;
   bool major = true;
 };
 
-// Ticks inside [lower, upper] (finite, increasing; positive on log), ascending. linear: multiples of 1, 2 or
-// 5 times a power of ten, the finest step that gives at most `most` of them. log10: powers of ten, every
-// decade or every k-th one so that at most `most` are labelled, with 2..9 between as minor ticks when every
-// decade is labelled; when fewer than two powers of ten lie inside, the 1-2-5 values are labelled, and when
-// there are fewer than two of those either, the ticks are linear. Throws std::invalid_argument.
+// Ticks inside [lower, upper] (finite, increasing; positive on log10), ascending. linear: multiples of 1, 2
+// or 5 times a power of ten, the finest step with at most `most` of them. log10: every power of ten or every
+// k-th one so that at most `most` are labelled, the others minor; 2..9 times them are minor ticks when all
+// are labelled. With fewer than two powers of ten inside, the values 1, 2, 5 times a power are labelled, and
+// with fewer than two of those, the ticks are linear. `most` is at least 2. Throws std::invalid_argument.
 std::vector<AxisTick> axis_ticks(AxisScale scale, double lower, double upper, std::size_t most);
 
 }  // namespace meander

@@ -6,25 +6,31 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <variant>
+#include <utility>
 #include <vector>
 
 namespace meander {
 
-// Nothing, a number, a whole number or text.
-class TableCell {
- public:
-  TableCell() = default;
-  TableCell(double number) : value(number) {}
-  template <std::signed_integral T>
-  TableCell(T number) : value(static_cast<std::int64_t>(number)) {}
-  template <std::unsigned_integral T>
-  requires(!std::same_as<T, bool>) TableCell(T number) : value(static_cast<std::uint64_t>(number)) {}
-  TableCell(std::string text) : value(std::move(text)) {}
-  TableCell(std::string_view text) : value(std::string(text)) {}
-  TableCell(const char* text) : value(std::string(text)) {}
+enum class CellKind { empty, number, whole, text };
 
-  std::variant<std::monostate, double, std::int64_t, std::uint64_t, std::string> value;
+// Nothing, a number, a whole number or text.
+struct TableCell {
+  CellKind kind = CellKind::empty;
+  double number = 0;
+  bool negative = false;  // the whole number is -magnitude
+  std::uint64_t magnitude = 0;
+  std::string text;
+
+  TableCell() = default;
+  TableCell(double value) : kind(CellKind::number), number(value) {}
+  template <std::integral T>
+  requires(!std::same_as<T, bool>) TableCell(T value) : kind(CellKind::whole), negative(value < T{0}) {
+    magnitude =
+        negative ? std::uint64_t{0} - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+  }
+  TableCell(std::string value) : kind(CellKind::text), text(std::move(value)) {}
+  TableCell(std::string_view value) : TableCell(std::string(value)) {}
+  TableCell(const char* value) : TableCell(std::string(value)) {}
 };
 
 struct TableColumn {
@@ -44,5 +50,14 @@ void check_table(const Table& table);
 // A number with that many significant digits for the eye: plain from 0.0001 to 9999999 (whole digits are
 // never rounded away), else with an exponent; "-" for NaN, "inf", "-inf".
 std::string readable_number(double number, int digits);
+
+// A whole number in full.
+std::string whole_number(const TableCell& cell);
+
+// A cell for the eye: readable_number for numbers, whole numbers in full, nothing for empty cells.
+std::string readable_cell(const TableCell& cell, int digits);
+
+// No text stands in the column (of a table that check_table accepts): its entries go flush right.
+bool is_numeric_column(const Table& table, std::size_t column);
 
 }  // namespace meander
