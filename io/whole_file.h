@@ -1,0 +1,16 @@
+// Writing a file as a whole or not at all.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace meander {
+
+// Written to a temporary name beside it, synced and renamed, so that `path` is the old file or the whole new
+// one. Throws std::system_error and leaves nothing behind.
+void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_whole_file(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace meander
