@@ -8,60 +8,11 @@
 #include "io/json_writer.h"
 #include "jobs/command_line.h"
 #include "jobs/inputs.h"
+#include "jobs/option_words.h"
 
 namespace meander {
 
 namespace {
-
-template <class Enum>
-struct Word {
-  const char* text;
-  Enum value;
-};
-constexpr Word<MethodChoice> method_words[] = {{"conformal", MethodChoice::conformal},
-                                               {"direct", MethodChoice::direct}};
-constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
-                                              {"elements", LocatorKind::elements},
-                                              {"first-hit", LocatorKind::first_hit}};
-constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element}, {"vertex", PlaceKind::vertex}};
-constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind::shifted},
-                                                 {"stratified", SequenceKind::stratified},
-                                                 {"owen", SequenceKind::owen},
-                                                 {"regular", SequenceKind::regular},
-                                                 {"random", SequenceKind::random}};
-constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
-                                           {"curve", OrderKind::curve}};
-constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert},
-                                           {"peano", CurveKind::peano},
-                                           {"peano-meander", CurveKind::peano_meander}};
-constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
-                                                   {"unit-sphere", NormalizeKind::unit_sphere},
-                                                   {"unit-box", NormalizeKind::unit_box}};
-constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::uniform},
-                                               {"mean", DensityKind::mean},
-                                               {"gaussian", DensityKind::gaussian},
-                                               {"max", DensityKind::max}};
-
-template <class Enum, std::size_t N>
-OneOf one_of(const Word<Enum> (&words)[N]) {
-  std::vector<std::string> texts;
-  for (const auto& word : words) texts.push_back(word.text);
-  return OneOf(texts);
-}
-
-template <class Enum, std::size_t N>
-Enum value_of(const Word<Enum> (&words)[N], const std::string& text) {
-  for (const auto& word : words)
-    if (text == word.text) return word.value;
-  throw UsageError("`" + text + "` is not known here");
-}
-
-template <class Enum, std::size_t N>
-const char* text_of(const Word<Enum> (&words)[N], Enum value) {
-  for (const auto& word : words)
-    if (word.value == value) return word.text;
-  return "";
-}
 
 // "uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME"
 void resolve_density(const std::string& text, DensityParameters& density,

@@ -1,0 +1,269 @@
+// meander surface: samples of parametric surfaces, in a store.
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+#include "io/digest.h"
+#include "io/image/png_reader.h"
+#include "io/json_writer.h"
+#include "io/mesh/mapped_file.h"
+#include "io/store/store.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "jobs/option_words.h"
+#include "jobs/surface_sources.h"
+#include "kernels/surface/expression.h"
+#include "kernels/surface/sample_surface.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Word<SurfaceDensityKind> surface_density_words[] = {{"uniform", SurfaceDensityKind::uniform},
+                                                              {"mean", SurfaceDensityKind::mean},
+                                                              {"gaussian", SurfaceDensityKind::gaussian},
+                                                              {"max", SurfaceDensityKind::max}};
+
+struct SurfaceOptions {
+  std::vector<std::string> surfaces;
+  std::string store;
+  SurfaceSampleParameters sample;
+  std::string density = "uniform", sequence = "shifted", order = "progressive", curve = "hilbert",
+              place = "element", compress = "default";
+  HeightFieldOptions height_field;
+  bool fresh = false, json = false;
+};
+
+void resolve(SurfaceOptions& options) {
+  SurfaceSampleParameters& sample = options.sample;
+  sample.sequence = value_of(sequence_words, options.sequence);
+  sample.order = value_of(order_words, options.order);
+  sample.curve = value_of(curve_words, options.curve);
+  sample.place = value_of(place_words, options.place);
+  sample.density.kind = SurfaceDensityKind::expression;
+  for (const auto& word : surface_density_words)
+    if (options.density == word.text) sample.density.kind = word.value;
+  if (sample.density.kind == SurfaceDensityKind::expression) sample.density.expression = options.density;
+  const std::vector<std::string> problems = validate(sample);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+std::string surface_parameters_json(const SurfaceOptions& options) {
+  const SurfaceSampleParameters& p = options.sample;
+  JsonWriter json;
+  json.begin_object();
+  json.member("compress", options.compress);
+  json.member("curve", options.curve);
+  json.member("density", options.density);
+  json.member("density_exponent", p.density.exponent);
+  json.member("density_floor", p.density.floor);
+  json.member("density_quantile", p.density.quantile);
+  json.member("height_extent_x", options.height_field.extent_x);
+  json.member("height_extent_y", options.height_field.extent_y);
+  json.member("height_scale", options.height_field.scale);
+  json.member("jitter", p.jitter);
+  json.member("leaves_per_sample", p.leaves_per_sample);
+  json.member("max_depth", p.max_depth);
+  json.member("min_depth", p.min_depth);
+  json.member("order", options.order);
+  json.member("place", options.place);
+  json.member("reparameterise", p.reparameterise);
+  json.member("samples", p.samples);
+  json.member("seed", p.seed);
+  json.member("sequence", options.sequence);
+  json.member("tolerance", p.tolerance);
+  json.end_object();
+  return json.text();
+}
+
+struct SurfaceRun {
+  std::string id;
+  Row row;
+  std::uint64_t patches = 0, leaves = 0;
+  double seconds = 0;
+};
+
+void fill_row(const SurfaceSamples& samples, Row& row) {
+  ItemReport& report = row.report;
+  report.status = Status::ok;
+  report.components = 1;
+  report.area = samples.area;
+  report.measure = samples.measure;
+  report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    report.bbox[axis] = report.bbox[axis + 3] = samples.points[axis];
+    for (std::size_t i = axis; i < samples.points.size(); i += 3) {
+      report.bbox[axis] = std::min<double>(report.bbox[axis], samples.points[i]);
+      report.bbox[axis + 3] = std::max<double>(report.bbox[axis + 3], samples.points[i]);
+    }
+  }
+  row.samples.points = samples.points;
+  row.samples.normals = samples.normals;
+  row.samples.uv.assign(samples.uv.begin(), samples.uv.end());
+  row.samples.curve_rank = samples.curve_rank;
+  row.samples.density = samples.density;
+}
+
+// A surface that cannot be sampled is a row with its status, as in `meander run`.
+SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options) {
+  SurfaceRun run;
+  run.id = surface_id(argument);
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const SurfaceSource source = open_surface(argument, options.height_field);
+    run.row.report.content_sha256 = source.content_sha256;
+    const SurfaceSamples samples = sample_surface(*source.surface, options.sample);
+    run.patches = samples.patches;
+    run.leaves = samples.leaves;
+    fill_row(samples, run.row);
+  } catch (const ItemError& error) {
+    run.row.report.status = error.status();
+    run.row.report.reason = error.what();
+  }
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return run;
+}
+
+void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& options) {
+  if (options.json) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("store", options.store);
+    json.member("samples", options.sample.samples);
+    json.key("surfaces");
+    json.begin_array();
+    for (const SurfaceRun& run : runs) {
+      json.begin_object();
+      json.member("id", run.id);
+      json.member("status", name_of(run.row.report.status));
+      json.member("reason", run.row.report.reason);
+      json.member("area", run.row.report.area);
+      json.member("measure", run.row.report.measure);
+      json.member("patches", run.patches);
+      json.member("leaves", run.leaves);
+      json.member("seconds", run.seconds);
+      json.end_object();
+    }
+    json.end_array();
+    json.end_object();
+    fmt::print("{}\n", json.text());
+    return;
+  }
+  for (const SurfaceRun& run : runs) {
+    const ItemReport& report = run.row.report;
+    if (report.status == Status::ok)
+      fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, {} patches, {} leaves, {:.2f} s\n", run.id,
+                 options.sample.samples, report.area, report.measure, run.patches, run.leaves, run.seconds);
+    else
+      fmt::print("{}: {}: {}\n", run.id, name_of(report.status), report.reason);
+  }
+}
+
+int sample_surfaces(SurfaceOptions& options) {
+  resolve(options);
+  std::sort(options.surfaces.begin(), options.surfaces.end(), [](const std::string& a, const std::string& b) {
+    return surface_id(a) < surface_id(b);
+  });
+  StoreHeader header;
+  header.content = StoreContent::surfaces;
+  header.samples = options.sample.samples;
+  header.compression = options.compress == "none" ? Compression::none : Compression::standard;
+  header.seed = options.sample.seed;
+  header.order = options.order;
+  header.parameters_json = surface_parameters_json(options);
+  for (const std::string& surface : options.surfaces) {
+    header.ids.push_back(surface_id(surface));
+    header.labels.push_back(-1);
+    if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
+      throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
+  }
+  if (options.fresh) discard_store(options.store);
+  if (fs::exists(options.store)) throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
+  RunDirectory directory(options.store, header);
+  std::vector<SurfaceRun> runs;
+  bool failed = false;
+  for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {
+    // Rows of an interrupted run are computed again, for the report; they come out the same.
+    SurfaceRun run = sample_one(options.surfaces[row], options);
+    directory.begin_item(row);
+    directory.end_item(encode_row(header, row, run.row));
+    failed = failed || run.row.report.status != Status::ok;
+    run.row.samples = {};
+    runs.push_back(std::move(run));
+  }
+  directory.finish();
+  print_runs(runs, options);
+  return failed ? exit_some_failed : exit_done;
+}
+
+}  // namespace
+
+JobFunction add_surface_job(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
+  auto options = std::make_shared<SurfaceOptions>();
+  SurfaceSampleParameters& sample = options->sample;
+  std::string names;
+  for (const std::string_view name : surface_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+  std::string presets;
+  for (const ExpressionPreset& preset : expression_presets())
+    presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
+  command
+      ->add_option("SURFACE", options->surfaces,
+                   "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
+      ->required();
+  command->add_option("-o,--output", options->store, "The store to write (HDF5)")->required();
+  command->add_option("-n,--samples", sample.samples, "Points per surface, 1 to 2^31")->capture_default_str();
+  command
+      ->add_option("--density", options->density,
+                   "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
+                       presets + ")")
+      ->capture_default_str();
+  command->add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 0 to 1")
+      ->capture_default_str();
+  command->add_option("--density-exponent", sample.density.exponent, "Exponent of curvatures, 0.25 to 4")
+      ->capture_default_str();
+  command->add_option("--curve", options->curve, "The space-filling curve")
+      ->capture_default_str()
+      ->check(one_of(curve_words));
+  command->add_option("--sequence", options->sequence, "The 1-D sample set")
+      ->capture_default_str()
+      ->check(one_of(sequence_words));
+  command->add_option("--order", options->order, "Order of the points: every prefix well spread, or along the curve")
+      ->capture_default_str()
+      ->check(one_of(order_words));
+  command->add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")
+      ->capture_default_str()
+      ->check(one_of(place_words));
+  command->add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1")->capture_default_str();
+  command->add_option("--tolerance", sample.tolerance, "Relative error of the measures, 1e-8 to 0.1")
+      ->capture_default_str();
+  command
+      ->add_option("--leaves-per-sample", sample.leaves_per_sample,
+                   "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)")
+      ->capture_default_str();
+  command->add_option("--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31")->capture_default_str();
+  command->add_flag("--reparameterise", sample.reparameterise,
+                    "Lay the curve over the square warped by area x density, for extreme stretch");
+  command->add_option("--height-scale", options->height_field.scale, "Height of white in a PNG height field")
+      ->capture_default_str();
+  command->add_option("--height-width", options->height_field.extent_x, "Extent of a height field in x, > 0")
+      ->capture_default_str();
+  command->add_option("--height-depth", options->height_field.extent_y, "Extent of a height field in y, > 0")
+      ->capture_default_str();
+  command->add_option("--compress", options->compress, "shuffle + deflate + checksum, or checksum only")
+      ->capture_default_str()
+      ->check(OneOf({"default", "none"}));
+  command->add_flag("--fresh", options->fresh, "Replace the store if it exists");
+  command->add_flag("--json", options->json, "The summary as JSON");
+  return [options] { return sample_surfaces(*options); };
+}
+
+}  // namespace meander

@@ -1,0 +1,59 @@
+#include "jobs/surface_sources.h"
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "io/digest.h"
+#include "io/image/png_reader.h"
+#include "io/mesh/mapped_file.h"
+#include "jobs/command_line.h"
+#include "jobs/inputs.h"
+#include "kernels/surface/height_field.h"
+#include "kernels/surface/nurbs_patch.h"
+
+namespace meander {
+
+namespace fs = std::filesystem;
+
+SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
+  SurfaceSource source;
+  const std::string extension = fs::path(argument).extension().string();
+  if (extension == ".nurbs" || extension == ".png") {
+    const MappedFile file(argument);
+    source.content_sha256 = sha256(file.bytes());
+    if (extension == ".nurbs") {
+      source.surface = parse_nurbs_patch(
+          {reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+      return source;
+    }
+    const GrayImage image = read_gray_png(argument);
+    // The top row of the picture is the far side, v = 1.
+    std::vector<float> heights;
+    heights.reserve(image.values.size());
+    for (std::size_t row = image.height; row-- > 0;)
+      heights.insert(heights.end(), image.values.begin() + static_cast<std::ptrdiff_t>(row * image.width),
+                     image.values.begin() + static_cast<std::ptrdiff_t>((row + 1) * image.width));
+    HeightFieldParameters parameters;
+    parameters.extent_x = height_field.extent_x;
+    parameters.extent_y = height_field.extent_y;
+    parameters.scale = height_field.scale;
+    source.surface = make_height_field(heights, image.width, image.height, parameters);
+    return source;
+  }
+  source.surface = make_surface(argument);
+  if (!source.surface) {
+    std::vector<std::string> names;
+    for (const std::string_view name : surface_names()) names.emplace_back(name);
+    const std::string near = nearest(argument, names);
+    throw UsageError("no surface `" + argument + "`" +
+                     (near.empty() ? " (nor a .nurbs or .png file)" : ", did you mean `" + near + "`?"));
+  }
+  source.content_sha256 = sha256(std::as_bytes(std::span(argument)));
+  return source;
+}
+
+std::string surface_id(const std::string& argument) { return fs::path(argument).filename().string(); }
+
+}  // namespace meander

@@ -1,0 +1,30 @@
+// Parametric surfaces as they are named on the command line.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "kernels/surface/surface.h"
+
+namespace meander {
+
+struct HeightFieldOptions {
+  double extent_x = 1, extent_y = 1;  // > 0
+  double scale = 0.25;                // height of white
+};
+
+struct SurfaceSource {
+  std::unique_ptr<ParametricSurface> surface;
+  std::array<std::uint8_t, 32> content_sha256{};  // of the file, or of the name
+};
+
+// A name of surface_names(), FILE.nurbs or FILE.png. Throws UsageError for an unknown name (with a suggestion),
+// ItemError for a file that cannot be used.
+SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field = {});
+
+// The id of its row: the name, or the file's own name.
+std::string surface_id(const std::string& argument);
+
+}  // namespace meander
