@@ -27,8 +27,8 @@ struct PowerSpectrum {
   }
 };
 
-// An empty spectrum. radius 1..8192: memory is 8 (2 radius + 1)^2 bytes, three times that while a set is
-// added.
+// An empty spectrum. radius 1..4096: memory is 8 (2 radius + 1)^2 bytes, twice that (plus 32 KiB radius)
+// while a set is added.
 PowerSpectrum make_power_spectrum(std::uint32_t radius);
 
 // Adds the periodogram of one set. x, y: N coordinates each, in [0, 1) (the sum is periodic, so that others
