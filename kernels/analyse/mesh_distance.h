@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/vector3.h"
 #include "kernels/locate/embree_locator.h"
 
@@ -48,7 +49,8 @@ struct MeshDistance {
 // fixed blocks; about 2 us a sample and direction. Throws ItemError(zero_area) where a mesh has no area, and
 // what SurfaceLocator throws.
 MeshDistance mesh_distance(const EmbreeDevice& device, const TriangleSpans& first,
-                           const TriangleSpans& second, const MeshDistanceParameters& parameters = {});
+                           const TriangleSpans& second, const MeshDistanceParameters& parameters = {},
+                           const CancelToken& cancel = {});
 
 // The points that mesh_distance measures from, 3 n interleaved: stratified by area, without the vertices.
 std::vector<double> area_samples(const TriangleSpans& mesh, std::uint64_t samples, std::uint64_t seed);
