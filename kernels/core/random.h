@@ -32,6 +32,7 @@ enum class Stream : std::uint32_t {
   element_point = 4,   // the sample inside its element
   leaf_ray = 5,        // the point of a curve leaf that a ray is cast through
   test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
+  point_set = 24,      // the point sets that samplings are compared with (kernels/pointset)
 };
 
 // The key of all randomness of one model: the user's seed and the content of the model, nothing else.
