@@ -8,13 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/spelling.h"  // nearest: the candidate that was meant
+
 namespace meander {
-
-// Edit distance (insertions, deletions, replacements, exchanged neighbours). O(|a| |b|).
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
-// The candidate nearest to `word`, or an empty string when none is near enough to be what was meant.
-std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 // Bytes from "512M", "4G", "1.5GiB", "100000": powers of 1024. Throws CLI::ValidationError.
 std::uint64_t parse_bytes(const std::string& text);

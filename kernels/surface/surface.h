@@ -1,0 +1,57 @@
+// Parametric surfaces f: [0, 1]^2 -> R^3, evaluated in batches over flat arrays (ALGORITHMS section 4.4).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "kernels/core/vector3.h"
+
+namespace meander {
+
+// Position and first derivatives by u and v.
+struct SurfaceTangents {
+  Vector3 position, du, dv;
+};
+
+// Position, first and second derivatives.
+struct SurfaceJet {
+  Vector3 position, du, dv, duu, duv, dvv;
+};
+
+// A surface over the unit square. All evaluations are pure and thread-safe; u, v and the result have equal
+// length, u and v lie in [0, 1] (both ends included: poles and seams must give finite values there).
+// Derivatives are those of the map itself, so they vanish at a pole. Prefer batches of 100 to 10,000 points:
+// one virtual call each.
+class ParametricSurface {
+ public:
+  virtual ~ParametricSurface() = default;
+
+  virtual std::string_view name() const = 0;
+  // Bytes that name the surface; they key the randomness. The name (cut to 16 bytes) unless the surface holds
+  // data of its own, then a digest of these.
+  virtual std::array<std::uint8_t, 16> content() const;
+
+  virtual void positions(std::span<const double> u, std::span<const double> v,
+                         std::span<Vector3> result) const = 0;
+  virtual void tangents(std::span<const double> u, std::span<const double> v,
+                        std::span<SurfaceTangents> result) const = 0;
+  virtual void jets(std::span<const double> u, std::span<const double> v,
+                    std::span<SurfaceJet> result) const = 0;
+};
+
+// The analytic surfaces, all differentiated automatically:
+//   plane            the unit square
+//   sphere           radius 1; u longitude, v from the north to the south pole
+//   torus            radii 1 and 0.5; u around the axis, v around the tube
+//   eight            (cos a sin 2b, sin a sin 2b, sin b), a in [0, 2 pi], b in [-pi/2, pi/2]: pinched at 0
+//   monkey-saddle    z = x^3 - 3 x y^2 over [-1, 1]^2
+//   klein-bottle     the figure-8 immersion, radius 2
+//   stretched-plane  the unit square with x = u^8: extreme stretch in u
+// Null for an unknown name.
+std::unique_ptr<ParametricSurface> make_surface(std::string_view name);
+std::span<const std::string_view> surface_names();
+
+}  // namespace meander
