@@ -22,6 +22,8 @@ JobFunction add_run_job(CLI::App& program, StageHook hook = {});
 JobFunction add_verify_job(CLI::App& program);
 JobFunction add_info_job(CLI::App& program);
 JobFunction add_export_job(CLI::App& program);
+JobFunction add_surface_job(CLI::App& program);
+JobFunction add_measure_job(CLI::App& program);
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
 int run_program(int argc, char** argv, StageHook hook = {});

@@ -39,7 +39,9 @@ int run_program(int argc, char** argv, StageHook hook) {
   const std::vector<Command> commands = {{"run", add_run_job(program, std::move(hook))},
                                          {"verify", add_verify_job(program)},
                                          {"info", add_info_job(program)},
-                                         {"export", add_export_job(program)}};
+                                         {"export", add_export_job(program)},
+                                         {"surface", add_surface_job(program)},
+                                         {"measure", add_measure_job(program)}};
   for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
   try {
     program.parse(argc, argv);
