@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
 #include "kernels/core/parallel.h"
+#include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
 
 namespace meander {
@@ -126,31 +126,6 @@ struct Placer {
     const double length = norm(sum);
     return length > 1e-6 ? (1 / length) * sum : geometric_normal(triangle);
   }
-};
-
-// Open-addressing set of stored points; equality is that of the float32 coordinates.
-class PointSet {
- public:
-  explicit PointSet(std::size_t count) : slots_(std::bit_ceil(2 * count + 1), no_index) {}
-
-  // True when no equal point was in the set yet; `points` holds the coordinates of all ranks inserted before.
-  bool insert(const std::vector<float>& points, std::uint32_t rank) {
-    const float* p = &points[3 * std::size_t{rank}];
-    std::uint64_t hash = std::bit_cast<std::uint32_t>(p[0]);
-    hash = (hash * 0x9E3779B97F4A7C15u) ^ std::bit_cast<std::uint32_t>(p[1]);
-    hash = (hash * 0x9E3779B97F4A7C15u) ^ std::bit_cast<std::uint32_t>(p[2]);
-    hash *= 0x9E3779B97F4A7C15u;
-    std::size_t slot = (hash ^ hash >> 32) & (slots_.size() - 1);
-    for (; slots_[slot] != no_index; slot = (slot + 1) & (slots_.size() - 1)) {
-      const float* q = &points[3 * std::size_t{slots_[slot]}];
-      if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return false;
-    }
-    slots_[slot] = rank;
-    return true;
-  }
-
- private:
-  std::vector<std::uint32_t> slots_;
 };
 
 // The element that holds each position: half-open, never one without mass. Positions ascend: one linear

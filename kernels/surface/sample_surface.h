@@ -56,6 +56,7 @@ struct SurfaceSamples {
   double area = 0, measure = 0;           // area; area x density: relative error about the tolerance or less
   std::uint64_t patches = 0;              // nodes that the surface was evaluated on
   std::uint64_t leaves = 0;               // leaves of the curve (nodes below a patch follow its polynomial)
+  std::uint64_t unresolved_patches = 0;   // left coarser than the tolerance asks: too deep or too many
   std::uint64_t bound_violations = 0;     // draws whose measure exceeded the bound of their leaf by rejection
   std::uint64_t coincident_points = 0;    // samples that float32 could not tell apart after 64 redraws
 

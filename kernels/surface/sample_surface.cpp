@@ -1,0 +1,326 @@
+#include "kernels/surface/sample_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "kernels/core/random.h"
+#include "kernels/sample/point_set.h"
+#include "kernels/sample/sequence.h"
+#include "kernels/surface/expression.h"
+#include "kernels/surface/ordered_blocks.h"
+#include "kernels/surface/patch_tree.h"
+#include "kernels/surface/surface_measure.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t sample_block = 1024;
+constexpr int max_redraws = 64;
+// A draw is accepted with a probability near 1 on smooth surfaces; this many misses mean a leaf whose measure
+// sits in a spot that the quadrature saw and hardly any draw finds.
+constexpr std::uint32_t max_trials = 1000;
+constexpr double bound_margin = 1.1;
+
+template <class T>
+void check_range(std::vector<std::string>& problems, const char* name, T value, T least, T most) {
+  if (!(value >= least && value <= most))
+    problems.push_back(std::string(name) + " is " + std::to_string(value) + ", must be " +
+                       std::to_string(least) + " to " + std::to_string(most));
+}
+
+void throw_problems(const SurfaceSampleParameters& parameters) {
+  std::string all;
+  for (const std::string& problem : validate(parameters)) all += (all.empty() ? "" : "; ") + problem;
+  if (!all.empty()) throw std::invalid_argument(all);
+}
+
+// A leaf in the curve's square.
+struct Leaf {
+  double s = 0, t = 0, side = 0;
+  double bound = 0;  // of the measure per unit of the square
+};
+
+Leaf leaf_of(const PatchTree& tree, std::size_t patch, const PatchNode& node) {
+  const CurveTree& patches = tree.patches();
+  const double side = patches.side[patch];
+  return {patches.u[patch] + side * node.s, patches.v[patch] + side * node.t, side * node.side,
+          bound_margin * tree.bound(patch, node)};
+}
+
+// One sample on its way: its leaf, and how many random numbers it has used up.
+struct Draft {
+  std::uint32_t rank = 0;
+  std::uint32_t counter = 0;
+  Leaf leaf;
+};
+
+// Draws points; knows where they go.
+class SurfacePlacer {
+ public:
+  SurfacePlacer(const SurfaceMeasure& measure, const PatchTree& tree, RandomKey key, PlaceKind place,
+                const std::vector<double>& position, const std::vector<std::uint32_t>& place_of_rank,
+                SurfaceSamples& samples)
+      : measure_(measure),
+        tree_(tree),
+        key_(key),
+        place_(place),
+        position_(position),
+        place_of_rank_(place_of_rank),
+        samples_(samples),
+        counter_(position.size(), 0) {}
+
+  // Places the samples of ranks begin .. end - 1.
+  void place(std::size_t begin, std::size_t end, std::uint64_t& violations) {
+    std::vector<Draft> drafts(end - begin);
+    std::size_t patch = patch_of(position_[begin] * tree_.total());
+    for (std::size_t r = begin; r < end; ++r) {
+      const double target = position_[r] * tree_.total();
+      while (patch < last_patch() && tree_.cumulative()[patch + 1] <= target) ++patch;
+      drafts[r - begin] = {static_cast<std::uint32_t>(r), 0, leaf_at(patch, target)};
+    }
+    if (place_ == PlaceKind::vertex)
+      put_centres(drafts);
+    else
+      draw(drafts, violations);
+  }
+
+  // Draws the sample of a rank anew, from the next random numbers of its stream.
+  void redraw(std::uint32_t rank, std::uint64_t& violations) {
+    const double target = position_[rank] * tree_.total();
+    std::vector<Draft> draft = {{rank, counter_[rank], leaf_at(patch_of(target), target)}};
+    draw(draft, violations);
+  }
+
+ private:
+  std::size_t last_patch() const {
+    std::size_t last = tree_.patches().leaf_count() - 1;
+    while (last > 0 && !(tree_.cumulative()[last + 1] > tree_.cumulative()[last])) --last;
+    return last;
+  }
+
+  // Half-open, and never a patch without mass.
+  std::size_t patch_of(double target) const {
+    const std::vector<double>& sums = tree_.cumulative();
+    const auto above = std::upper_bound(sums.begin() + 1, sums.end(), target);
+    return std::min(static_cast<std::size_t>(above - sums.begin()) - 1, last_patch());
+  }
+
+  Leaf leaf_at(std::size_t patch, double target) const {
+    return leaf_of(tree_, patch, tree_.find_leaf(patch, std::max(0.0, target - tree_.cumulative()[patch])));
+  }
+
+  // mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All drafts that
+  // are still without a point are evaluated in one batch.
+  void draw(std::vector<Draft>& drafts, std::uint64_t& violations) {
+    std::vector<double> s(drafts.size()), t(drafts.size());
+    MeasureBatch batch;
+    for (std::uint32_t trial = 1; !drafts.empty(); ++trial) {
+      s.resize(drafts.size());
+      t.resize(drafts.size());
+      for (std::size_t i = 0; i < drafts.size(); ++i) {
+        Draft& draft = drafts[i];
+        const UnitPair uniform = random_pair(key_, Stream::element_point, draft.rank, draft.counter++);
+        s[i] = draft.leaf.s + uniform.first * draft.leaf.side;
+        t[i] = draft.leaf.t + uniform.second * draft.leaf.side;
+      }
+      measure_.evaluate(s, t, batch);
+      std::size_t left = 0;
+      for (std::size_t i = 0; i < drafts.size(); ++i) {
+        Draft& draft = drafts[i];
+        const double accept = random_pair(key_, Stream::element_point, draft.rank, draft.counter++).first;
+        const bool above = batch.value[i] > draft.leaf.bound;
+        if (accept * draft.leaf.bound < batch.value[i] || trial == max_trials) {
+          violations += above || trial == max_trials;
+          put(draft, batch, i);
+        } else {
+          drafts[left++] = draft;
+        }
+      }
+      drafts.resize(left);
+    }
+  }
+
+  // The survey's own placement: the vertex of the curve, which is the centre of the leaf.
+  void put_centres(const std::vector<Draft>& drafts) {
+    std::vector<double> s(drafts.size()), t(drafts.size());
+    for (std::size_t i = 0; i < drafts.size(); ++i) {
+      s[i] = drafts[i].leaf.s + 0.5 * drafts[i].leaf.side;
+      t[i] = drafts[i].leaf.t + 0.5 * drafts[i].leaf.side;
+    }
+    MeasureBatch batch;
+    measure_.evaluate(s, t, batch);
+    for (std::size_t i = 0; i < drafts.size(); ++i) put(drafts[i], batch, i);
+  }
+
+  void put(const Draft& draft, const MeasureBatch& batch, std::size_t i) {
+    counter_[draft.rank] = draft.counter;
+    const std::size_t at = place_of_rank_[draft.rank];
+    const Vector3 p = batch.position[i];
+    Vector3 n = batch.du_cross_dv[i];
+    const double length = norm(n);
+    n = length > 0 && std::isfinite(length) ? (1 / length) * n : Vector3{0, 0, 1};
+    float* point = &samples_.points[3 * at];
+    float* normal = &samples_.normals[3 * at];
+    point[0] = static_cast<float>(p.x) + 0.0f;  // no negative zero
+    point[1] = static_cast<float>(p.y) + 0.0f;
+    point[2] = static_cast<float>(p.z) + 0.0f;
+    normal[0] = static_cast<float>(n.x);
+    normal[1] = static_cast<float>(n.y);
+    normal[2] = static_cast<float>(n.z);
+    samples_.uv[2 * at] = batch.u[i];
+    samples_.uv[2 * at + 1] = batch.v[i];
+    samples_.density[at] = static_cast<float>(batch.density[i]);
+  }
+
+  const SurfaceMeasure& measure_;
+  const PatchTree& tree_;
+  RandomKey key_;
+  PlaceKind place_;
+  const std::vector<double>& position_;
+  const std::vector<std::uint32_t>& place_of_rank_;
+  SurfaceSamples& samples_;
+  std::vector<std::uint32_t> counter_;  // by rank
+};
+
+// order[i] = rank of the i-th sample of the file.
+std::vector<std::uint32_t> file_order(SampleSequence& sequence, OrderKind order, RandomKey key) {
+  const auto count = static_cast<std::uint32_t>(sequence.position.size());
+  if (order == OrderKind::progressive)
+    return sequence.rank_of_index.empty() ? progressive_order(count, key) : std::move(sequence.rank_of_index);
+  std::vector<std::uint32_t> along(count);
+  std::iota(along.begin(), along.end(), 0u);
+  return along;
+}
+
+// The key of the first finest cell of the leaf of this depth >= 1 around (s, t).
+std::uint64_t first_key(CurveKind kind, double s, double t, int depth) {
+  std::uint64_t cells = 1;
+  for (int level = curve_key_levels(kind); level > depth; --level)
+    cells *= kind == CurveKind::hilbert ? 4 : 9;
+  const std::uint64_t key = curve_key(kind, s, t);
+  return key - key % cells;
+}
+
+}  // namespace
+
+std::vector<std::string> validate(const SurfaceSampleParameters& p) {
+  std::vector<std::string> problems;
+  check_range<double>(problems, "samples", p.samples, 1, 2147483648.0);
+  check_range(problems, "jitter", p.jitter, 0.0, 1.0);
+  check_range(problems, "tolerance", p.tolerance, 1e-8, 0.1);
+  if (p.leaves_per_sample != 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
+  check_range(problems, "least curve depth", p.min_depth, 5, 12);
+  check_range(problems, "curve depth", p.max_depth, p.min_depth, 31);
+  check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
+  check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
+  check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
+  if (p.density.kind == SurfaceDensityKind::expression) {
+    try {
+      const Expression compiled(p.density.expression);
+    } catch (const std::invalid_argument& error) {
+      problems.push_back(error.what());
+    }
+  } else if (!p.density.expression.empty()) {
+    problems.push_back("an expression is given but the density is of another kind");
+  }
+  return problems;
+}
+
+SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
+                              const CancelToken& cancel) {
+  throw_problems(parameters);
+  const SurfaceMeasure measure(surface, parameters, cancel);
+  const PatchTree tree(measure, parameters, cancel);
+  const RandomKey key = make_random_key(parameters.seed, surface.content());
+  const std::uint32_t count = parameters.samples;
+
+  SurfaceSamples samples;
+  samples.area = tree.area();
+  samples.measure = tree.total();
+  samples.patches = tree.patches().leaf_count();
+  samples.unresolved_patches = tree.unresolved();
+  for (const std::uint64_t leaves : tree.count_leaves()) samples.leaves += leaves;
+  cancel.check();
+
+  SampleSequence sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
+  samples.curve_rank = file_order(sequence, parameters.order, key);
+  std::vector<std::uint32_t> place_of_rank(count);
+  for (std::uint32_t i = 0; i < count; ++i) place_of_rank[samples.curve_rank[i]] = i;
+  samples.points.resize(3 * std::size_t{count});
+  samples.normals.resize(3 * std::size_t{count});
+  samples.density.resize(count);
+  samples.uv.resize(2 * std::size_t{count});
+
+  SurfacePlacer placer(measure, tree, key, parameters.place, sequence.position, place_of_rank, samples);
+  std::vector<std::uint64_t> violations((count + sample_block - 1) / sample_block, 0);
+  ordered_blocks(count, sample_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    placer.place(begin, end, violations[begin / sample_block]);
+  });
+  samples.bound_violations = std::accumulate(violations.begin(), violations.end(), std::uint64_t{0});
+
+  PointSet seen(count);
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    bool distinct = seen.insert(samples.points, place_of_rank[rank]);
+    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+      placer.redraw(rank, samples.bound_violations);
+      distinct = seen.insert(samples.points, place_of_rank[rank]);
+    }
+    samples.coincident_points += !distinct;
+  }
+  return samples;
+}
+
+SurfaceCurve build_surface_curve(const ParametricSurface& surface, const SurfaceSampleParameters& parameters,
+                                 const CancelToken& cancel) {
+  throw_problems(parameters);
+  const SurfaceMeasure measure(surface, parameters, cancel);
+  const PatchTree tree(measure, parameters, cancel);
+  const std::vector<std::uint64_t> counts = tree.count_leaves();
+  std::vector<std::uint64_t> before(counts.size() + 1, 0);
+  for (std::size_t p = 0; p < counts.size(); ++p) before[p + 1] = before[p] + counts[p];
+
+  SurfaceCurve curve;
+  curve.tree.kind = parameters.curve;
+  for (std::vector<double>* array : {&curve.tree.u, &curve.tree.v, &curve.tree.side, &curve.mass})
+    array->resize(before.back());
+  curve.tree.key.resize(before.back());
+  curve.tree.depth.resize(before.back());
+  curve.tree.frame.resize(before.back());
+  curve.uv.resize(2 * before.back());
+  ordered_blocks(counts.size(), 64, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    std::vector<double> s, t;
+    for (std::size_t p = begin; p < end; ++p) {
+      std::size_t at = before[p];
+      tree.visit_leaves(p, [&](const PatchNode& node) {
+        const Leaf leaf = leaf_of(tree, p, node);
+        curve.tree.u[at] = leaf.s;
+        curve.tree.v[at] = leaf.t;
+        curve.tree.side[at] = leaf.side;
+        curve.tree.depth[at] = node.depth;
+        curve.tree.frame[at] = node.frame;
+        curve.mass[at] = node.mass;
+        ++at;
+      });
+    }
+    for (std::size_t i = before[begin]; i < before[end]; ++i) {
+      s.push_back(curve.tree.u[i] + 0.5 * curve.tree.side[i]);
+      t.push_back(curve.tree.v[i] + 0.5 * curve.tree.side[i]);
+    }
+    MeasureBatch batch;
+    measure.evaluate(s, t, batch);
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      const std::size_t leaf = before[begin] + i;
+      curve.tree.key[leaf] = first_key(parameters.curve, s[i], t[i], curve.tree.depth[leaf]);
+      curve.uv[2 * leaf] = batch.u[i];
+      curve.uv[2 * leaf + 1] = batch.v[i];
+    }
+  });
+  return curve;
+}
+
+}  // namespace meander
