@@ -1,6 +1,6 @@
 // meander measure: how good point sets are, ours or anybody's.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +65,8 @@ void require_uniform(const MeasuredSet& set, const MeasureOptions& options) {
 void require_unit_square(const MeasuredSet& set) {
   for (std::size_t i = 0; i < set.count(); ++i)
     if (!(set.x[i] >= 0 && set.x[i] <= 1 && set.y[i] >= 0 && set.y[i] <= 1))
-      throw UsageError(fmt::format("point {} of {} is ({}, {}): not in the unit square", i, set.name, set.x[i],
-                                   set.y[i]));
+      throw UsageError(
+          fmt::format("point {} of {} is ({}, {}): not in the unit square", i, set.name, set.x[i], set.y[i]));
 }
 
 // Points on the unit sphere, as near as float32 keeps them; pulled onto it.
@@ -74,8 +74,8 @@ void to_unit_sphere(MeasuredSet& set) {
   for (std::size_t i = 0; i < set.count(); ++i) {
     const double length = std::sqrt(set.x[i] * set.x[i] + set.y[i] * set.y[i] + set.z[i] * set.z[i]);
     if (!(std::abs(length - 1) < 1e-4))
-      throw UsageError(fmt::format("point {} of {} lies {} from the origin: not on the unit sphere", i, set.name,
-                                   length));
+      throw UsageError(
+          fmt::format("point {} of {} lies {} from the origin: not on the unit sphere", i, set.name, length));
     set.x[i] /= length;
     set.y[i] /= length;
     set.z[i] /= length;
@@ -84,7 +84,8 @@ void to_unit_sphere(MeasuredSet& set) {
 
 // ---- measures: each makes one table ----------------------------------------------------------------------
 
-Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
+                    const MeasureOptions& options) {
   Table table{{{"set"}, {"points"}, {"boxes"}, {"error / random", 4}}, {}};
   BoxParameters parameters;
   parameters.boxes = options.shapes > 0 ? options.shapes : parameters.boxes;
@@ -96,7 +97,8 @@ Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, 
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
     if (&surface != last)
-      boxes = random_boxes(surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles, parameters);
+      boxes =
+          random_boxes(surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles, parameters);
     last = &surface;
     table.rows.push_back(
         {set.name, set.count(), boxes.size(), box_error_ratio(boxes, working_points(set, surface.mesh))});
@@ -104,7 +106,8 @@ Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, 
   return table;
 }
 
-Table measure_rings(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+Table measure_rings(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
+                    const MeasureOptions& options) {
   Table table{{{"set"}, {"points"}, {"seeds"}, {"discrepancy", 4}, {"largest distance / diagonal", 3}}, {}};
   const EmbreeDevice device;
   for (const MeasuredSet& set : sets) {
@@ -122,14 +125,20 @@ Table measure_rings(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, 
         mesh.triangles, triangles_around_vertices(mesh.triangles, static_cast<std::uint32_t>(mesh.x.size())),
         mesh.area, counts, seeds);
     const double farthest = *std::max_element(found.distance.begin(), found.distance.end());
-    table.rows.push_back({set.name, set.count(), seeds.size(), result.discrepancy,
-                          farthest * mesh.unit / mesh.diagonal});
+    table.rows.push_back(
+        {set.name, set.count(), seeds.size(), result.discrepancy, farthest * mesh.unit / mesh.diagonal});
   }
   return table;
 }
 
-Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
-  Table table{{{"set"}, {"points"}, {"min"}, {"mean"}, {"rho", 3}, {"coverage radius"},
+Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
+                      const MeasureOptions& options) {
+  Table table{{{"set"},
+               {"points"},
+               {"min"},
+               {"mean"},
+               {"rho", 3},
+               {"coverage radius"},
                {"coverage / mean spacing", 3}},
               {}};
   for (MeasuredSet& set : sets) {
@@ -144,7 +153,8 @@ Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces
                                reference_count, options.seed);
     } else if (surface.kind == Kind::plane) {
       require_unit_square(set);
-      const auto side = static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(reference_count))));
+      const auto side =
+          static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(reference_count))));
       for (std::uint64_t i = 0; i < side * side; ++i) {
         reference.push_back((static_cast<double>(i % side) + 0.5) / static_cast<double>(side));
         reference.push_back((static_cast<double>(i / side) + 0.5) / static_cast<double>(side));
@@ -175,7 +185,8 @@ Table measure_discrepancy(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surf
   if (sphere)
     table.columns.insert(table.columns.end(), {{"caps"}, {"triangles"}});
   else
-    table.columns.insert(table.columns.end(), {{"boxes at 0"}, {"triangles"}, {"quarter circles"}, {"rotated boxes"}});
+    table.columns.insert(table.columns.end(),
+                         {{"boxes at 0"}, {"triangles"}, {"quarter circles"}, {"rotated boxes"}});
   for (MeasuredSet& set : sets) {
     require_uniform(set, options);
     const MeasuredSurface& surface = surfaces.of(set);
@@ -184,9 +195,9 @@ Table measure_discrepancy(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surf
       to_unit_sphere(set);
       ShapeParameters axes = parameters;
       axes.shapes = options.shapes > 0 ? options.shapes : 200;
-      table.rows.push_back({set.name, set.count(), cap_discrepancy(set.x, set.y, set.z, axes).discrepancy,
-                            spherical_triangle_discrepancy(build_point_index(set.x, set.y, set.z), parameters)
-                                .discrepancy});
+      table.rows.push_back(
+          {set.name, set.count(), cap_discrepancy(set.x, set.y, set.z, axes).discrepancy,
+           spherical_triangle_discrepancy(build_point_index(set.x, set.y, set.z), parameters).discrepancy});
       continue;
     }
     require_unit_square(set);
@@ -233,7 +244,8 @@ std::vector<SetIntegrand> integrands_of(const MeasuredSet& set, const MeasuredSu
     total += mesh.area[t] * (smooth(0.5 * (a + b)) + smooth(0.5 * (b + c)) + smooth(0.5 * (c + a))) / 3;
   }
   polynomial.exact = total / mesh.total_area;
-  // The half-space as a box that reaches far beyond the mesh on one side (working coordinates lie in [-1, 1]).
+  // The half-space as a box that reaches far beyond the mesh on one side (working coordinates lie in [-1,
+  // 1]).
   const Vector3 normal = (1 / std::sqrt(14.0)) * Vector3{1, 2, 3};
   const Vector3 across = (1 / std::sqrt(5.0)) * Vector3{2, -1, 0};
   RotatedBox half;
@@ -262,7 +274,8 @@ double error_of_prefix(const SetIntegrand& integrand, const MeasuredSet& set, st
 }
 
 // Root mean square over the sets, by integrand and number of points; prefixes of progressive sets count too.
-Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
+                       const MeasureOptions& options) {
   struct Errors {
     std::string integrand;
     std::size_t points;
@@ -288,7 +301,8 @@ Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surface
   std::stable_sort(groups.begin(), groups.end(), [](const Errors& a, const Errors& b) {
     return a.integrand != b.integrand ? a.integrand < b.integrand : a.points < b.points;
   });
-  Table table{{{"integrand"}, {"points"}, {"sets"}, {"RMS error"}, {"largest"}, {"slope", 3}, {"its error", 2}}, {}};
+  Table table{
+      {{"integrand"}, {"points"}, {"sets"}, {"RMS error"}, {"largest"}, {"slope", 3}, {"its error", 2}}, {}};
   for (std::size_t begin = 0, end = 0; begin < groups.size(); begin = end) {
     std::vector<double> counts, errors;
     for (end = begin; end < groups.size() && groups[end].integrand == groups[begin].integrand; ++end) {
@@ -296,8 +310,8 @@ Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surface
       double squares = 0;
       for (const double e : g.errors) squares += e * e;
       const double rms = std::sqrt(squares / static_cast<double>(g.errors.size()));
-      table.rows.push_back({g.integrand, g.points, g.errors.size(), rms,
-                            *std::max_element(g.errors.begin(), g.errors.end())});
+      table.rows.push_back(
+          {g.integrand, g.points, g.errors.size(), rms, *std::max_element(g.errors.begin(), g.errors.end())});
       if (rms > 0) {
         counts.push_back(static_cast<double>(g.points));
         errors.push_back(rms);
@@ -325,7 +339,8 @@ Table profile_table(const RadialProfile& profile, const char* radius_name, doubl
   Table table{{{radius_name, 4}, {"mean", 4}, {"anisotropy dB", 3}, {"bins"}}, {}};
   for (std::size_t k = 0; k < profile.rings(); ++k)
     if (profile.reliable(k))
-      table.rows.push_back({profile.radius[k] * scale, profile.mean[k], profile.anisotropy_db[k], profile.bins[k]});
+      table.rows.push_back(
+          {profile.radius[k] * scale, profile.mean[k], profile.anisotropy_db[k], profile.bins[k]});
   return table;
 }
 
@@ -340,7 +355,8 @@ void draw_map(const MeasureOptions& options, std::span<const double> values, std
             heat_map(values, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(side), look));
 }
 
-Table measure_spectrum(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+Table measure_spectrum(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
+                       const MeasureOptions& options) {
   require_equal_counts(sets, options);
   const double root = std::sqrt(static_cast<double>(sets.front().count()));
   PowerSpectrum spectrum =
@@ -375,7 +391,8 @@ Table measure_differences(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surf
       add_differences(map, set.x, set.y, spacing);
       continue;
     }
-    if (set.normals.empty()) throw UsageError(set.name + " has no normals, which measure differences needs on meshes");
+    if (set.normals.empty())
+      throw UsageError(set.name + " has no normals, which measure differences needs on meshes");
     std::vector<double> points(3 * n), normals(set.normals.begin(), set.normals.end());
     for (std::size_t i = 0; i < n; ++i) {
       points[3 * i] = set.x[i];
@@ -385,8 +402,8 @@ Table measure_differences(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surf
     add_surface_differences(map, points, normals, std::vector<double>(n, spacing));
   }
   const double side = std::sqrt(static_cast<double>(n));  // of the square in units of the mean spacing
-  const DifferenceMap expected = plane ? expected_differences(map.parameters, n, side, side)
-                                       : expected_differences(map.parameters, n);
+  const DifferenceMap expected =
+      plane ? expected_differences(map.parameters, n, side, side) : expected_differences(map.parameters, n);
   const std::vector<double> ratio = normalised_differences(map, expected);
   draw_map(options, ratio, map.side(), 2);
   return profile_table(radial_differences(map, ratio, 2), "distance / spacing", map.cell());
@@ -413,7 +430,8 @@ Table measure_distance(const MeasureOptions& options) {
   parameters.seed = options.seed;
   const EmbreeDevice device;
   const MeshDistance distance = mesh_distance(device, spans[0], spans[1], parameters);
-  Table table{{{"from"}, {"to"}, {"samples"}, {"mean"}, {"RMS"}, {"max"}, {"mean %"}, {"RMS %"}, {"max %"}}, {}};
+  Table table{{{"from"}, {"to"}, {"samples"}, {"mean"}, {"RMS"}, {"max"}, {"mean %"}, {"RMS %"}, {"max %"}},
+              {}};
   const auto add = [&](const std::string& from, const std::string& to, const OneSidedDistance& d) {
     table.rows.push_back({from, to, d.samples, d.mean, d.rms, d.max, distance.percent(d.mean),
                           distance.percent(d.rms), distance.percent(d.max)});
@@ -434,13 +452,15 @@ struct Measure {
 constexpr Measure measures[] = {
     {"boxes", "error over random rotated boxes with exact areas, relative to random points (meshes)",
      measure_boxes, false, true},
-    {"rings", "discrepancy over patches grown ring by ring, the survey's (meshes)", measure_rings, false, true},
+    {"rings", "discrepancy over patches grown ring by ring, the survey's (meshes)", measure_rings, false,
+     true},
     {"spacing", "nearest-neighbour distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
      false},
-    {"discrepancy", "boxes, triangles, quarter circles (plane); caps, triangles (sphere)", measure_discrepancy,
-     false, true},
+    {"discrepancy", "boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
+     measure_discrepancy, false, true},
     {"integral", "integration error over n and its slope (plane, meshes)", measure_integral, false, false},
-    {"spectrum", "radially averaged power and anisotropy over all sets (plane)", measure_spectrum, true, false},
+    {"spectrum", "radially averaged power and anisotropy over all sets (plane)", measure_spectrum, true,
+     false},
     {"differences", "differential domain analysis over all sets (plane, meshes)", measure_differences, true,
      false},
     {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false},
@@ -465,7 +485,8 @@ int measure(const MeasureOptions& options) {
     table = measure_distance(options);
   } else {
     if (options.surface.empty())
-      throw UsageError("measure " + options.what + " needs --surface: plane, sphere, a mesh file, or the folder "
+      throw UsageError("measure " + options.what +
+                       " needs --surface: plane, sphere, a mesh file, or the folder "
                        "of a store's models");
     std::vector<MeasuredSet> sets = load_point_sets(options.inputs);
     MeasuredSurfaces surfaces(options.surface);
@@ -501,16 +522,19 @@ JobFunction add_measure_job(CLI::App& program) {
   }
   command->add_option("WHAT", options->what, help)->required()->check(OneOf(names));
   command
-      ->add_option("INPUT", options->inputs,
-                   "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
-                   ".off); two meshes for distance")
+      ->add_option(
+          "INPUT", options->inputs,
+          "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
+          ".off); two meshes for distance")
       ->required();
-  command->add_option("--surface", options->surface,
-                      "Where the points lie: plane (unit square), sphere (unit sphere), a mesh, or the folder of "
-                      "a store's models");
+  command->add_option(
+      "--surface", options->surface,
+      "Where the points lie: plane (unit square), sphere (unit sphere), a mesh, or the folder of "
+      "a store's models");
   command
-      ->add_option("--shapes", options->shapes,
-                   "Test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar shapes, 200 cap axes)")
+      ->add_option(
+          "--shapes", options->shapes,
+          "Test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar shapes, 200 cap axes)")
       ->check(CLI::Range(1, 200000));
   command->add_option("--seed", options->seed, "Seed of the test shapes")->capture_default_str();
   command->add_option("--samples", options->samples, "Points on each mesh for distance, 1 to 10^9")

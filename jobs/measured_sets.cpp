@@ -42,7 +42,8 @@ void add_store(const std::string& path, const std::string& item, std::vector<Mea
   const StoreReader store(path);
   if (!item.empty()) {
     const std::uint64_t row = find_item(store, item);
-    if (store.report(row).status != Status::ok) throw UsageError("`" + item + "` of " + path + " has no points");
+    if (store.report(row).status != Status::ok)
+      throw UsageError("`" + item + "` of " + path + " has no points");
     sets.push_back(set_of_row(store, path, row));
     return;
   }

@@ -22,19 +22,20 @@ struct MeasuredSet {
   std::size_t count() const { return x.size(); }
 };
 
-// Stores (.h5: all ok rows; FILE.h5::ITEM one of them) and point files. Throws UsageError, RunError, ItemError.
+// Stores (.h5: all ok rows; FILE.h5::ITEM one of them) and point files. Throws UsageError, RunError,
+// ItemError.
 std::vector<MeasuredSet> load_point_sets(const std::vector<std::string>& arguments);
 
 // The surface that a set lies on.
 struct MeasuredSurface {
   enum class Kind { plane, sphere, mesh };
   Kind kind = Kind::mesh;
-  PreparedMesh mesh;  // of kind mesh; in working coordinates
+  PreparedMesh mesh;    // of kind mesh; in working coordinates
   double area() const;  // in file units squared
 };
 
-// Surfaces by the argument of --surface: `plane` (the unit square), `sphere` (the unit sphere), a mesh file, or
-// a folder that holds the items of a store under their ids. Meshes are read once.
+// Surfaces by the argument of --surface: `plane` (the unit square), `sphere` (the unit sphere), a mesh file,
+// or a folder that holds the items of a store under their ids. Meshes are read once.
 class MeasuredSurfaces {
  public:
   explicit MeasuredSurfaces(std::string argument) : argument_(std::move(argument)) {}

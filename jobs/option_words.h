@@ -17,28 +17,29 @@ struct Word {
   Enum value;
 };
 inline constexpr Word<MethodChoice> method_words[] = {{"conformal", MethodChoice::conformal},
-                                               {"direct", MethodChoice::direct}};
+                                                      {"direct", MethodChoice::direct}};
 inline constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
-                                              {"elements", LocatorKind::elements},
-                                              {"first-hit", LocatorKind::first_hit}};
-inline constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element}, {"vertex", PlaceKind::vertex}};
+                                                     {"elements", LocatorKind::elements},
+                                                     {"first-hit", LocatorKind::first_hit}};
+inline constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element},
+                                                  {"vertex", PlaceKind::vertex}};
 inline constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind::shifted},
-                                                 {"stratified", SequenceKind::stratified},
-                                                 {"owen", SequenceKind::owen},
-                                                 {"regular", SequenceKind::regular},
-                                                 {"random", SequenceKind::random}};
+                                                        {"stratified", SequenceKind::stratified},
+                                                        {"owen", SequenceKind::owen},
+                                                        {"regular", SequenceKind::regular},
+                                                        {"random", SequenceKind::random}};
 inline constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
-                                           {"curve", OrderKind::curve}};
+                                                  {"curve", OrderKind::curve}};
 inline constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert},
-                                           {"peano", CurveKind::peano},
-                                           {"peano-meander", CurveKind::peano_meander}};
+                                                  {"peano", CurveKind::peano},
+                                                  {"peano-meander", CurveKind::peano_meander}};
 inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
-                                                   {"unit-sphere", NormalizeKind::unit_sphere},
-                                                   {"unit-box", NormalizeKind::unit_box}};
+                                                          {"unit-sphere", NormalizeKind::unit_sphere},
+                                                          {"unit-box", NormalizeKind::unit_box}};
 inline constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::uniform},
-                                               {"mean", DensityKind::mean},
-                                               {"gaussian", DensityKind::gaussian},
-                                               {"max", DensityKind::max}};
+                                                      {"mean", DensityKind::mean},
+                                                      {"gaussian", DensityKind::gaussian},
+                                                      {"max", DensityKind::max}};
 
 template <class Enum, std::size_t N>
 OneOf one_of(const Word<Enum> (&words)[N]) {

@@ -41,7 +41,8 @@ int run_program(int argc, char** argv, StageHook hook) {
                                          {"info", add_info_job(program)},
                                          {"export", add_export_job(program)},
                                          {"surface", add_surface_job(program)},
-                                         {"measure", add_measure_job(program)}};
+                                         {"measure", add_measure_job(program)},
+                                         {"figures", add_figures_job(program)}};
   for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
   try {
     program.parse(argc, argv);

@@ -1,6 +1,6 @@
 // meander surface: samples of parametric surfaces, in a store.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -168,9 +168,8 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
 
 int sample_surfaces(SurfaceOptions& options) {
   resolve(options);
-  std::sort(options.surfaces.begin(), options.surfaces.end(), [](const std::string& a, const std::string& b) {
-    return surface_id(a) < surface_id(b);
-  });
+  std::sort(options.surfaces.begin(), options.surfaces.end(),
+            [](const std::string& a, const std::string& b) { return surface_id(a) < surface_id(b); });
   StoreHeader header;
   header.content = StoreContent::surfaces;
   header.samples = options.sample.samples;
@@ -211,7 +210,8 @@ JobFunction add_surface_job(CLI::App& program) {
   auto options = std::make_shared<SurfaceOptions>();
   SurfaceSampleParameters& sample = options->sample;
   std::string names;
-  for (const std::string_view name : surface_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+  for (const std::string_view name : surface_names())
+    names += (names.empty() ? "" : ", ") + std::string(name);
   std::string presets;
   for (const ExpressionPreset& preset : expression_presets())
     presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
@@ -236,7 +236,9 @@ JobFunction add_surface_job(CLI::App& program) {
   command->add_option("--sequence", options->sequence, "The 1-D sample set")
       ->capture_default_str()
       ->check(one_of(sequence_words));
-  command->add_option("--order", options->order, "Order of the points: every prefix well spread, or along the curve")
+  command
+      ->add_option("--order", options->order,
+                   "Order of the points: every prefix well spread, or along the curve")
       ->capture_default_str()
       ->check(one_of(order_words));
   command->add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")

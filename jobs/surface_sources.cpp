@@ -24,8 +24,8 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
     const MappedFile file(argument);
     source.content_sha256 = sha256(file.bytes());
     if (extension == ".nurbs") {
-      source.surface = parse_nurbs_patch(
-          {reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+      source.surface =
+          parse_nurbs_patch({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
       return source;
     }
     const GrayImage image = read_gray_png(argument);

@@ -1,0 +1,79 @@
+// What the figures share: where they go, the page that shows them, and how large they are.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/plot/html_page.h"
+#include "io/plot/svg_plot.h"
+#include "io/plot/svg_points.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/render/rgb_image.h"
+
+namespace meander {
+
+// A triangle mesh that figures sample: from a file, or made here.
+struct FigureMesh {
+  std::string name;
+  std::vector<double> positions;     // 3 V
+  std::vector<std::uint32_t> faces;  // 3 T
+};
+
+class FigureSet {
+ public:
+  FigureSet(std::filesystem::path folder, bool quick, std::uint64_t seed, std::vector<FigureMesh> meshes,
+            std::function<void(const std::string&)> note)
+      : quick(quick), seed(seed), meshes(std::move(meshes)), folder_(std::move(folder)), note_(std::move(note)) {}
+
+  const bool quick;
+  const std::uint64_t seed;
+  const std::vector<FigureMesh> meshes;
+
+  // Opens a figure of the page; pictures and texts below belong to it until the next one.
+  void begin(const std::string& heading);
+  void note(const std::string& text) const { note_(text); }
+  void plot(const std::string& stem, const Plot& plot, const std::string& caption);  // SVG and CSV
+  void drawing(const std::string& stem, const std::string& svg, const std::string& caption);
+  void picture(const std::string& stem, const RgbImage& image, const std::string& caption);  // PNG
+  void table(const std::string& stem, const std::string& caption, const Table& table);       // CSV and page
+  void text(const std::string& label, const std::string& text);
+
+  FigurePage page;
+
+ private:
+  void write(const std::string& name, const std::string& content) const;
+  std::filesystem::path folder_;
+  std::function<void(const std::string&)> note_;
+};
+
+// The figures, by subject. Each takes what it needs from the set and adds to its page.
+void draw_point_sets(FigureSet& figures);           // figure 1
+void draw_stretched_plane(FigureSet& figures);      // figure 2
+void draw_curves(FigureSet& figures);               // figure 3
+void draw_plane_discrepancy(FigureSet& figures);    // figure 4, the plane, and placement
+void draw_sphere_discrepancy(FigureSet& figures);   // figure 4, the sphere
+void draw_mesh_discrepancy(FigureSet& figures);     // figure 4, meshes
+void draw_density_discrepancy(FigureSet& figures);  // figure 5
+void draw_surfaces(FigureSet& figures);             // figure 6
+void draw_adaptive_curve(FigureSet& figures);       // figure 8
+void draw_spectra(FigureSet& figures);              // figure 16
+void draw_mesh_distances(FigureSet& figures);       // figure 21
+
+// ---- errors over the number of points ---------------------------------------------------------------------
+
+// Values of several measures over a series of numbers of points: mean and spread over the runs.
+struct ErrorSeries {
+  std::string name;
+  std::vector<double> counts;
+  std::vector<std::vector<double>> runs;  // by count: one value a run
+};
+PlotSeries plot_series(const ErrorSeries& errors, std::size_t colour);
+// Name, slope with its standard error over counts >= `least`, and the mean values at some counts.
+Table slope_table(const std::vector<ErrorSeries>& series, double least, const std::vector<double>& shown);
+Plot error_plot(const std::string& title, const std::vector<ErrorSeries>& series, const std::string& measure);
+
+}  // namespace meander

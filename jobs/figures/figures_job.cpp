@@ -1,0 +1,141 @@
+// meander figures: the survey's figures, remade.
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "io/mesh/mapped_file.h"
+#include "io/mesh/mesh_reader.h"
+#include "jobs/exit_status.h"
+#include "jobs/command_line.h"
+#include "jobs/figures/figure_set.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "kernels/surface/surface.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FiguresOptions {
+  std::string folder;
+  std::vector<std::string> models;
+  std::vector<std::string> only;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  bool quick = false;
+};
+
+struct FigureName {
+  const char* name;
+  void (*draw)(FigureSet&);
+};
+constexpr FigureName figure_names[] = {
+    {"1", draw_point_sets},         {"2", draw_stretched_plane},   {"3", draw_curves},
+    {"4-plane", draw_plane_discrepancy}, {"4-sphere", draw_sphere_discrepancy},
+    {"4-mesh", draw_mesh_discrepancy},   {"5", draw_density_discrepancy},
+    {"6", draw_surfaces},           {"8", draw_adaptive_curve},    {"16", draw_spectra},
+    {"21", draw_mesh_distances},
+};
+
+// A torus of 96 x 48 quadrilaterals, for machines without models.
+FigureMesh made_torus() {
+  constexpr std::uint32_t around = 96, across = 48;
+  FigureMesh mesh;
+  mesh.name = "torus";
+  std::vector<double> u, v;
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      u.push_back(static_cast<double>(i) / around);
+      v.push_back(static_cast<double>(j) / across);
+    }
+  std::vector<Vector3> positions(u.size());
+  make_surface("torus")->positions(u, v, positions);
+  for (const Vector3& p : positions) mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const std::uint32_t next_i = (i + 1) % around, next_j = (j + 1) % across;
+      const std::uint32_t a = i * across + j, b = next_i * across + j, c = next_i * across + next_j,
+                          d = i * across + next_j;
+      mesh.faces.insert(mesh.faces.end(), {a, b, c, a, c, d});
+    }
+  return mesh;
+}
+
+FigureMesh read_model(const std::string& path) {
+  MeshFormat format{};
+  if (!mesh_format_of(path, format)) throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
+  const MappedFile file(path);
+  const PolygonMesh mesh = read_mesh(file.bytes(), format);
+  FigureMesh result;
+  result.name = fs::path(path).stem().string();
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    result.positions.insert(result.positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  if (mesh.corners.size() != 3 * mesh.polygon_count())
+    throw UsageError("`" + path + "` has faces that are no triangles; the figures take triangle meshes");
+  result.faces = mesh.corners;
+  return result;
+}
+
+int draw_figures(const FiguresOptions& options) {
+  std::vector<FigureMesh> meshes;
+  for (const std::string& model : options.models) meshes.push_back(read_model(model));
+  if (meshes.empty()) meshes.push_back(made_torus());
+  fs::create_directories(options.folder);
+  const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  FigureSet figures(options.folder, options.quick, options.seed, std::move(meshes),
+                    [&](const std::string& text) { fmt::print(stderr, "{:7.1f} s  {}\n", seconds(), text); });
+  figures.page.title = "The survey's figures, measured again";
+  figures.page.introduction = {
+      {"", "Figures of the survey \"Fast Low-discrepancy Sampling of Parametric Surfaces and Meshes\", remade from "
+           "its description: what was measured here stands beside what the survey claims. The numbers behind each "
+           "picture are in the CSV files."}};
+  for (const FigureName& figure : figure_names)
+    if (options.only.empty() ||
+        std::find(options.only.begin(), options.only.end(), figure.name) != options.only.end())
+      figure.draw(figures);
+  figures.page.footer = fmt::format("meander {}, seed {}{}", meander_version, options.seed,
+                                    options.quick ? ", --quick" : "");
+  const fs::path page = fs::path(options.folder) / "index.html";
+  std::ofstream file(page, std::ios::binary);
+  file << html_page(figures.page);
+  if (!file.flush()) throw UsageError("`" + page.string() + "` cannot be written");
+  fmt::print("{} figures in {}, {:.0f} s\n", figures.page.figures.size(), page.string(), seconds());
+  return exit_done;
+}
+
+}  // namespace
+
+JobFunction add_figures_job(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("figures", "Remake the survey's figures: pictures, data and a page that shows them");
+  auto options = std::make_shared<FiguresOptions>();
+  command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")->required();
+  command->add_option("--models", options->models,
+                      "Triangle meshes for figures 4 and 16 (a torus made here when left out)");
+  std::vector<std::string> names;
+  for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
+  command->add_option("--only", options->only, "Draw these figures only")->delimiter(',')->check(OneOf(names));
+  command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")->capture_default_str();
+  command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--quick", options->quick, "Fewer points, shapes and sets: minutes instead of an hour");
+  return [options] { return draw_figures(*options); };
+}
+
+}  // namespace meander
