@@ -58,8 +58,9 @@ struct PlotAnnotation {
   std::optional<std::size_t> colour;  // palette_colour; none: dark grey
 };
 
-// automatic: the corner of the frame that no curve touches, or right of the frame when there is none.
-enum class LegendPlace { automatic, none, right, top_left, top_right, bottom_left, bottom_right };
+// automatic: the corner of the frame that nothing touches; without one right of the frame, or below it when
+// the names are long for the picture.
+enum class LegendPlace { automatic, none, right, below, top_left, top_right, bottom_left, bottom_right };
 
 struct Plot {
   std::string title;  // empty: none
@@ -79,12 +80,11 @@ struct Plot {
 // when x, y or error of a series differ in length.
 std::string svg_plot(const Plot& plot);
 
-// A tick of an axis. With power_ten the label is a number times ten to that power: "10" and 3 stand for 10^3,
-// "2.5×10" and -6 for 2.5×10^-6. Labels have a real minus sign; minor ticks have none.
+// A tick of an axis. The label has a real minus sign and powers of ten as 10^{3}, 2.5×10^{-6}; minor ticks
+// have none.
 struct AxisTick {
   double value = 0;
   std::string label;
-  std::optional<int> power_ten;
   bool major = true;
 };
 

@@ -43,10 +43,10 @@ struct PanelGrid {
   double gap = 18;
 };
 
-// One drawing of width x height px (its caption comes on top of that). The window keeps its aspect and is
-// centred. Points that are not finite are left out and interrupt polylines. Same promises about the text as
-// svg_plot. O(points). Throws std::invalid_argument when x and y (or colours) of a layer differ in length or
-// the window is not finite and increasing.
+// One drawing of at most width x height px (its caption comes on top of that). The window keeps its aspect
+// and is centred. Points that are not finite are left out and interrupt polylines. Same promises about the
+// text as svg_plot. O(points). Throws std::invalid_argument when x and y (or colours) of a layer differ in
+// length or the window is not finite and increasing.
 std::string svg_points(const PlanarDrawing& drawing, double width = 420, double height = 420);
 
 // Drawings, row by row from the top left, each with its caption below. No drawings: an empty picture.
