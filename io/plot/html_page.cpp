@@ -12,7 +12,8 @@ namespace meander {
 namespace {
 
 constexpr std::string_view style = R"(
-:root { color-scheme: light dark; --paper: #ffffff; --ink: #1d1f22; --quiet: #5d636b; --line: #d9dce0; --link: #0b5cad; }
+:root { color-scheme: light dark; --paper: #ffffff; --ink: #1d1f22; --quiet: #5d636b; --line: #d9dce0;
+  --link: #0b5cad; }
 @media (prefers-color-scheme: dark) {
   :root { --paper: #17191c; --ink: #e4e6e9; --quiet: #a2a8b0; --line: #3a3e44; --link: #7db8f0; }
 }
@@ -27,14 +28,15 @@ nav ol { padding-left: 1.4rem; columns: 20rem; }
 section { border-top: 1px solid var(--line); padding-top: 1.75rem; margin-top: 2.5rem; }
 .images { display: flex; flex-wrap: wrap; gap: 1rem; align-items: flex-start; }
 figure { margin: 0; max-width: 100%; }
-figure img { display: block; max-width: 100%; height: auto; background: #ffffff; border: 1px solid var(--line);
-  border-radius: 4px; }
+figure img { display: block; max-width: 100%; height: auto; background: #ffffff;
+  border: 1px solid var(--line); border-radius: 4px; }
 figcaption { color: var(--quiet); font-size: 0.9rem; margin-top: 0.35rem; }
 .table { overflow-x: auto; margin: 1rem 0; }
 sup, sub { line-height: 0; }
 table { border-collapse: collapse; font-size: 0.92rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; color: var(--quiet); padding-bottom: 0.4rem; }
-th, td { padding: 0.28rem 0.9rem 0.28rem 0; text-align: left; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th, td { padding: 0.28rem 0.9rem 0.28rem 0; text-align: left; border-bottom: 1px solid var(--line);
+  white-space: nowrap; }
 th.number, td.number { text-align: right; }
 footer, .data { color: var(--quiet); font-size: 0.9rem; }
 footer { border-top: 1px solid var(--line); margin-top: 3rem; padding-top: 1rem; }

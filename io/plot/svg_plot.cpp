@@ -508,7 +508,7 @@ LegendPlace free_place(const Plot& plot, const Layout& layout, const Legend& leg
   }
   const bool narrow = legend.width <= 0.33 * plot.width && legend.height <= layout.frame.height();
   return !narrow && table_below(plot, legend).height <= 0.25 * plot.height ? LegendPlace::below
-                                                                          : LegendPlace::right;
+                                                                           : LegendPlace::right;
 }
 
 // One entry: sample and name; at: the middle of its left end.
