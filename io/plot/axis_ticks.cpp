@@ -24,9 +24,11 @@ std::string with_minus(double value, int decimals) {
   return value < 0 ? "\u2212" + digits : digits;
 }
 
+std::string power_of_ten(int power) { return "10^{" + with_minus(power, 0) + "}"; }
+
 // value is a multiple of 10^power; large_power is that of the largest tick.
 AxisTick labelled(double value, int power, int large_power) {
-  AxisTick tick{value, "0", {}, true};
+  AxisTick tick{value, "0", true};
   if (value == 0) return tick;
   if (power >= -4 && large_power <= 5) {
     tick.label = with_minus(value, std::max(0, -power));
@@ -34,8 +36,8 @@ AxisTick labelled(double value, int power, int large_power) {
   }
   const double mantissa = scaled_ten(value, -large_power);
   const std::string digits = with_minus(mantissa, std::max(0, large_power - power));
-  tick.label = digits == "1" ? "10" : digits == "\u22121" ? "\u221210" : digits + "\u00D710";
-  tick.power_ten = large_power;
+  const std::string factor = digits == "1" ? "" : digits == "\u22121" ? "\u2212" : digits + "\u00D7";
+  tick.label = factor + power_of_ten(large_power);
   return tick;
 }
 
@@ -85,11 +87,11 @@ std::vector<AxisTick> log_ticks(double lower, double upper, std::size_t most) {
       if (!inside(value)) continue;
       const double kept = std::clamp(value, lower, upper);
       if (decades && digit == 1 && power % stride == 0)
-        ticks.push_back({kept, "10", power, true});
+        ticks.push_back({kept, power_of_ten(power), true});
       else if (!decades && (digit == 1 || digit == 2 || digit == 5))
         ticks.push_back(labelled(kept, power, power));
       else if (digit == 1 || stride == 1)
-        ticks.push_back({kept, "", {}, false});
+        ticks.push_back({kept, "", false});
     }
   return ticks;
 }

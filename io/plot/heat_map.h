@@ -20,7 +20,7 @@ enum class ToneMap {
 struct HeatMapParameters {
   ColourMap colours = ColourMap::grey;
   ToneMap tone = ToneMap::linear;
-  std::optional<double> lower, upper;             // without them:
+  std::optional<double> lower{}, upper{};         // without them:
   double lower_quantile = 0, upper_quantile = 1;  // the values below which this share of the finite ones lies
   std::uint32_t pixels = 1;                       // of a cell along each side, 1..64
   bool upwards = false;                           // the first row is the bottom one

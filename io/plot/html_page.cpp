@@ -12,7 +12,8 @@ namespace meander {
 namespace {
 
 constexpr std::string_view style = R"(
-:root { color-scheme: light dark; --paper: #ffffff; --ink: #1d1f22; --quiet: #5d636b; --line: #d9dce0; --link: #0b5cad; }
+:root { color-scheme: light dark; --paper: #ffffff; --ink: #1d1f22; --quiet: #5d636b; --line: #d9dce0;
+  --link: #0b5cad; }
 @media (prefers-color-scheme: dark) {
   :root { --paper: #17191c; --ink: #e4e6e9; --quiet: #a2a8b0; --line: #3a3e44; --link: #7db8f0; }
 }
@@ -27,13 +28,15 @@ nav ol { padding-left: 1.4rem; columns: 20rem; }
 section { border-top: 1px solid var(--line); padding-top: 1.75rem; margin-top: 2.5rem; }
 .images { display: flex; flex-wrap: wrap; gap: 1rem; align-items: flex-start; }
 figure { margin: 0; max-width: 100%; }
-figure img { display: block; max-width: 100%; height: auto; background: #ffffff; border: 1px solid var(--line);
-  border-radius: 4px; }
+figure img { display: block; max-width: 100%; height: auto; background: #ffffff;
+  border: 1px solid var(--line); border-radius: 4px; }
 figcaption { color: var(--quiet); font-size: 0.9rem; margin-top: 0.35rem; }
 .table { overflow-x: auto; margin: 1rem 0; }
+sup, sub { line-height: 0; }
 table { border-collapse: collapse; font-size: 0.92rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; color: var(--quiet); padding-bottom: 0.4rem; }
-th, td { padding: 0.28rem 0.9rem 0.28rem 0; text-align: left; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th, td { padding: 0.28rem 0.9rem 0.28rem 0; text-align: left; border-bottom: 1px solid var(--line);
+  white-space: nowrap; }
 th.number, td.number { text-align: right; }
 footer, .data { color: var(--quiet); font-size: 0.9rem; }
 footer { border-top: 1px solid var(--line); margin-top: 3rem; padding-top: 1rem; }
@@ -53,16 +56,26 @@ std::string link_to(std::string_view file) {
   return out;
 }
 
+// Escaped, with raised and lowered runs.
+std::string marked_up(std::string_view text) {
+  std::string out;
+  for (const TextRun& run : text_runs(text)) {
+    const std::string inner = escape_markup(run.text);
+    out += run.shift == 0 ? inner : fmt::format("<{0}>{1}</{0}>", run.shift < 0 ? "sup" : "sub", inner);
+  }
+  return out;
+}
+
 std::string paragraph(const PageParagraph& content) {
   std::string label;
-  if (!content.label.empty()) label = "<strong>" + escape_markup(content.label) + "</strong> ";
-  return "<p>" + label + escape_markup(content.text) + "</p>\n";
+  if (!content.label.empty()) label = "<strong>" + marked_up(content.label) + "</strong> ";
+  return "<p>" + label + marked_up(content.text) + "</p>\n";
 }
 
 std::string image(const PageImage& content) {
   std::string out = fmt::format("<figure><a href=\"{0}\"><img src=\"{0}\" alt=\"{1}\" loading=\"lazy\"/></a>",
                                 link_to(content.file), escape_markup(content.text));
-  if (!content.caption.empty()) out += "<figcaption>" + escape_markup(content.caption) + "</figcaption>";
+  if (!content.caption.empty()) out += "<figcaption>" + marked_up(content.caption) + "</figcaption>";
   return out + "</figure>\n";
 }
 
@@ -72,10 +85,10 @@ std::string table(const PageTable& content) {
   if (values.columns.empty()) return {};
   const auto cell = [&](std::string_view tag, std::size_t column, const std::string& text) {
     return fmt::format("<{0}{1}>{2}</{0}>", tag, is_numeric_column(values, column) ? " class=\"number\"" : "",
-                       escape_markup(text));
+                       marked_up(text));
   };
   std::string out = "<div class=\"table\"><table>\n";
-  if (!content.caption.empty()) out += "<caption>" + escape_markup(content.caption) + "</caption>\n";
+  if (!content.caption.empty()) out += "<caption>" + marked_up(content.caption) + "</caption>\n";
   out += "<thead><tr>";
   for (std::size_t c = 0; c < values.columns.size(); ++c) out += cell("th", c, values.columns[c].name);
   out += "</tr></thead>\n<tbody>\n";
@@ -99,7 +112,7 @@ std::string data_links(const std::vector<std::string>& files) {
 
 std::string section(const PageFigure& figure, std::size_t position) {
   std::string out =
-      fmt::format("<section id=\"figure-{}\">\n<h2>{}</h2>\n", position, escape_markup(figure.heading));
+      fmt::format("<section id=\"figure-{}\">\n<h2>{}</h2>\n", position, marked_up(figure.heading));
   if (!figure.images.empty()) {
     out += "<div class=\"images\">\n";
     for (const PageImage& content : figure.images) out += image(content);
@@ -122,12 +135,12 @@ std::string html_page(const FigurePage& page) {
   if (page.figures.size() > 1) {
     out += "<nav><ol>\n";
     for (std::size_t i = 0; i < page.figures.size(); ++i)
-      out += fmt::format("<li><a href=\"#figure-{}\">{}</a></li>\n", i + 1,
-                         escape_markup(page.figures[i].heading));
+      out +=
+          fmt::format("<li><a href=\"#figure-{}\">{}</a></li>\n", i + 1, marked_up(page.figures[i].heading));
     out += "</ol></nav>\n";
   }
   for (std::size_t i = 0; i < page.figures.size(); ++i) out += section(page.figures[i], i + 1);
-  if (!page.footer.empty()) out += "<footer>" + escape_markup(page.footer) + "</footer>\n";
+  if (!page.footer.empty()) out += "<footer>" + marked_up(page.footer) + "</footer>\n";
   return out + "</main>\n</body>\n</html>\n";
 }
 

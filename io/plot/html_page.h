@@ -9,35 +9,35 @@
 namespace meander {
 
 struct PageImage {
-  std::string file;     // relative to the page, `/` between folders, UTF-8
-  std::string text;     // what one sees in it, for readers who cannot
-  std::string caption;  // below it; empty: none
+  std::string file{};     // relative to the page, `/` between folders, UTF-8
+  std::string text{};     // what one sees in it, for readers who cannot
+  std::string caption{};  // below it; empty: none
 };
 
 // "Measured" and what was, "The survey" and what it claims, ...
 struct PageParagraph {
-  std::string label;  // set bold before the text; empty: none
-  std::string text;
+  std::string label{};  // set bold before the text; empty: none
+  std::string text{};
 };
 
 struct PageTable {
-  std::string caption;
-  Table table;
+  std::string caption{};
+  Table table{};
 };
 
 struct PageFigure {
-  std::string heading;
-  std::vector<PageImage> images;  // side by side where there is room
-  std::vector<PageParagraph> paragraphs;
-  std::vector<PageTable> tables;
-  std::vector<std::string> data;  // files behind it, relative; linked by their names
+  std::string heading{};
+  std::vector<PageImage> images{};  // side by side where there is room
+  std::vector<PageParagraph> paragraphs{};
+  std::vector<PageTable> tables{};
+  std::vector<std::string> data{};  // files behind it, relative; linked by their names
 };
 
 struct FigurePage {
-  std::string title;
-  std::vector<PageParagraph> introduction;
-  std::vector<PageFigure> figures;
-  std::string footer;  // command line, version, time taken; empty: none
+  std::string title{};
+  std::vector<PageParagraph> introduction{};
+  std::vector<PageFigure> figures{};
+  std::string footer{};  // command line, version, time taken; empty: none
 };
 
 // HTML that is also well-formed XML: UTF-8, contents list when there are several figures, style inside, light

@@ -1,5 +1,7 @@
 #include "io/plot/markup.h"
 
+#include <algorithm>
+
 #include "io/utf8.h"
 
 namespace meander {
@@ -41,6 +43,22 @@ std::string escape_markup(std::string_view text) {
     text.remove_prefix(length == 0 ? 1 : length);
   }
   return out;
+}
+
+std::vector<TextRun> text_runs(std::string_view text) {
+  std::vector<TextRun> runs;
+  while (!text.empty()) {
+    const std::size_t mark = std::min({text.find("^{"), text.find("_{"), text.size()});
+    const std::size_t end = mark < text.size() ? text.find('}', mark) : std::string_view::npos;
+    if (end == std::string_view::npos) {
+      runs.push_back({text, 0});
+      break;
+    }
+    if (mark > 0) runs.push_back({text.substr(0, mark), 0});
+    runs.push_back({text.substr(mark + 2, end - mark - 2), text[mark] == '^' ? -1 : 1});
+    text.remove_prefix(end + 1);
+  }
+  return runs;
 }
 
 }  // namespace meander

@@ -22,7 +22,7 @@ using svg::TextStyle;
 
 constexpr double not_drawable = std::numeric_limits<double>::quiet_NaN();
 constexpr double title_size = 15, label_size = 13, tick_size = 11.5, legend_size = 12, note_size = 11.5;
-constexpr double legend_row = 17, legend_sample = 28, legend_padding = 7;
+constexpr double legend_row = 17, legend_sample = 28, legend_padding = 7, legend_gap = 4;
 constexpr Rgb text_colour{34, 34, 34}, tick_colour{68, 68, 68};
 
 // ---- from values to px ----
@@ -107,11 +107,7 @@ std::vector<AxisTick> ticks_of(const AxisMap& map, std::size_t most) {
   return axis_ticks(map.scale, lower, upper, most);
 }
 
-double label_width(const AxisTick& tick) {
-  double width = svg::text_width(tick.label, tick_size);
-  if (tick.power_ten) width += svg::text_width(std::to_string(*tick.power_ten), 0.76 * tick_size);
-  return width;
-}
+double label_width(const AxisTick& tick) { return svg::text_width(tick.label, tick_size); }
 
 // ---- the parts of the picture ----
 
@@ -129,7 +125,7 @@ struct Legend {
 
 Legend legend_of(const Plot& plot) {
   Legend legend;
-  const double room = std::max(40.0, 0.42 * plot.width - legend_sample - 8 - 2 * legend_padding);
+  const double room = std::max(40.0, 0.5 * plot.width - legend_sample - 8 - 2 * legend_padding);
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     if (plot.series[i].name.empty()) continue;
     legend.series.push_back(i);
@@ -176,14 +172,17 @@ std::vector<AxisTick> fitting_ticks(const AxisMap& map) {
   }
 }
 
-Layout lay_out(const Plot& plot, double right_of_frame) {
+// Of tick labels and the axis label below the frame.
+double x_axis_room(const Plot& plot) { return plot.x.label.empty() ? 28 : 48; }
+
+Layout lay_out(const Plot& plot, double right_of_frame, double below_frame) {
   Layout layout;
   const auto [x_values, y_values] = values_of(plot);
   layout.x = {plot.x.scale, axis_range(plot.x, x_values), 0, 1};
   layout.y = {plot.y.scale, axis_range(plot.y, y_values), 1, 0};
   Box& frame = layout.frame;
   frame.top = plot.title.empty() ? 14 : 36;
-  frame.bottom = plot.height - (plot.x.label.empty() ? 28 : 48);
+  frame.bottom = std::max(plot.height - x_axis_room(plot) - below_frame, frame.top + 20);
   const double rows = std::clamp(std::floor(frame.height() / 44), 2.0, 10.0);
   layout.y_ticks = ticks_of(layout.y, static_cast<std::size_t>(rows));
   double labels = 0;
@@ -201,15 +200,13 @@ Layout lay_out(const Plot& plot, double right_of_frame) {
 std::string axes(const Plot& plot, const Layout& layout) {
   const Box& frame = layout.frame;
   std::string grid, ticks, labels;
-  const TextStyle tick_style{tick_size, TextAnchor::middle, tick_colour, false, false, false, {}};
+  const TextStyle tick_style{tick_size, TextAnchor::middle, tick_colour, false, false, false};
   for (const AxisTick& tick : layout.x_ticks) {
     const double x = layout.x(tick.value);
     ticks += fmt::format("M{} {}v{}", number(x), number(frame.bottom), tick.major ? 5 : 3);
     if (tick.major) grid += fmt::format("M{} {}V{}", number(x), number(frame.bottom), number(frame.top));
     if (tick.label.empty()) continue;
-    TextStyle style = tick_style;
-    style.exponent = tick.power_ten;
-    labels += svg::text(tick.label, {x, frame.bottom + 19}, style);
+    labels += svg::text(tick.label, {x, frame.bottom + 19}, tick_style);
   }
   for (const AxisTick& tick : layout.y_ticks) {
     const double y = layout.y(tick.value);
@@ -218,7 +215,6 @@ std::string axes(const Plot& plot, const Layout& layout) {
     if (tick.label.empty()) continue;
     TextStyle style = tick_style;
     style.anchor = TextAnchor::end;
-    style.exponent = tick.power_ten;
     labels += svg::text(tick.label, {frame.left - 8, y + 0.36 * tick_size}, style);
   }
   std::string out;
@@ -228,14 +224,14 @@ std::string axes(const Plot& plot, const Layout& layout) {
   out += labels;
   const double centre = 0.5 * (frame.left + frame.right), middle = 0.5 * (frame.top + frame.bottom);
   if (!plot.x.label.empty())
-    out += svg::text(svg::fit_text(plot.x.label, label_size, plot.width - 20), {centre, plot.height - 10},
-                     {label_size, TextAnchor::middle, text_colour, false, false, false, {}});
+    out += svg::text(svg::fit_text(plot.x.label, label_size, plot.width - 20), {centre, frame.bottom + 38},
+                     {label_size, TextAnchor::middle, text_colour, false, false, false});
   if (!plot.y.label.empty())
     out += svg::text(svg::fit_text(plot.y.label, label_size, plot.height - 10), {18, middle},
-                     {label_size, TextAnchor::middle, text_colour, false, true, false, {}});
+                     {label_size, TextAnchor::middle, text_colour, false, true, false});
   if (!plot.title.empty())
     out += svg::text(svg::fit_text(plot.title, title_size, plot.width - 16), {centre, 23},
-                     {title_size, TextAnchor::middle, text_colour, true, false, false, {}});
+                     {title_size, TextAnchor::middle, text_colour, true, false, false});
   return out;
 }
 
@@ -338,21 +334,36 @@ std::vector<Point> centres_of(const PlotSeries& series, const Layout& layout) {
   return centres;
 }
 
-std::string error_bars(const PlotSeries& series, const Layout& layout, Rgb colour) {
-  std::string path;
+// A vertical bar inside the frame; its ends have caps where the bar was not cut.
+struct ErrorBar {
+  double x = 0, low = 0, high = 0;
+  bool low_cap = true, high_cap = true;
+};
+
+std::vector<ErrorBar> error_bars_of(const PlotSeries& series, const Layout& layout) {
+  const Box& frame = layout.frame;
+  std::vector<ErrorBar> bars;
   for (std::size_t i = 0; i < series.error.size(); ++i) {
     const double x = layout.x(series.x[i]), error = series.error[i];
     if (std::isnan(layout.y(series.y[i])) || !std::isfinite(error) || !(error > 0)) continue;
-    if (!(x >= layout.frame.left && x <= layout.frame.right)) continue;
+    if (!(x >= frame.left && x <= frame.right)) continue;
     const double below = layout.y(series.y[i] - error), above = layout.y(series.y[i] + error);
-    // Not drawable: below zero on a log axis, or beyond the doubles.
-    const double foot = std::isnan(below) ? layout.frame.bottom : below;
-    const double head = std::isnan(above) ? layout.frame.top : above;
-    const double low = std::min(foot, layout.frame.bottom), high = std::max(head, layout.frame.top);
-    if (!(high <= low)) continue;
-    path += fmt::format("M{} {}V{}", number(x), number(low), number(high));
-    if (low == foot && !std::isnan(below)) path += fmt::format("M{} {}h6", number(x - 3), number(low));
-    if (high == head && !std::isnan(above)) path += fmt::format("M{} {}h6", number(x - 3), number(high));
+    // What cannot be drawn (NaN: below zero on a log axis, or too large) compares false: the bar ends at the
+    // frame.
+    ErrorBar bar{x, frame.bottom, frame.top, below <= frame.bottom, above >= frame.top};
+    if (bar.low_cap) bar.low = below;
+    if (bar.high_cap) bar.high = above;
+    if (bar.high <= frame.bottom && bar.low >= frame.top && bar.high <= bar.low) bars.push_back(bar);
+  }
+  return bars;
+}
+
+std::string error_bars(const PlotSeries& series, const Layout& layout, Rgb colour) {
+  std::string path;
+  for (const ErrorBar& bar : error_bars_of(series, layout)) {
+    path += fmt::format("M{} {}V{}", number(bar.x), number(bar.low), number(bar.high));
+    if (bar.low_cap) path += fmt::format("M{} {}h6", number(bar.x - 3), number(bar.low));
+    if (bar.high_cap) path += fmt::format("M{} {}h6", number(bar.x - 3), number(bar.high));
   }
   return stroked(path, colour, 1, LineDash::solid);
 }
@@ -374,28 +385,47 @@ std::string all_series(const Plot& plot, const Layout& layout) {
 
 // ---- guides, annotations, legend ----
 
-std::string guides(const Plot& plot, const Layout& layout) {
+// Where a guide runs and its text stands.
+struct PlacedGuide {
+  Point from, to, text;
+  TextAnchor anchor = TextAnchor::end;
+};
+
+std::optional<PlacedGuide> place_guide(const PlotGuide& guide, const Layout& layout) {
   const Box& frame = layout.frame;
+  const double at = guide.vertical ? layout.x(guide.value) : layout.y(guide.value);
+  PlacedGuide placed;
+  if (guide.vertical) {
+    placed.from = {at, frame.bottom};
+    placed.to = {at, frame.top};
+    const bool to_the_right = at + 5 + svg::text_width(guide.text, note_size) <= frame.right;
+    placed.anchor = to_the_right ? TextAnchor::start : TextAnchor::end;
+    placed.text = {to_the_right ? at + 5 : at - 5, frame.top + 10};
+  } else {
+    placed.from = {frame.left, at};
+    placed.to = {frame.right, at};
+    placed.text = {frame.right - 4, at - frame.top > 16 ? at - 5 : at + 14};
+  }
+  if (!frame.contains(placed.from)) return std::nullopt;
+  return placed;
+}
+
+std::string guides(const Plot& plot, const Layout& layout) {
   std::string out;
   for (const PlotGuide& guide : plot.guides) {
-    const double at = guide.vertical ? layout.x(guide.value) : layout.y(guide.value);
-    TextStyle style{note_size, TextAnchor::end, {85, 85, 85}, false, false, true, {}};
-    const double width = svg::text_width(guide.text, note_size);
-    Point from, to, place;
-    if (guide.vertical) {
-      from = {at, frame.bottom};
-      to = {at, frame.top};
-      const bool to_the_right = at + 5 + width <= frame.right;
-      style.anchor = to_the_right ? TextAnchor::start : TextAnchor::end;
-      place = {to_the_right ? at + 5 : at - 5, frame.top + 12};
-    } else {
-      from = {frame.left, at};
-      to = {frame.right, at};
-      place = {frame.right - 4, at - frame.top > 16 ? at - 5 : at + 14};
-    }
-    if (!frame.contains(from)) continue;
-    out += svg::line(from, to, hex_colour(neutral_colour), 1, " stroke-dasharray=\"5 4\"");
-    if (!guide.text.empty()) out += svg::text(guide.text, place, style);
+    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
+    if (!placed) continue;
+    out += svg::line(placed->from, placed->to, hex_colour(neutral_colour), 1, " stroke-dasharray=\"5 4\"");
+  }
+  return out;
+}
+
+std::string guide_texts(const Plot& plot, const Layout& layout) {
+  std::string out;
+  for (const PlotGuide& guide : plot.guides) {
+    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
+    if (!placed || guide.text.empty()) continue;
+    out += svg::text(guide.text, placed->text, {note_size, placed->anchor, {85, 85, 85}, false, false, true});
   }
   return out;
 }
@@ -406,15 +436,23 @@ std::string annotations(const Plot& plot, const Layout& layout) {
     const Point at{layout.x(note.x), layout.y(note.y)};
     if (!layout.frame.contains(at)) continue;
     const Rgb colour = note.colour ? palette_colour(*note.colour) : text_colour;
-    out += svg::text(note.text, at, {note_size, note.anchor, colour, false, false, true, {}});
+    out += svg::text(note.text, at, {note_size, note.anchor, colour, false, false, true});
   }
   return out;
 }
 
-// Whether anything drawn passes through the box.
+// Whether nothing drawn passes through the box.
 bool is_free(const Plot& plot, const Layout& layout, const Box& box) {
   const auto hits = [&](Point from, Point to) {
     return std::isfinite(from.x + from.y) && std::isfinite(to.x + to.y) && svg::clip(from, to, box);
+  };
+  const auto text_hits = [&](const std::string& text, Point at, TextAnchor anchor) {
+    const double width = svg::text_width(text, note_size);
+    const double start = at.x - width * (anchor == TextAnchor::start    ? 0
+                                         : anchor == TextAnchor::middle ? 0.5
+                                                                        : 1);
+    return hits({start, at.y}, {start + width, at.y}) ||
+           hits({start, at.y - note_size}, {start + width, at.y - note_size});
   };
   for (const PlotSeries& series : plot.series) {
     const std::vector<Point> corners = corners_of(series, layout);
@@ -422,23 +460,16 @@ bool is_free(const Plot& plot, const Layout& layout, const Box& box) {
       if (hits(corners[i], corners[i])) return false;
       if (has_line(series) && i > 0 && hits(corners[i - 1], corners[i])) return false;
     }
+    for (const ErrorBar& bar : error_bars_of(series, layout))
+      if (hits({bar.x, bar.low}, {bar.x, bar.high})) return false;
   }
   for (const PlotGuide& guide : plot.guides) {
-    const double at = guide.vertical ? layout.x(guide.value) : layout.y(guide.value);
-    const Box& frame = layout.frame;
-    if (guide.vertical ? hits({at, frame.bottom}, {at, frame.top})
-                       : hits({frame.left, at}, {frame.right, at}))
+    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
+    if (placed && (hits(placed->from, placed->to) || text_hits(guide.text, placed->text, placed->anchor)))
       return false;
   }
-  for (const PlotAnnotation& note : plot.annotations) {
-    const Point at{layout.x(note.x), layout.y(note.y)};
-    const double width = svg::text_width(note.text, note_size);
-    const double start = note.anchor == TextAnchor::start    ? at.x
-                         : note.anchor == TextAnchor::middle ? at.x - 0.5 * width
-                                                             : at.x - width;
-    if (hits({start, at.y}, {start + width, at.y}) || hits({start, at.y - 9}, {start + width, at.y - 9}))
-      return false;
-  }
+  for (const PlotAnnotation& note : plot.annotations)
+    if (text_hits(note.text, {layout.x(note.x), layout.y(note.y)}, note.anchor)) return false;
   return true;
 }
 
@@ -450,16 +481,67 @@ Box corner_box(const Legend& legend, const Box& frame, LegendPlace place) {
   return {x, y, x + legend.width, y + legend.height};
 }
 
+// Columns and rows of a legend under the frame.
+struct LegendTable {
+  std::size_t columns = 1, rows = 1;
+  double height = 0;
+};
+
+LegendTable table_below(const Plot& plot, const Legend& legend) {
+  LegendTable table;
+  const std::size_t count = legend.series.size();
+  const double room = std::max(1.0, std::floor((plot.width - 20) / (legend.width + legend_gap)));
+  table.rows = (count + static_cast<std::size_t>(room) - 1) / static_cast<std::size_t>(room);
+  table.columns = (count + table.rows - 1) / table.rows;
+  table.height = legend_row * static_cast<double>(table.rows) + 8;
+  return table;
+}
+
 LegendPlace free_place(const Plot& plot, const Layout& layout, const Legend& legend) {
-  if (legend.width > 0.6 * layout.frame.width() || legend.height > 0.7 * layout.frame.height())
-    return LegendPlace::right;
+  const bool small =
+      legend.width <= 0.6 * layout.frame.width() && legend.height <= 0.7 * layout.frame.height();
   for (const LegendPlace place :
        {LegendPlace::top_right, LegendPlace::bottom_left, LegendPlace::top_left, LegendPlace::bottom_right}) {
     Box box = corner_box(legend, layout.frame, place);
     box = {box.left - 7, box.top - 7, box.right + 7, box.bottom + 7};
-    if (is_free(plot, layout, box)) return place;
+    if (small && is_free(plot, layout, box)) return place;
   }
-  return LegendPlace::right;
+  const bool narrow = legend.width <= 0.33 * plot.width && legend.height <= layout.frame.height();
+  return !narrow && table_below(plot, legend).height <= 0.25 * plot.height ? LegendPlace::below
+                                                                           : LegendPlace::right;
+}
+
+// One entry: sample and name; at: the middle of its left end.
+std::string legend_entry(const Plot& plot, const Legend& legend, std::size_t entry, Point at) {
+  const std::size_t i = legend.series[entry];
+  const PlotSeries& series = plot.series[i];
+  std::string out;
+  if (has_line(series))
+    out += stroked(fmt::format("M{} {}h{}", number(at.x), number(at.y), number(legend_sample)),
+                   colour_of(plot, i), series.line_width, series.dash);
+  const Point centre{at.x + 0.5 * legend_sample, at.y};
+  if (has_markers(series))
+    out +=
+        markers({&centre, 1}, colour_index(plot, i), colour_of(plot, i), std::max(series.marker_size, 2.5));
+  return out + svg::text(legend.names[entry], {at.x + legend_sample + 8, at.y + 0.36 * legend_size},
+                         {legend_size, TextAnchor::start, text_colour, false, false, false});
+}
+
+std::string draw_legend_below(const Plot& plot, const Legend& legend, const Layout& layout) {
+  const LegendTable table = table_below(plot, legend);
+  const double column_width = legend.width + legend_gap;
+  const double width = static_cast<double>(table.columns) * column_width - legend_gap;
+  // Under the middle of the frame where that fits into the picture.
+  const double centre = 0.5 * (layout.frame.left + layout.frame.right);
+  const double left = std::max(6.0, std::min(centre - 0.5 * width, plot.width - 6 - width));
+  const double top = layout.frame.bottom + x_axis_room(plot);
+  std::string out;
+  for (std::size_t k = 0; k < legend.series.size(); ++k) {
+    const auto column = static_cast<double>(k / table.rows), row = static_cast<double>(k % table.rows);
+    out += legend_entry(plot, legend, k,
+                        {left + legend_padding + column * column_width, top + legend_row * (row + 0.5)});
+  }
+  return out;
 }
 
 std::string draw_legend(const Plot& plot, const Legend& legend, const Box& box, bool inside) {
@@ -470,19 +552,8 @@ std::string draw_legend(const Plot& plot, const Legend& legend, const Box& box, 
         "fill-opacity=\"0.9\" stroke=\"#cccccc\"/>\n",
         number(box.left), number(box.top), number(box.width()), number(box.height()));
   for (std::size_t k = 0; k < legend.series.size(); ++k) {
-    const std::size_t i = legend.series[k];
-    const PlotSeries& series = plot.series[i];
     const double y = box.top + legend_padding + legend_row * (static_cast<double>(k) + 0.5) - 2;
-    const double x = box.left + legend_padding;
-    if (has_line(series))
-      out += stroked(fmt::format("M{} {}h{}", number(x), number(y), number(legend_sample)),
-                     colour_of(plot, i), series.line_width, series.dash);
-    const Point centre{x + 0.5 * legend_sample, y};
-    if (has_markers(series))
-      out +=
-          markers({&centre, 1}, colour_index(plot, i), colour_of(plot, i), std::max(series.marker_size, 2.5));
-    out += svg::text(legend.names[k], {x + legend_sample + 8, y + 0.36 * legend_size},
-                     {legend_size, TextAnchor::start, text_colour, false, false, false, {}});
+    out += legend_entry(plot, legend, k, {box.left + legend_padding, y});
   }
   return out;
 }
@@ -499,15 +570,18 @@ std::string plot_elements(const Plot& plot) {
   if (!(plot.width >= 160 && plot.width <= 10000 && plot.height >= 120 && plot.height <= 10000))
     throw std::invalid_argument("svg_plot: the picture must measure 160 x 120 to 10000 x 10000 px");
   const Legend legend = legend_of(plot);
-  Layout layout = lay_out(plot, 0);
+  Layout layout = lay_out(plot, 0, 0);
   LegendPlace place = legend.series.empty() ? LegendPlace::none : plot.legend;
   if (place == LegendPlace::automatic) place = free_place(plot, layout, legend);
-  if (place == LegendPlace::right) layout = lay_out(plot, legend.width);
-  std::string out =
-      axes(plot, layout) + guides(plot, layout) + all_series(plot, layout) + annotations(plot, layout);
+  if (place == LegendPlace::right) layout = lay_out(plot, legend.width, 0);
+  if (place == LegendPlace::below) layout = lay_out(plot, 0, table_below(plot, legend).height);
+  std::string out = axes(plot, layout) + guides(plot, layout) + all_series(plot, layout) +
+                    guide_texts(plot, layout) + annotations(plot, layout);
   if (place == LegendPlace::right) {
     const double left = layout.frame.right + 8;
     out += draw_legend(plot, legend, {left, layout.frame.top - 2, left + legend.width, plot.height}, false);
+  } else if (place == LegendPlace::below) {
+    out += draw_legend_below(plot, legend, layout);
   } else if (place != LegendPlace::none) {
     out += draw_legend(plot, legend, corner_box(legend, layout.frame, place), true);
   }

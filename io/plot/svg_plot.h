@@ -18,21 +18,21 @@ enum class AxisScale { linear, log10 };
 // come near zero starts at zero. A bound that is not finite, or not positive on a log axis, is ignored, and
 // both are when they do not increase.
 struct PlotAxis {
-  std::string label;
+  std::string label{};
   AxisScale scale = AxisScale::linear;
-  std::optional<double> lower, upper;
+  std::optional<double> lower{}, upper{};
 };
 
 enum class SeriesStyle { line, points, line_and_points, steps };  // steps: y[i] holds from x[i] to x[i+1]
 enum class LineDash { solid, dashed, dotted, dash_dot };
 
 struct PlotSeries {
-  std::string name;           // empty: not in the legend
-  std::vector<double> x, y;   // as many of one as of the other
-  std::vector<double> error;  // empty, or half-lengths of vertical error bars, one per value
+  std::string name{};            // empty: not in the legend
+  std::vector<double> x{}, y{};  // as many of one as of the other
+  std::vector<double> error{};   // empty, or half-lengths of vertical error bars, one per value
   SeriesStyle style = SeriesStyle::line_and_points;
-  std::optional<std::size_t> colour;  // palette_colour; none: the series' number. The marker follows it
-  bool neutral = false;               // grey whatever the colour: reference slopes and theory
+  std::optional<std::size_t> colour{};  // palette_colour; none: the series' number. The marker follows it
+  bool neutral = false;                 // grey whatever the colour: reference slopes and theory
   LineDash dash = LineDash::solid;
   double line_width = 1.6;  // px
   double marker_size = 3;   // px, half the width of a marker
@@ -45,7 +45,7 @@ void check_series(const PlotSeries& series);
 struct PlotGuide {
   double value = 0;
   bool vertical = false;  // at x = value; otherwise at y = value
-  std::string text;       // beside its end, may be empty
+  std::string text{};     // beside its end, may be empty
 };
 
 enum class TextAnchor { start, middle, end };
@@ -53,20 +53,21 @@ enum class TextAnchor { start, middle, end };
 // Text at a point of the axes' space; outside the frame it is left out.
 struct PlotAnnotation {
   double x = 0, y = 0;
-  std::string text;
+  std::string text{};
   TextAnchor anchor = TextAnchor::start;
-  std::optional<std::size_t> colour;  // palette_colour; none: dark grey
+  std::optional<std::size_t> colour{};  // palette_colour; none: dark grey
 };
 
-// automatic: the corner of the frame that no curve touches, or right of the frame when there is none.
-enum class LegendPlace { automatic, none, right, top_left, top_right, bottom_left, bottom_right };
+// automatic: the corner of the frame that nothing touches; without one right of the frame, or below it when
+// the names are long for the picture.
+enum class LegendPlace { automatic, none, right, below, top_left, top_right, bottom_left, bottom_right };
 
 struct Plot {
-  std::string title;  // empty: none
-  PlotAxis x, y;
-  std::vector<PlotSeries> series;
-  std::vector<PlotGuide> guides;
-  std::vector<PlotAnnotation> annotations;
+  std::string title{};  // empty: none
+  PlotAxis x{}, y{};
+  std::vector<PlotSeries> series{};
+  std::vector<PlotGuide> guides{};
+  std::vector<PlotAnnotation> annotations{};
   LegendPlace legend = LegendPlace::automatic;
   double width = 640, height = 420;  // px, the whole picture; at least 160 x 120
 };
@@ -79,12 +80,11 @@ struct Plot {
 // when x, y or error of a series differ in length.
 std::string svg_plot(const Plot& plot);
 
-// A tick of an axis. With power_ten the label is a number times ten to that power: "10" and 3 stand for 10^3,
-// "2.5×10" and -6 for 2.5×10^-6. Labels have a real minus sign; minor ticks have none.
+// A tick of an axis. The label has a real minus sign and powers of ten as 10^{3}, 2.5×10^{-6}; minor ticks
+// have none.
 struct AxisTick {
   double value = 0;
-  std::string label;
-  std::optional<int> power_ten;
+  std::string label{};
   bool major = true;
 };
 

@@ -82,8 +82,9 @@ struct Placement {
 std::string draw_path(const std::string& path, Rgb colour, double width) {
   if (path.empty()) return {};
   return fmt::format(
-      "<path d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" fill=\"none\" stroke-linejoin=\"round\"/>\n", path,
-      hex_colour(colour), number(width));
+      "<path d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" fill=\"none\" stroke-linejoin=\"round\" "
+      "stroke-linecap=\"round\"/>\n",
+      path, hex_colour(colour), number(width));
 }
 
 std::string draw_line(const PlanarPolyline& line, const Placement& place) {
@@ -152,7 +153,7 @@ std::string lay_out(const std::vector<Panel>& panels, const PanelGrid& grid) {
   std::string out;
   if (!grid.title.empty()) {
     out += svg::text(svg::fit_text(grid.title, title_size, width - 2 * margin), {0.5 * width, top + 14},
-                     {title_size, TextAnchor::middle, {34, 34, 34}, true, false, false, {}});
+                     {title_size, TextAnchor::middle, {34, 34, 34}, true, false, false});
     top += 28;
   }
   for (std::size_t first = 0; first < count; first += columns) {
@@ -167,7 +168,7 @@ std::string lay_out(const std::vector<Panel>& panels, const PanelGrid& grid) {
         out += svg::text(lines[k],
                          {left + 0.5 * grid.panel_width,
                           top + grid.panel_height + 18 + caption_line * static_cast<double>(k)},
-                         {caption_size, TextAnchor::middle, {34, 34, 34}, false, false, false, {}});
+                         {caption_size, TextAnchor::middle, {34, 34, 34}, false, false, false});
     }
     const double captions = caption_lines > 0 ? 8 + caption_line * static_cast<double>(caption_lines) : 0;
     top += grid.panel_height + captions + (first + columns < count ? grid.gap : 0);
@@ -198,7 +199,12 @@ std::string svg_panels(std::span<const Plot> plots, const PanelGrid& grid) {
 }
 
 std::string svg_points(const PlanarDrawing& drawing, double width, double height) {
-  return svg_panels(std::span(&drawing, 1), {{}, 1, width, height, 0});
+  check(drawing);
+  // No paper above and below a flat drawing.
+  const Window window = window_of(drawing);
+  const double needed = 2 + (width - 2) * (window.y_max - window.y_min) / (window.x_max - window.x_min);
+  return svg_panels(std::span(&drawing, 1),
+                    {{}, 1, width, std::clamp(needed, std::min(20.0, height), height), 0});
 }
 
 }  // namespace meander

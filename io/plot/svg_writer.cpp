@@ -32,6 +32,24 @@ std::size_t character_length(std::string_view text) {
   return std::max<std::size_t>(1, utf8_sequence_length(text));
 }
 
+constexpr double small_share = 0.76;  // size of raised and lowered text
+
+// Escaped, with the raised and lowered runs as tspans that come back to the base line.
+std::string marked_up(std::string_view text, double size) {
+  std::string out;
+  double below = 0;  // where the last run stands, px under the base line
+  for (const TextRun& run : text_runs(text)) {
+    const double wanted = size * (run.shift < 0 ? -0.4 : run.shift > 0 ? 0.22 : 0);
+    if (run.shift == 0 && below == 0)
+      out += escape_markup(run.text);
+    else
+      out += fmt::format("<tspan dy=\"{}\" font-size=\"{}\">{}</tspan>", number(wanted - below),
+                         number(run.shift == 0 ? size : small_share * size), escape_markup(run.text));
+    below = wanted;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string number(double value) {
@@ -43,12 +61,16 @@ std::string number(double value) {
 
 double text_width(std::string_view text, double size) {
   double width = 0;
-  while (!text.empty()) {
-    const std::size_t length = character_length(text);
-    width += character_width(text.substr(0, length));
-    text.remove_prefix(length);
+  for (const TextRun& run : text_runs(text)) {
+    std::string_view rest = run.text;
+    const double run_size = run.shift == 0 ? size : small_share * size;
+    while (!rest.empty()) {
+      const std::size_t length = character_length(rest);
+      width += run_size * character_width(rest.substr(0, length));
+      rest.remove_prefix(length);
+    }
   }
-  return width * size;
+  return width;
 }
 
 std::string fit_text(std::string_view text, double size, double width) {
@@ -87,11 +109,7 @@ std::string text(std::string_view content, Point at, const TextStyle& style) {
   if (style.anchor == TextAnchor::end) place += " text-anchor=\"end\"";
   if (style.bold) place += " font-weight=\"bold\"";
   if (style.upright) place += fmt::format(" transform=\"rotate(-90 {} {})\"", number(at.x), number(at.y));
-  std::string inner = escape_markup(content);
-  if (style.exponent)
-    inner += fmt::format("<tspan dy=\"{}\" font-size=\"{}\">{}</tspan>", number(-0.4 * style.size),
-                         number(0.76 * style.size),
-                         (*style.exponent < 0 ? "\u2212" : "") + std::to_string(std::abs(*style.exponent)));
+  const std::string inner = marked_up(content, style.size);
   std::string out;
   // The rim is a text of its own below the other: not every viewer knows paint-order.
   if (style.halo)
@@ -155,7 +173,12 @@ std::string document(double width, double height, std::string_view title, std::s
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" "
       "height=\"{1}\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\">\n",
       number(width), number(height));
-  if (!title.empty()) out += "<title>" + escape_markup(title) + "</title>\n";
+  if (!title.empty()) {
+    std::string plain;
+    for (const TextRun& run : text_runs(title))
+      (plain += run.shift < 0 ? "^" : run.shift > 0 ? "_" : "") += run.text;
+    out += "<title>" + escape_markup(plain) + "</title>\n";
+  }
   out += fmt::format("<rect width=\"{}\" height=\"{}\" fill=\"#ffffff\"/>\n", number(width), number(height));
   out += elements;
   return out + "</svg>\n";

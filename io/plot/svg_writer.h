@@ -42,10 +42,10 @@ struct TextStyle {
   Rgb colour{34, 34, 34};
   bool bold = false, upright = false;  // upright: read from below
   bool halo = false;                   // a white rim, to stand on lines
-  std::optional<int> exponent;         // raised behind the text
 };
 
-// `at`: the base line's point that the anchor names. Escapes the text.
+// `at`: the base line's point that the anchor names. Escapes the text; ^{...} in it is raised and _{...}
+// lowered.
 std::string text(std::string_view content, Point at, const TextStyle& style);
 
 std::string line(Point from, Point to, std::string_view stroke, double width, std::string_view more = {});

@@ -19,7 +19,7 @@ struct TableCell {
   double number = 0;
   bool negative = false;  // the whole number is -magnitude
   std::uint64_t magnitude = 0;
-  std::string text;
+  std::string text{};
 
   TableCell() = default;
   TableCell(double value) : kind(CellKind::number), number(value) {}
@@ -34,13 +34,13 @@ struct TableCell {
 };
 
 struct TableColumn {
-  std::string name;
+  std::string name{};
   int digits = 4;  // significant ones of numbers for the eye, 1..17; CSV and JSON always keep all
 };
 
 struct Table {
-  std::vector<TableColumn> columns;
-  std::vector<std::vector<TableCell>> rows;  // shorter ones end in empty cells
+  std::vector<TableColumn> columns{};
+  std::vector<std::vector<TableCell>> rows{};  // shorter ones end in empty cells
 };
 
 // Throws std::invalid_argument when a row is longer than there are columns or digits are out of range. Called
