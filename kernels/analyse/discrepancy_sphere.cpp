@@ -36,7 +36,7 @@ ShapeDiscrepancy cap_discrepancy(std::span<const double> x, std::span<const doub
   const auto points = static_cast<double>(n);
   // Instead of sorting all heights: count them in slices, bound the discrepancy inside each slice by the
   // counts at its ends, and sort only those slices that can hold the maximum.
-  const std::size_t slices = std::clamp<std::size_t>(std::bit_ceil(n / 4 + 1), 16, 1u << 15);
+  const std::size_t slices = std::clamp<std::size_t>(std::bit_ceil(n / 4 + 1), 16, 1u << 18);
   const double scale = 0.5 * static_cast<double>(slices);
   return max_over_shapes(parameters, [&](std::uint32_t number, double best) {
     const Vector3 axis = random_direction(key, number, 0);

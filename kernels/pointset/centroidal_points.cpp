@@ -83,15 +83,8 @@ void voronoi_cell(const BucketGrid& grid, std::span<const double> x, std::span<c
 
 }  // namespace
 
-PlanarPoints centroidal_points(std::uint32_t count, std::uint32_t iterations, RandomKey key) {
-  PlanarPoints points;
-  points.x.resize(count);
-  points.y.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const UnitPair p = random_pair(key, Stream::point_set, i);
-    points.x[i] = p.first;
-    points.y[i] = p.second;
-  }
+PlanarPoints centroidal_points(PlanarPoints points, std::uint32_t iterations) {
+  const auto count = static_cast<std::uint32_t>(points.count());
   PlanarPoints moved = points;
   for (std::uint32_t iteration = 0; iteration < iterations; ++iteration) {
     const BucketGrid grid =

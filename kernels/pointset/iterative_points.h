@@ -13,8 +13,8 @@ namespace meander {
 // 0.65, gamma 1.5. The square is no torus: points may crowd a little at its border. O(N log N); pure.
 PlanarPoints poisson_disk_points(std::uint32_t count, RandomKey key);
 
-// Lloyd's iteration (Lloyd 1982): random points, each moved to the centroid of its Voronoi cell in the unit
-// square, cells by clipping at the bisectors of near points. O(N) an iteration; pure, parallel.
-PlanarPoints centroidal_points(std::uint32_t count, std::uint32_t iterations, RandomKey key);
+// Lloyd's iteration (Lloyd 1982): each point moves to the centroid of its Voronoi cell in the unit square,
+// cells by clipping at the bisectors of near points. O(N) an iteration; pure, parallel.
+PlanarPoints centroidal_points(PlanarPoints start, std::uint32_t iterations);
 
 }  // namespace meander

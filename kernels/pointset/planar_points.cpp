@@ -209,7 +209,7 @@ PlanarPoints planar_points(PlanarMethod method, std::uint32_t count, std::uint64
     case PlanarMethod::lloyd:
       break;
   }
-  return centroidal_points(count, parameters.lloyd_iterations, key);
+  return centroidal_points(jittered(count, key), parameters.lloyd_iterations);
 }
 
 }  // namespace meander
