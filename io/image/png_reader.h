@@ -14,13 +14,14 @@ struct GrayImage {
 };
 
 // Reads any PNG file: grey of 1, 2, 4, 8 and 16 bits, palette, RGB; interlaced or not. A value is the stored
-// sample over its largest value; colours become the luma 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709) of their
-// stored samples, so that a grey picture gives the same values in every colour type. No gamma and no colour
-// profile is applied. Alpha and transparency are dropped.
+// sample over its largest value; colours become the luma 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709) of
+// their stored samples, so that a grey picture gives the same values in every colour type. No gamma and no
+// colour profile is applied. Alpha and transparency are dropped.
 //
 // Throws ItemError(unreadable) with a sentence: the file cannot be opened, is no PNG file, is cut or damaged
-// anywhere, promises more pixels than its bytes can hold, or needs more than `most_bytes` of memory (4 bytes a
-// pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc passes. Cost: linear.
+// anywhere, promises more pixels than its bytes can hold, or needs more than `most_bytes` of memory (4 bytes
+// a pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc passes. Cost:
+// linear.
 GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes = std::uint64_t{2} << 30);
 
 }  // namespace meander

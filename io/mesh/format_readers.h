@@ -3,10 +3,12 @@
 // Each throws ItemError as read_mesh does. `text` is UTF-8 or binary, without a byte-order mark.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "io/mesh/mesh_reader.h"
+#include "io/mesh/point_reader.h"
 #include "io/mesh/polygon_parts.h"
 
 namespace meander {
@@ -20,9 +22,21 @@ PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const Blo
 PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat format,
                                 const CancelToken& cancel, const BlockRule& rule);
 
-// What the content clearly is when it is not `format` ("a PLY file", "a gzip archive", ...); empty when in
-// doubt. Looks at the first 64 KiB.
-std::string foreign_content(std::string_view text, MeshFormat format);
+// The same for point sets; each throws ItemError as read_points does. Of OFF the vertices and normals are
+// read, the faces are not: the mesh has none.
+PointCloud read_ply_points(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PolygonMesh read_off_vertices(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PointCloud read_text_points(std::string_view text, const CancelToken& cancel);
+
+// "vertex 3 of 10 is not finite", with its line or not.
+std::string not_finite(std::uint64_t vertex, std::uint64_t count);
+
+// The text in UTF-8 with LF somewhere, when the file is neither: UTF-16, or line ends of old Macintosh
+// programs. Binary PLY is left alone.
+std::optional<std::string> converted(std::string_view content, bool is_ply);
+// What the content clearly is when it is not `format` ("a PLY file", "a gzip archive", ...), or of any format
+// when there is none; empty when in doubt. Looks at the first 64 KiB.
+std::string foreign_content(std::string_view text, std::optional<MeshFormat> format);
 // Whether the size is that of a binary STL file with the facet count it states.
 bool is_exact_binary_stl(std::string_view text);
 // Whether the beginning is that of an ascii STL file: `solid`, then a facet or the end.

@@ -63,23 +63,6 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
   return out;
 }
 
-// The text in UTF-8 with LF somewhere, when the file is neither: UTF-16, or line ends of old Macintosh
-// programs.
-std::optional<std::string> converted(std::string_view content, MeshFormat format) {
-  if (content.starts_with("\xFF\xFE")) return from_utf16(content, false);
-  if (content.starts_with("\xFE\xFF")) return from_utf16(content, true);
-  if (content.find('\n') != std::string_view::npos) return std::nullopt;
-  // The header of a binary PLY file is read with its CR line ends: a copy would damage the data behind it.
-  if (format == MeshFormat::ply && content.substr(0, 64).find("ascii") == std::string_view::npos)
-    return std::nullopt;
-  if (content.find('\r') == std::string_view::npos) return std::nullopt;
-  // The bytes of a damaged binary STL file are no line ends.
-  if (content.substr(0, 512).find('\0') != std::string_view::npos) return std::nullopt;
-  std::string copy(content);
-  std::replace(copy.begin(), copy.end(), '\r', '\n');
-  return copy;
-}
-
 bool looks_like_obj(std::string_view head) {
   text::TextCursor cursor{head.data(), head.data() + head.size()};
   std::size_t vertices = 0;
@@ -130,7 +113,21 @@ PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelTo
 
 }  // namespace
 
-std::string foreign_content(std::string_view content, MeshFormat format) {
+std::optional<std::string> converted(std::string_view content, bool is_ply) {
+  if (content.starts_with("\xFF\xFE")) return from_utf16(content, false);
+  if (content.starts_with("\xFE\xFF")) return from_utf16(content, true);
+  if (content.find('\n') != std::string_view::npos) return std::nullopt;
+  // The header of a binary PLY file is read with its CR line ends: a copy would damage the data behind it.
+  if (is_ply && content.substr(0, 64).find("ascii") == std::string_view::npos) return std::nullopt;
+  if (content.find('\r') == std::string_view::npos) return std::nullopt;
+  // The bytes of a damaged binary STL file are no line ends.
+  if (content.substr(0, 512).find('\0') != std::string_view::npos) return std::nullopt;
+  std::string copy(content);
+  std::replace(copy.begin(), copy.end(), '\r', '\n');
+  return copy;
+}
+
+std::string foreign_content(std::string_view content, std::optional<MeshFormat> format) {
   // Programs and servers leave these under any name.
   static constexpr std::array<std::pair<std::string_view, const char*>, 8> marks = {
       {{"\x1F\x8B", "a gzip archive"},
@@ -177,7 +174,7 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (format == MeshFormat::stl && is_exact_binary_stl(content)) return read_stl(content, cancel, rule);
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
-  if (const std::optional<std::string> copy = converted(content, format))
+  if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
     return dispatch(*copy, format, cancel, rule);
   return dispatch(content, format, cancel, rule);
 }

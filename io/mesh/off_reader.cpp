@@ -1,5 +1,6 @@
 // OFF as Geomview documents it and as files in the wild have it.
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,19 @@ using text::Token;
 
 constexpr std::size_t rows_between_checks = 65536;
 
+// points: faces are not read and need not be there; coordinates are finite, and where no face is promised
+// nothing follows the vertices.
+enum class Wanted : std::uint8_t { mesh, points };
+
+// Whether the header promises what is wanted.
+void check_promise(std::uint64_t vertices, std::uint64_t faces, Wanted wanted) {
+  if (wanted == Wanted::points && vertices == 0)
+    throw ItemError(Status::empty, "the header promises no vertex");
+  if (wanted == Wanted::mesh && faces == 0)
+    throw ItemError(Status::empty,
+                    "the header promises " + std::to_string(vertices) + " vertices and no face");
+}
+
 void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
   mesh.x.resize(count);
   mesh.y.resize(count);
@@ -29,6 +43,12 @@ void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
 struct OffRows {
   OffVertexLayout layout;
   PolygonMesh& mesh;
+  Wanted wanted;
+
+  bool acceptable(std::size_t v) const {
+    return wanted == Wanted::mesh ||
+           (std::isfinite(mesh.x[v]) && std::isfinite(mesh.y[v]) && std::isfinite(mesh.z[v]));
+  }
 
   Token vertex(TextCursor& cursor, std::size_t v) const {
     double x = 0, y = 0, z = 0, w = 1;
@@ -78,8 +98,9 @@ bool read_lines(std::string_view body, const OffHeader& header, const OffRows& r
                 const CancelToken& cancel) {
   std::vector<PolygonPart> parts;
   const auto row = [&](std::size_t block, std::uint64_t ordinal, TextCursor line) {
-    if (ordinal >= header.vertices) return OffRows::face(line, parts[block]) == Token::ok;
-    return rows.vertex(line, ordinal) == Token::ok && !line.token_on_line();
+    if (ordinal >= header.vertices)
+      return rows.wanted == Wanted::points || OffRows::face(line, parts[block]) == Token::ok;
+    return rows.vertex(line, ordinal) == Token::ok && !line.token_on_line() && rows.acceptable(ordinal);
   };
   if (!text::for_each_line(
           body, header.vertices + header.faces, true, block_bytes, cancel,
@@ -93,7 +114,12 @@ void read_vertices(std::string_view content, TextCursor& cursor, const OffHeader
                    const CancelToken& cancel) {
   for (std::size_t v = 0; v < header.vertices; ++v) {
     if (v % rows_between_checks == 0) cancel.check();
+    cursor.skip_to_token();
+    const char* const start = cursor.at;
     const Token token = rows.vertex(cursor, v);
+    if (token == Token::ok && !rows.acceptable(v))
+      throw ItemError(Status::non_finite, "line " + std::to_string(text::line_of(content, start)) + ": " +
+                                              not_finite(v, header.vertices));
     if (token == Token::ok) continue;
     const std::string which = "vertex " + std::to_string(v) + " of " + std::to_string(header.vertices);
     if (token == Token::ended) text::fail_at(content, cursor.end, "the file ends in " + which);
@@ -138,11 +164,11 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
   join_polygons(parts, mesh);
 }
 
-PolygonMesh read_text(std::string_view content, const OffHeader& header, const CancelToken& cancel,
-                      const BlockRule& rule) {
+PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted wanted,
+                      const CancelToken& cancel, const BlockRule& rule) {
   const std::string_view body = content.substr(header.body);
   PolygonMesh mesh;
-  OffRows rows{off_vertex_layout(content, header), mesh};
+  OffRows rows{off_vertex_layout(content, header), mesh, wanted};
   // A number and a separator take two bytes.
   const auto numbers = static_cast<std::uint64_t>(rows.layout.positions + (rows.layout.normals ? 3 : 0));
   if (header.vertices > (body.size() + 1) / 2 / numbers)
@@ -150,14 +176,20 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, const C
                                             " vertices, but only " + std::to_string(body.size()) +
                                             " bytes follow it");
   check_count(header.vertices, "vertices");
-  if (header.faces == 0)
-    throw ItemError(Status::empty,
-                    "the header promises " + std::to_string(header.vertices) + " vertices and no face");
+  check_promise(header.vertices, header.faces, wanted);
   make_vertices(mesh, header.vertices, rows.layout.normals);
   if (body.size() >= rule.parallel_from && read_lines(body, header, rows, rule.block_bytes, cancel))
     return mesh;
   TextCursor cursor{body.data(), body.data() + body.size()};
   read_vertices(content, cursor, header, rows, cancel);
+  if (wanted == Wanted::points) {
+    // With faces, a vertex too few would take numbers of the first face.
+    if (header.faces == 0 ? cursor.skip_to_token() : !rows.layout.rest_of_line && cursor.token_on_line())
+      text::fail_at(content, cursor.at,
+                    text::quoted(content, cursor.at) + " follows the " + std::to_string(header.vertices) +
+                        " vertices that the header promises");
+    return mesh;
+  }
   read_faces(content, cursor, header, mesh, cancel);
   return mesh;
 }
@@ -211,7 +243,8 @@ void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, co
   join_polygons(parts, mesh);
 }
 
-PolygonMesh read_binary(std::string_view content, const OffHeader& header, const CancelToken& cancel) {
+PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wanted wanted,
+                        const CancelToken& cancel) {
   const std::size_t positions = header.homogeneous ? 4 : 3;
   const std::size_t words =
       positions + (header.normals ? 3 : 0) + (header.colours ? 4 : 0) + (header.texture ? 2 : 0);
@@ -226,9 +259,7 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, const
   const auto vertices = static_cast<std::size_t>(file.word<std::int32_t>());
   const auto faces = static_cast<std::size_t>(file.word<std::int32_t>());
   file.word<std::int32_t>();
-  if (faces == 0)
-    throw ItemError(Status::empty,
-                    "the header promises " + std::to_string(vertices) + " vertices and no face");
+  check_promise(vertices, faces, wanted);
   PolygonMesh mesh;
   make_vertices(mesh, vertices, header.normals);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -245,6 +276,17 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, const
     for (std::size_t k = 0; header.normals && k < 3; ++k) mesh.normals[3 * v + k] = file.word<float>();
     file.at += 4 * ((header.colours ? 4 : 0) + (header.texture ? 2 : 0));
   }
+  if (wanted == Wanted::points) {
+    for (std::size_t v = 0; v < vertices; ++v)
+      if (!std::isfinite(mesh.x[v]) || !std::isfinite(mesh.y[v]) || !std::isfinite(mesh.z[v]))
+        throw ItemError(Status::non_finite, not_finite(v, vertices));
+    const std::string_view rest = content.substr(file.at);
+    if (faces == 0 && !std::all_of(rest.begin(), rest.end(), text::is_separator))
+      throw ItemError(Status::unreadable, "byte " + std::to_string(file.at) + ": data follow the " +
+                                              std::to_string(vertices) +
+                                              " vertices that the header promises");
+    return mesh;
+  }
   read_binary_faces(file, faces, mesh, cancel);
   return mesh;
 }
@@ -253,7 +295,14 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, const
 
 PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
   const OffHeader header = parse_off_header(content);
-  return header.binary ? read_binary(content, header, cancel) : read_text(content, header, cancel, rule);
+  return header.binary ? read_binary(content, header, Wanted::mesh, cancel)
+                       : read_text(content, header, Wanted::mesh, cancel, rule);
+}
+
+PolygonMesh read_off_vertices(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+  const OffHeader header = parse_off_header(content);
+  return header.binary ? read_binary(content, header, Wanted::points, cancel)
+                       : read_text(content, header, Wanted::points, cancel, rule);
 }
 
 }  // namespace meander

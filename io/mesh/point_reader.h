@@ -20,14 +20,18 @@ struct PointCloud {
 // Reads all points of a file; the extension (any case) decides the format:
 //   .ply                  ascii and both binary orders: x y z and, when there are all three, nx ny nz of the
 //                         element vertex. Anything else is skipped, faces need not be there.
-//   .off                  text and binary with every prefix; faces need not be there and are not read.
+//   .off                  text and binary with every prefix; faces need not be there and are not read, but
+//   nothing
+//                         may follow the last vertex on its line.
 //   .xyz .txt .csv .pts   one point a line: 2 numbers (x y), 3 (x y z) or 6 and more (x y z, then three of a
-//                         normal, then anything); every line has as many as the first. 4 and 5 are refused.
+//                         normal, then anything); every line is of the kind of the first. 4 and 5 are
+//                         refused.
 // Text of points, more exactly:
 // * Numbers are separated by blanks and tabs, or by single commas with or without blanks around them. Commas
 //   and blanks that both separate numbers of one line are refused: the comma may be a decimal mark.
 // * # begins a comment up to the end of its line; blank lines are skipped.
-// * The first line may be a header, words of which none is a number. If one of the words is `x`, they must begin
+// * The first line with anything on it may be a header, words of which none is a number. If one of the words
+// is `x`, they must begin
 //   x y or x y z: other orders of columns are refused.
 // * The first line may, instead, be one number: the count of the points, which must be right.
 // * The numbers 4 to 6 are normals when the header calls them nx ny nz; without header when each three have
@@ -36,14 +40,15 @@ struct PointCloud {
 //
 // Stricter than read_mesh, because a point set with a point less is another one: a file that ends too early,
 // data behind the last promised point (where no faces are promised), a coordinate that is no number and, in
-// ascii PLY, a row that is not on one line make it unreadable. Byte-order marks, UTF-16 with a mark, CRLF and CR
-// line ends are read. No count is trusted: all are checked against the bytes that are there before memory is
-// taken.
+// ascii PLY, a row that is not on one line make it unreadable. Byte-order marks, UTF-16 with a mark, CRLF and
+// CR line ends are read. No count is trusted: all are checked against the bytes that are there before memory
+// is taken.
 //
-// Throws ItemError with a sentence (with the line in text, the byte or the point in binary files): unreadable;
-// empty for no point; non_finite for a coordinate that is NaN or infinite; unsupported_format for another
-// extension, columns that are not understood, and 2^32 - 1 points and more. RunCancelled and bad_alloc pass.
-// Cost: linear in the file; large ascii PLY and OFF files and binary PLY files are read in parallel blocks.
+// Throws ItemError with a sentence (with the line in text, the byte or the point in binary files):
+// unreadable; empty for no point; non_finite for a coordinate that is NaN or infinite; unsupported_format for
+// another extension, columns that are not understood, and 2^32 - 1 points and more. RunCancelled and
+// bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY files are read in
+// parallel blocks.
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel = {});
 
 }  // namespace meander
