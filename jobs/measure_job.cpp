@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "io/plot/heat_map.h"
 #include "io/plot/json_table.h"
 #include "io/plot/text_table.h"
+#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -466,12 +466,6 @@ constexpr Measure measures[] = {
     {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false},
 };
 
-void write_csv(const std::string& path, const Table& table) {
-  std::ofstream file(path, std::ios::binary);
-  file << csv_text(table);
-  if (!file.flush()) throw UsageError("`" + path + "` cannot be written");
-}
-
 int measure(const MeasureOptions& options) {
   const Measure& chosen = *std::find_if(std::begin(measures), std::end(measures),
                                         [&](const Measure& m) { return options.what == m.name; });
@@ -492,7 +486,7 @@ int measure(const MeasureOptions& options) {
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
-  if (!options.csv.empty()) write_csv(options.csv, table);
+  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
   if (options.json) {
     JsonWriter json;
     json.begin_object();

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <system_error>
 #include <vector>
 
 #include "io/store/store.h"
@@ -9,6 +10,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "kernels/core/status.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -58,6 +60,13 @@ int run_program(int argc, char** argv, StageHook hook) {
     return say(exit_usage, error.what());
   } catch (const RunError& error) {
     return say(error.kind() == RunError::Kind::stopped ? exit_stopped : exit_usage, error.what());
+  } catch (const ItemError& error) {  // a file given to a job that has no rows to put its status in
+    if (error.status() != Status::internal)
+      return say(exit_usage, fmt::format("{}: {}", name_of(error.status()), error.what()));
+    return say(exit_internal,
+               fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
+  } catch (const std::system_error& error) {  // a folder or file that cannot be made or written
+    return say(exit_usage, error.what());
   } catch (const std::exception& error) {
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));

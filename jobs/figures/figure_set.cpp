@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "io/image/png_writer.h"
 #include "io/plot/csv_writer.h"
-#include "jobs/inputs.h"
+#include "io/whole_file.h"
 #include "kernels/analyse/slope_fit.h"
 
 namespace meander {
@@ -18,21 +17,15 @@ void FigureSet::begin(const std::string& heading) {
   page.figures.push_back({heading, {}, {}, {}, {}});
 }
 
-void FigureSet::write(const std::string& name, const std::string& content) const {
-  std::ofstream file(folder_ / name, std::ios::binary);
-  file << content;
-  if (!file.flush()) throw UsageError("`" + (folder_ / name).string() + "` cannot be written");
-}
-
 void FigureSet::plot(const std::string& stem, const Plot& plot, const std::string& caption) {
-  write(stem + ".svg", svg_plot(plot));
-  write(stem + ".csv", csv_text(plot_table(plot)));
+  write_whole_file(folder_ / (stem + ".svg"), svg_plot(plot));
+  write_whole_file(folder_ / (stem + ".csv"), csv_text(plot_table(plot)));
   page.figures.back().images.push_back({stem + ".svg", plot.title, caption});
   page.figures.back().data.push_back(stem + ".csv");
 }
 
 void FigureSet::drawing(const std::string& stem, const std::string& svg, const std::string& caption) {
-  write(stem + ".svg", svg);
+  write_whole_file(folder_ / (stem + ".svg"), svg);
   page.figures.back().images.push_back({stem + ".svg", caption, caption});
 }
 
@@ -42,7 +35,7 @@ void FigureSet::picture(const std::string& stem, const RgbImage& image, const st
 }
 
 void FigureSet::table(const std::string& stem, const std::string& caption, const Table& table) {
-  write(stem + ".csv", csv_text(table));
+  write_whole_file(folder_ / (stem + ".csv"), csv_text(table));
   page.figures.back().tables.push_back({caption, table});
   page.figures.back().data.push_back(stem + ".csv");
 }
@@ -112,7 +105,8 @@ Table slope_table(const std::vector<ErrorSeries>& all, double least, const std::
   return table;
 }
 
-Plot error_plot(const std::string& title, const std::vector<ErrorSeries>& series, const std::string& measure) {
+Plot error_plot(const std::string& title, const std::vector<ErrorSeries>& series,
+                const std::string& measure) {
   Plot plot;
   plot.title = title;
   plot.x = {"points", AxisScale::log10, {}, {}};

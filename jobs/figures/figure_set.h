@@ -25,9 +25,13 @@ struct FigureMesh {
 
 class FigureSet {
  public:
-  FigureSet(std::filesystem::path folder, bool quick, std::uint64_t seed, std::vector<FigureMesh> meshes,
-            std::function<void(const std::string&)> note)
-      : quick(quick), seed(seed), meshes(std::move(meshes)), folder_(std::move(folder)), note_(std::move(note)) {}
+  FigureSet(std::filesystem::path folder, bool quick_ones, std::uint64_t seed_of_all,
+            std::vector<FigureMesh> sampled_meshes, std::function<void(const std::string&)> note)
+      : quick(quick_ones),
+        seed(seed_of_all),
+        meshes(std::move(sampled_meshes)),
+        folder_(std::move(folder)),
+        note_(std::move(note)) {}
 
   const bool quick;
   const std::uint64_t seed;
@@ -45,7 +49,6 @@ class FigureSet {
   FigurePage page;
 
  private:
-  void write(const std::string& name, const std::string& content) const;
   std::filesystem::path folder_;
   std::function<void(const std::string&)> note_;
 };

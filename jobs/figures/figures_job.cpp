@@ -1,18 +1,18 @@
 // meander figures: the survey's figures, remade.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "io/mesh/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
-#include "jobs/exit_status.h"
+#include "io/whole_file.h"
 #include "jobs/command_line.h"
+#include "jobs/exit_status.h"
 #include "jobs/figures/figure_set.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -39,10 +39,16 @@ struct FigureName {
   void (*draw)(FigureSet&);
 };
 constexpr FigureName figure_names[] = {
-    {"1", draw_point_sets},         {"2", draw_stretched_plane},   {"3", draw_curves},
-    {"4-plane", draw_plane_discrepancy}, {"4-sphere", draw_sphere_discrepancy},
-    {"4-mesh", draw_mesh_discrepancy},   {"5", draw_density_discrepancy},
-    {"6", draw_surfaces},           {"8", draw_adaptive_curve},    {"16", draw_spectra},
+    {"1", draw_point_sets},
+    {"2", draw_stretched_plane},
+    {"3", draw_curves},
+    {"4-plane", draw_plane_discrepancy},
+    {"4-sphere", draw_sphere_discrepancy},
+    {"4-mesh", draw_mesh_discrepancy},
+    {"5", draw_density_discrepancy},
+    {"6", draw_surfaces},
+    {"8", draw_adaptive_curve},
+    {"16", draw_spectra},
     {"21", draw_mesh_distances},
 };
 
@@ -100,20 +106,20 @@ int draw_figures(const FiguresOptions& options) {
   FigureSet figures(options.folder, options.quick, options.seed, std::move(meshes),
                     [&](const std::string& text) { fmt::print(stderr, "{:7.1f} s  {}\n", seconds(), text); });
   figures.page.title = "The survey's figures, measured again";
-  figures.page.introduction = {
-      {"", "Figures of the survey \"Fast Low-discrepancy Sampling of Parametric Surfaces and Meshes\", remade from "
-           "its description: what was measured here stands beside what the survey claims. The numbers behind each "
-           "picture are in the CSV files."}};
+  figures.page.introduction = {{"",
+                                "Figures of the survey \"Fast Low-discrepancy Sampling of Parametric "
+                                "Surfaces and Meshes\", remade from "
+                                "its description: what was measured here stands beside what the survey "
+                                "claims. The numbers behind each "
+                                "picture are in the CSV files."}};
   for (const FigureName& figure : figure_names)
     if (options.only.empty() ||
         std::find(options.only.begin(), options.only.end(), figure.name) != options.only.end())
       figure.draw(figures);
-  figures.page.footer = fmt::format("meander {}, seed {}{}", meander_version, options.seed,
-                                    options.quick ? ", --quick" : "");
+  figures.page.footer =
+      fmt::format("meander {}, seed {}{}", meander_version, options.seed, options.quick ? ", --quick" : "");
   const fs::path page = fs::path(options.folder) / "index.html";
-  std::ofstream file(page, std::ios::binary);
-  file << html_page(figures.page);
-  if (!file.flush()) throw UsageError("`" + page.string() + "` cannot be written");
+  write_whole_file(page, html_page(figures.page));
   fmt::print("{} figures in {}, {:.0f} s\n", figures.page.figures.size(), page.string(), seconds());
   return exit_done;
 }
@@ -121,15 +127,18 @@ int draw_figures(const FiguresOptions& options) {
 }  // namespace
 
 JobFunction add_figures_job(CLI::App& program) {
-  CLI::App* command =
-      program.add_subcommand("figures", "Remake the survey's figures: pictures, data and a page that shows them");
+  CLI::App* command = program.add_subcommand(
+      "figures", "Remake the survey's figures: pictures, data and a page that shows them");
   auto options = std::make_shared<FiguresOptions>();
-  command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")->required();
+  command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
+      ->required();
   command->add_option("--models", options->models,
                       "Triangle meshes for figures 4 and 16 (a torus made here when left out)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
-  command->add_option("--only", options->only, "Draw these figures only")->delimiter(',')->check(OneOf(names));
+  command->add_option("--only", options->only, "Draw these figures only")
+      ->delimiter(',')
+      ->check(OneOf(names));
   command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")->capture_default_str();
   command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
       ->capture_default_str()

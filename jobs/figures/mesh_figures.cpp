@@ -34,8 +34,8 @@ ModelState flattened(const FigureMesh& mesh, const SampleParameters& parameters)
   return model;
 }
 
-Samples sampled(const ModelState& prepared, SampleParameters parameters, std::uint32_t count, std::uint64_t seed,
-                const EmbreeDevice& device) {
+Samples sampled(const ModelState& prepared, SampleParameters parameters, std::uint32_t count,
+                std::uint64_t seed, const EmbreeDevice& device) {
   set_samples(parameters, count);
   parameters.seed = seed;
   ModelState model = prepared;
@@ -69,10 +69,12 @@ void draw_mesh_discrepancy(FigureSet& figures) {
     const std::vector<RotatedBox> boxes =
         random_boxes(surface.x, surface.y, surface.z, surface.triangles, box_parameters);
     double variance = 0;  // of the indicator, mean over the boxes
-    for (const RotatedBox& box : boxes) variance += box.share * (1 - box.share) / static_cast<double>(boxes.size());
+    for (const RotatedBox& box : boxes)
+      variance += box.share * (1 - box.share) / static_cast<double>(boxes.size());
     const VertexTriangles around =
         triangles_around_vertices(surface.triangles, static_cast<std::uint32_t>(surface.x.size()));
-    const std::vector<std::uint32_t> seeds = ring_seeds(surface.triangles, figures.quick ? 32 : 256, figures.seed);
+    const std::vector<std::uint32_t> seeds =
+        ring_seeds(surface.triangles, figures.quick ? 32 : 256, figures.seed);
 
     std::vector<ErrorSeries> box_errors, ring_errors;
     const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
@@ -108,16 +110,21 @@ void draw_mesh_discrepancy(FigureSet& figures) {
     measure("direct", plain, direct);
     measure("curve vertices, first hit", charted, vertex);
     const std::string stem = "figure04_mesh_" + mesh.name;
-    figures.plot(stem + "_boxes", error_plot(mesh.name + ": rotated boxes", box_errors, "RMS error of the share"),
+    figures.plot(stem + "_boxes",
+                 error_plot(mesh.name + ": rotated boxes", box_errors, "RMS error of the share"),
                  fmt::format("{} boxes with exactly clipped areas", boxes.size()));
     figures.plot(stem + "_rings", error_plot(mesh.name + ": rings of triangles", ring_errors, "discrepancy"),
                  fmt::format("Patches grown ring by ring from {} triangles", seeds.size()));
-    figures.table(stem + "_boxes_slopes", "Boxes: slopes from 32 points", slope_table(box_errors, 32, {1024}));
-    figures.table(stem + "_rings_slopes", "Rings: slopes from 32 points", slope_table(ring_errors, 32, {1024}));
-    figures.text("Measured", "Means of three runs. Boxes do not know the triangulation; rings have borders as ragged "
-                             "as the triangles are large, which flattens their slope on coarse meshes.");
-    figures.text("The survey", "Samples of meshes have the rate of the plane, measured on ring-grown patches; it "
-                               "places them at curve vertices that rays locate.");
+    figures.table(stem + "_boxes_slopes", "Boxes: slopes from 32 points",
+                  slope_table(box_errors, 32, {1024}));
+    figures.table(stem + "_rings_slopes", "Rings: slopes from 32 points",
+                  slope_table(ring_errors, 32, {1024}));
+    figures.text("Measured",
+                 "Means of three runs. Boxes do not know the triangulation; rings have borders as ragged "
+                 "as the triangles are large, which flattens their slope on coarse meshes.");
+    figures.text("The survey",
+                 "Samples of meshes have the rate of the plane, measured on ring-grown patches; it "
+                 "places them at curve vertices that rays locate.");
   }
 }
 
@@ -136,7 +143,8 @@ void draw_mesh_distances(FigureSet& figures) {
       }
     for (std::uint32_t i = 0; i < rings; ++i)
       for (std::uint32_t j = 0; j < sectors; ++j) {
-        const std::uint32_t a = i * sectors + j, b = i * sectors + (j + 1) % sectors, c = a + sectors, d = b + sectors;
+        const std::uint32_t a = i * sectors + j, b = i * sectors + (j + 1) % sectors, c = a + sectors,
+                            d = b + sectors;
         if (i > 0) mesh.faces.insert(mesh.faces.end(), {a, c, b});
         if (i + 1 < rings) mesh.faces.insert(mesh.faces.end(), {b, c, d});
       }
@@ -168,10 +176,12 @@ void draw_mesh_distances(FigureSet& figures) {
   plot.x.label = "triangles";
   figures.plot("figure21_mesh_distance", plot, "Sampled distances with exact nearest points");
   figures.table("figure21_mesh_distance_slopes", "Slopes", slope_table({mean, rms, largest}, 1, {}));
-  figures.text("Measured", "Mean, root mean square and largest distance from the coarse to the fine sphere; the "
-                           "largest over both directions. All fall as 1 / triangles.");
-  figures.text("The survey", "Its equation (1) is the mean one-sided distance, which it reports under the name of "
-                             "Hausdorff; here the three are told apart.");
+  figures.text("Measured",
+               "Mean, root mean square and largest distance from the coarse to the fine sphere; the "
+               "largest over both directions. All fall as 1 / triangles.");
+  figures.text("The survey",
+               "Its equation (1) is the mean one-sided distance, which it reports under the name of "
+               "Hausdorff; here the three are told apart.");
 }
 
 }  // namespace meander

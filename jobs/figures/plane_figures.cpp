@@ -20,7 +20,9 @@ namespace {
 constexpr std::uint32_t exact_star_limit = 1u << 14;
 constexpr std::uint32_t slow_method_limit = 1u << 14;
 
-bool is_slow(PlanarMethod method) { return method == PlanarMethod::poisson_disk || method == PlanarMethod::lloyd; }
+bool is_slow(PlanarMethod method) {
+  return method == PlanarMethod::poisson_disk || method == PlanarMethod::lloyd;
+}
 
 double star_discrepancy(const PlanarPoints& points, std::uint64_t seed) {
   if (points.count() <= exact_star_limit) return star_discrepancy_exact(points.x, points.y);
@@ -69,10 +71,9 @@ ShapeParameters shapes_of(const FigureSet& figures) {
 void draw_point_sets(FigureSet& figures) {
   figures.begin("Figure 1: point sets in the unit square");
   std::vector<PlanarDrawing> drawings;
-  for (const PlanarMethod method :
-       {PlanarMethod::random, PlanarMethod::jittered, PlanarMethod::halton, PlanarMethod::hammersley,
-        PlanarMethod::sobol, PlanarMethod::poisson_disk, PlanarMethod::hilbert_stratified,
-        PlanarMethod::hilbert_shifted}) {
+  for (const PlanarMethod method : {PlanarMethod::random, PlanarMethod::jittered, PlanarMethod::halton,
+                                    PlanarMethod::hammersley, PlanarMethod::sobol, PlanarMethod::poisson_disk,
+                                    PlanarMethod::hilbert_stratified, PlanarMethod::hilbert_shifted}) {
     PlanarPoints points = planar_points(method, 1024, figures.seed);
     PlanarDrawing drawing;
     drawing.caption = std::string(name_of(method));
@@ -81,9 +82,10 @@ void draw_point_sets(FigureSet& figures) {
   }
   figures.drawing("figure01_point_sets", svg_panels(drawings), "1,024 points each");
   figures.text("Measured", "Sets of 1,024 points as each method gives them.");
-  figures.text("The survey",
-               "Random points clump; low-discrepancy sets fill the square evenly, with visible regular structure in "
-               "Halton, Hammersley and Sobol sets; stratified points along a Hilbert curve are even without it.");
+  figures.text(
+      "The survey",
+      "Random points clump; low-discrepancy sets fill the square evenly, with visible regular structure in "
+      "Halton, Hammersley and Sobol sets; stratified points along a Hilbert curve are even without it.");
 }
 
 void draw_curves(FigureSet& figures) {
@@ -109,11 +111,13 @@ void draw_curves(FigureSet& figures) {
   draw(CurveKind::hilbert, 5, "Hilbert, level 5");
   draw(CurveKind::peano, 3, "Peano, level 3");
   draw(CurveKind::peano_meander, 3, "Peano-meander, level 3");
-  figures.drawing("figure03_curves", svg_panels(drawings), "Coloured from the start (dark) to the end (light)");
+  figures.drawing("figure03_curves", svg_panels(drawings),
+                  "Coloured from the start (dark) to the end (light)");
   figures.text("Measured", "Cell centres of one level joined in curve order.");
-  figures.text("The survey",
-               "Shows Hilbert, Peano and an alternative Peano construction; which alternative it drew could not be "
-               "told from its text: the Peano-meander is the one with entry and exit on the same edge.");
+  figures.text(
+      "The survey",
+      "Shows Hilbert, Peano and an alternative Peano construction; which alternative it drew could not be "
+      "told from its text: the Peano-meander is the one with entry and exit on the same edge.");
 }
 
 void draw_plane_discrepancy(FigureSet& figures) {
@@ -128,28 +132,31 @@ void draw_plane_discrepancy(FigureSet& figures) {
     const std::uint32_t limit =
         is_slow(method) ? std::min(most, figures.quick ? 1024u : slow_method_limit) : most;
     figures.note(fmt::format("  {} to {} points", name_of(method), limit));
-    measure_sets(std::string(name_of(method)), survey_counts(limit), is_deterministic(method) ? 1 : runs, shapes,
-                 [&](std::uint32_t count, std::uint64_t seed) { return planar_points(method, count, seed); },
-                 errors);
+    measure_sets(
+        std::string(name_of(method)), survey_counts(limit), is_deterministic(method) ? 1 : runs, shapes,
+        [&](std::uint32_t count, std::uint64_t seed) { return planar_points(method, count, seed); }, errors);
   }
   const double to = figures.quick ? 12288 : 1572864;
   const std::vector<double> shown = {1024, 4096, 12288};
-  figures.plot("figure04_plane_boxes", error_plot("Boxes anchored at the origin", errors.boxes, "discrepancy"),
+  figures.plot("figure04_plane_boxes",
+               error_plot("Boxes anchored at the origin", errors.boxes, "discrepancy"),
                fmt::format("Exact to {} points, above a search from 2^14 random boxes (a lower bound)",
                            exact_star_limit));
   figures.plot("figure04_plane_triangles", error_plot("Triangles", errors.triangles, "discrepancy"),
                fmt::format("{} triangles with a corner at the origin, the same for all", shapes.shapes));
   figures.plot("figure04_plane_circles", error_plot("Quarter circles", errors.circles, "discrepancy"),
                "Exact over radii up to 1");
-  figures.table("figure04_plane_boxes_slopes", "Boxes: slopes from 16 points", slope_table(errors.boxes, 16, shown));
+  figures.table("figure04_plane_boxes_slopes", "Boxes: slopes from 16 points",
+                slope_table(errors.boxes, 16, shown));
   figures.table("figure04_plane_triangles_slopes", "Triangles: slopes from 16 points",
                 slope_table(errors.triangles, 16, shown));
   figures.table("figure04_plane_circles_slopes", "Quarter circles: slopes from 16 points",
                 slope_table(errors.circles, 16, shown));
-  figures.text("Measured",
-               fmt::format("N = 2^l and 1.5 x 2^l to {}, means of {} runs (one for deterministic sets), error bars "
-                           "of one standard error, least-squares slopes in log-log.",
-                           to, runs));
+  figures.text(
+      "Measured",
+      fmt::format("N = 2^l and 1.5 x 2^l to {}, means of {} runs (one for deterministic sets), error bars "
+                  "of one standard error, least-squares slopes in log-log.",
+                  to, runs));
   figures.text("The survey",
                "Stratified sampling along a Hilbert curve equals the best sets on quarter circles, beats "
                "low-discrepancy sets on triangles and is worse on boxes.");
@@ -160,23 +167,27 @@ void draw_plane_discrepancy(FigureSet& figures) {
   for (const double leaves : {1.0, 4.0, 16.0, 64.0}) {
     PlanarParameters parameters;
     parameters.leaves_per_point = leaves;
-    measure_sets(fmt::format("vertex, {} leaves a point", leaves), survey_counts(limit, 16), runs, shapes,
-                 [&](std::uint32_t count, std::uint64_t seed) {
-                   return planar_points(PlanarMethod::hilbert_vertex, count, seed, parameters);
-                 },
-                 placement);
+    measure_sets(
+        fmt::format("vertex, {} leaves a point", leaves), survey_counts(limit, 16), runs, shapes,
+        [&](std::uint32_t count, std::uint64_t seed) {
+          return planar_points(PlanarMethod::hilbert_vertex, count, seed, parameters);
+        },
+        placement);
   }
-  measure_sets("inside the element", survey_counts(limit, 16), runs, shapes,
-               [&](std::uint32_t count, std::uint64_t seed) {
-                 return planar_points(PlanarMethod::hilbert_stratified, count, seed);
-               },
-               placement);
-  figures.plot("figure04_placement", error_plot("Placement: boxes at the origin", placement.boxes, "discrepancy"),
+  measure_sets(
+      "inside the element", survey_counts(limit, 16), runs, shapes,
+      [&](std::uint32_t count, std::uint64_t seed) {
+        return planar_points(PlanarMethod::hilbert_stratified, count, seed);
+      },
+      placement);
+  figures.plot("figure04_placement",
+               error_plot("Placement: boxes at the origin", placement.boxes, "discrepancy"),
                "Hilbert stratified, exact");
   figures.table("figure04_placement_slopes", "Slopes from 16 points",
                 slope_table(placement.boxes, 16, {1024, static_cast<double>(limit)}));
-  figures.text("Measured", "Samples moved to centres of curve leaves are quantised: 64 leaves a sample are needed "
-                           "before the error is nearly that of a point inside its element.");
+  figures.text("Measured",
+               "Samples moved to centres of curve leaves are quantised: 64 leaves a sample are needed "
+               "before the error is nearly that of a point inside its element.");
   figures.text("The survey", "Places every sample at a vertex of the curve.");
 }
 
@@ -195,7 +206,8 @@ void draw_density_discrepancy(FigureSet& figures) {
                         Case{PlanarDensity::waves, "cos3sin3", "cos 3x sin 3y cos xy + 1"},
                         Case{PlanarDensity::product_wave, "cos10", "cos 10xy + 1"}}) {
     std::vector<ErrorSeries> all;
-    for (const SequenceKind sequence : {SequenceKind::random, SequenceKind::stratified, SequenceKind::shifted}) {
+    for (const SequenceKind sequence :
+         {SequenceKind::random, SequenceKind::stratified, SequenceKind::shifted}) {
       const char* const name = sequence == SequenceKind::random       ? "random"
                                : sequence == SequenceKind::stratified ? "hilbert-stratified"
                                                                       : "hilbert-shifted";
@@ -227,7 +239,8 @@ void draw_density_discrepancy(FigureSet& figures) {
     const std::string stem = fmt::format("figure05_{}", c.expression);
     figures.plot(stem, error_plot(fmt::format("Density {}", c.title), all, "discrepancy"),
                  fmt::format("{} boxes at the origin with exact measures", shapes.shapes));
-    figures.table(stem + "_slopes", fmt::format("{}: slopes from 16 points", c.title), slope_table(all, 16, {1024}));
+    figures.table(stem + "_slopes", fmt::format("{}: slopes from 16 points", c.title),
+                  slope_table(all, 16, {1024}));
   }
   figures.drawing("figure05_samples", svg_panels(drawings), "2,048 samples, shifted sequence");
   figures.text("Measured", "Boxes anchored at the origin against the exact integral of the density.");

@@ -27,8 +27,8 @@ RgbImage grey_map(std::span<const double> values, std::size_t side, double upper
   return heat_map(values, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(side), look);
 }
 
-PlotSeries profile_series(const std::string& name, const RadialProfile& profile, const std::vector<double>& values,
-                          double scale) {
+PlotSeries profile_series(const std::string& name, const RadialProfile& profile,
+                          const std::vector<double>& values, double scale) {
   PlotSeries series;
   series.name = name;
   series.style = SeriesStyle::line;
@@ -51,9 +51,9 @@ void draw_planar_spectra(FigureSet& figures) {
   power.y = {"power", AxisScale::linear, 0.0, 2.5};
   anisotropy.title = "Anisotropy";
   anisotropy.y = {"dB", AxisScale::linear, -20.0, 20.0};
-  for (const PlanarMethod method : {PlanarMethod::random, PlanarMethod::jittered, PlanarMethod::hilbert_stratified,
-                                    PlanarMethod::hilbert_shifted, PlanarMethod::hilbert_regular,
-                                    PlanarMethod::poisson_disk}) {
+  for (const PlanarMethod method :
+       {PlanarMethod::random, PlanarMethod::jittered, PlanarMethod::hilbert_stratified,
+        PlanarMethod::hilbert_shifted, PlanarMethod::hilbert_regular, PlanarMethod::poisson_disk}) {
     PowerSpectrum spectrum = make_power_spectrum(static_cast<std::uint32_t>(2.5 * root));
     const std::uint32_t own_sets = is_deterministic(method) ? 1 : sets;
     for (std::uint32_t s = 0; s < own_sets; ++s) {
@@ -74,8 +74,9 @@ void draw_planar_spectra(FigureSet& figures) {
   figures.plot("figure16_power", power, fmt::format("{} points, means of {} sets", count, sets));
   figures.plot("figure16_anisotropy", anisotropy, "Variance over each ring");
   figures.text("Measured", "Periodograms at integer frequencies, black 0, white 2 times white noise.");
-  figures.text("The survey", "Stratified samples along the curve have the spectrum of blue noise. Measured: low "
-                             "frequencies are missing, but there is no peak; regular samples have spikes.");
+  figures.text("The survey",
+               "Stratified samples along the curve have the spectrum of blue noise. Measured: low "
+               "frequencies are missing, but there is no peak; regular samples have spikes.");
 }
 
 using Points = PlanarPoints;
@@ -114,7 +115,8 @@ void draw_density_differences(FigureSet& figures, const std::string& stem, const
   plot.y = {"pairs / white noise", AxisScale::linear, 0.0, 1.5};
   plot.series.push_back(profile_series("shifted", profile, profile.mean, stratified.cell()));
   plot.guides.push_back({1, false, "white noise"});
-  figures.plot(stem + "_radial", plot, fmt::format("{} points, {} sets against {} random ones", count, sets, 4 * sets));
+  figures.plot(stem + "_radial", plot,
+               fmt::format("{} points, {} sets against {} random ones", count, sets, 4 * sets));
 }
 
 void draw_mesh_differences(FigureSet& figures, const FigureMesh& mesh) {
@@ -156,10 +158,12 @@ void draw_spectra(FigureSet& figures) {
   draw_density_differences(figures, "figure16_blob", "Gaussian blob", "blob", 2500);
   draw_density_differences(figures, "figure16_balzer", "Balzer density", "balzer", 10000);
   for (const FigureMesh& mesh : figures.meshes) draw_mesh_differences(figures, mesh);
-  figures.text("Measured", "Histograms of differences between samples in units of the wanted local spacing, over those "
-                           "of random sets of the same density: 1 is white noise, black 0, white 2.");
-  figures.text("The survey", "A dip around 0 that rises to 1 at the mean spacing, the same in all directions, for "
-                             "2,500 (blob), 10,000 (Balzer) and 3,000 samples (bunny).");
+  figures.text("Measured",
+               "Histograms of differences between samples in units of the wanted local spacing, over those "
+               "of random sets of the same density: 1 is white noise, black 0, white 2.");
+  figures.text("The survey",
+               "A dip around 0 that rises to 1 at the mean spacing, the same in all directions, for "
+               "2,500 (blob), 10,000 (Balzer) and 3,000 samples (bunny).");
 }
 
 }  // namespace meander

@@ -31,7 +31,8 @@ PlanarDrawing draw_curve(const SurfaceCurve& curve, std::string caption) {
 }
 
 // The same curve on the surface, seen along (1, 0.6, 0.8).
-PlanarDrawing draw_curve_on(const ParametricSurface& surface, const SurfaceCurve& curve, std::string caption) {
+PlanarDrawing draw_curve_on(const ParametricSurface& surface, const SurfaceCurve& curve,
+                            std::string caption) {
   std::vector<double> u, v;
   for (std::size_t i = 0; i < curve.mass.size(); ++i) {
     u.push_back(curve.uv[2 * i]);
@@ -70,8 +71,10 @@ void draw_stretched_plane(FigureSet& figures) {
     parameters.leaves_per_sample = 1;
     parameters.reparameterise = reparameterise;
     const SurfaceCurve curve = build_surface_curve(*surface, parameters);
-    drawings.push_back(draw_curve(curve, reparameterise ? "reparameterised: parameters" : "as given: parameters"));
-    PlanarDrawing on_surface = draw_curve(curve, reparameterise ? "reparameterised: surface" : "as given: surface");
+    drawings.push_back(
+        draw_curve(curve, reparameterise ? "reparameterised: parameters" : "as given: parameters"));
+    PlanarDrawing on_surface =
+        draw_curve(curve, reparameterise ? "reparameterised: surface" : "as given: surface");
     for (double& x : on_surface.lines.front().x) x = std::pow(x, 8);
     parameters.samples = 1024;
     const SurfaceSamples samples = sample_surface(*surface, parameters);
@@ -91,10 +94,12 @@ void draw_stretched_plane(FigureSet& figures) {
   grid.columns = 3;
   figures.drawing("figure02_stretched_plane", svg_panels(drawings, grid),
                   "Leaves of about equal area, joined in curve order");
-  figures.text("Measured", "The curve of 256 leaves over the given parameters (above) and over the square warped by "
-                           "the cumulative area of rows, then of columns (below), and samples of both.");
-  figures.text("The survey", "Adaptive refinement copes with stretch until machine precision ends it; a "
-                             "reparameterisation balances the tree (its right panel).");
+  figures.text("Measured",
+               "The curve of 256 leaves over the given parameters (above) and over the square warped by "
+               "the cumulative area of rows, then of columns (below), and samples of both.");
+  figures.text("The survey",
+               "Adaptive refinement copes with stretch until machine precision ends it; a "
+               "reparameterisation balances the tree (its right panel).");
 }
 
 void draw_surfaces(FigureSet& figures) {
@@ -132,8 +137,9 @@ void draw_surfaces(FigureSet& figures) {
   sheet.splat.up = {0, 0, 1};
   sheet.splat.view = {1, 0.6, 0.8};
   figures.picture("figure06_surfaces", contact_sheet(models, sheet), "Every sample is a bead");
-  figures.text("Measured", "Samples of one-patch surfaces, uniform and by curvature, in shifted sequence; seams, poles "
-                           "and the pinch of the eight show neither gaps nor crowds.");
+  figures.text("Measured",
+               "Samples of one-patch surfaces, uniform and by curvature, in shifted sequence; seams, poles "
+               "and the pinch of the eight show neither gaps nor crowds.");
   figures.text("The survey", "Samples the monkey saddle with 3,000 and the eight with 10,000 points.");
 }
 
@@ -161,10 +167,12 @@ void draw_adaptive_curve(FigureSet& figures) {
   PanelGrid grid;
   grid.columns = 2;
   figures.drawing("figure08_adaptive_curve", svg_panels(drawings, grid), "The surface `eight`");
-  figures.text("Measured", "A Hilbert curve of 1,024 equal cells, and one refined until no cell has more than 1/1024 "
-                           "of the area.");
-  figures.text("The survey", "The uniform curve crowds where the map shrinks; the adaptive one covers the surface "
-                             "evenly.");
+  figures.text("Measured",
+               "A Hilbert curve of 1,024 equal cells, and one refined until no cell has more than 1/1024 "
+               "of the area.");
+  figures.text("The survey",
+               "The uniform curve crowds where the map shrinks; the adaptive one covers the surface "
+               "evenly.");
 }
 
 void draw_sphere_discrepancy(FigureSet& figures) {
@@ -188,7 +196,8 @@ void draw_sphere_discrepancy(FigureSet& figures) {
         const SpherePoints points = make(count, figures.seed + run);
         caps.runs.back().push_back(cap_discrepancy(points.x, points.y, points.z, axes).discrepancy);
         spherical.runs.back().push_back(
-            spherical_triangle_discrepancy(build_point_index(points.x, points.y, points.z), triangles).discrepancy);
+            spherical_triangle_discrepancy(build_point_index(points.x, points.y, points.z), triangles)
+                .discrepancy);
       }
     }
     cap_errors.push_back(std::move(caps));
@@ -221,10 +230,12 @@ void draw_sphere_discrepancy(FigureSet& figures) {
                 slope_table(cap_errors, 16, {1024, static_cast<double>(std::min(most, 4096u))}));
   figures.table("figure04_sphere_triangles_slopes", "Triangles: slopes from 16 points",
                 slope_table(triangle_errors, 16, {1024, static_cast<double>(std::min(most, 4096u))}));
-  figures.text("Measured", "Hilbert sets are planar sets on the equal-area cylinder map; the surface sampler knows "
-                           "only the formula of the sphere.");
-  figures.text("The survey", "As well as methods made for the sphere. That holds for the slope; the constant is "
-                             "larger.");
+  figures.text("Measured",
+               "Hilbert sets are planar sets on the equal-area cylinder map; the surface sampler knows "
+               "only the formula of the sphere.");
+  figures.text("The survey",
+               "As well as methods made for the sphere. That holds for the slope; the constant is "
+               "larger.");
 }
 
 }  // namespace meander
