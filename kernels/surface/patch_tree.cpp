@@ -24,8 +24,8 @@ constexpr std::array<double, 2> second_nodes = {0.5 - second_offset, 0.5 + secon
 constexpr double corner_inset = 0x1p-16;
 // Rounding must not decide about a leaf that weighs exactly what a leaf may.
 constexpr double leaf_slack = 1 + 1e-9;
-// Patches of one level that a density without any smoothness may ask for, beside 4 N.
-constexpr std::size_t patch_budget = std::size_t{1} << 18;
+// Patches of one level that a density without any smoothness may ask for, beside 8 N.
+constexpr std::size_t patch_budget = std::size_t{1} << 16;
 
 constexpr std::array<double, 2 * points_per_node> make_node_points() {
   std::array<double, 2 * points_per_node> points{};
@@ -142,7 +142,7 @@ PatchTree::PatchTree(const SurfaceMeasure& measure, const SurfaceSampleParameter
   const double leaves = kappa * parameters.samples;
   const int shallowest = curve_depth(parameters.curve, std::max(parameters.min_depth, measure.warp_depth()));
   deepest_ = std::max(shallowest, curve_depth(parameters.curve, parameters.max_depth));
-  const std::size_t budget = patch_budget + 4 * std::size_t{parameters.samples};
+  const std::size_t budget = patch_budget + 8 * std::size_t{parameters.samples};
   const auto branches = static_cast<std::size_t>(table_.branching * table_.branching);
 
   std::vector<CurveLevel> levels;

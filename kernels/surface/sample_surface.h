@@ -13,9 +13,10 @@
 
 namespace meander {
 
-// uniform: 1. mean, gaussian, max: the absolute curvature, floor + (1 - floor) min(1, c / quantile)^exponent,
-// as on meshes; a flat surface is uniform. expression: a non-negative function of u, v, x, y, z as text (see
-// expression.h).
+// uniform: 1. mean, gaussian, max: the absolute curvature c of the point, as floor + (1 - floor)
+// min(1, c / c_q)^exponent, c_q the quantile by area (over the bent part alone where that is smaller); a flat
+// surface is uniform. expression: a non-negative function of u, v, x, y, z as text (see expression.h); values
+// from -1e-12 to 0 count as 0.
 enum class SurfaceDensityKind : std::uint8_t { uniform, mean, gaussian, max, expression };
 
 struct SurfaceDensity {

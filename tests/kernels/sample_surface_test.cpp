@@ -182,7 +182,7 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
         p.place = place;
         p.order = sequence == SequenceKind::owen ? OrderKind::curve : OrderKind::progressive;
         p.reparameterise = place == PlaceKind::element && sequence == SequenceKind::stratified;
-        p.density.kind = SurfaceDensityKind::max;
+        if (p.reparameterise) p.density.kind = SurfaceDensityKind::max;
         check_samples(*surface, sample_surface(*surface, p), 100);
       }
 }
@@ -434,7 +434,7 @@ TEST_CASE("sample_surface: what cannot be sampled says why") {
 }
 
 TEST_CASE("sample_surface: a density without any smoothness ends within its budget") {
-  const SurfaceSamples samples = sample("plane", with_expression(2000, "1 + sin(1000000*x)*sin(1000000*y)"));
+  const SurfaceSamples samples = sample("plane", with_expression(500, "1 + sin(123456789*x*y)"));
   CHECK(samples.unresolved_patches > 0);
   CHECK(samples.measure == Approx(1).epsilon(0.02));
 }
