@@ -1,5 +1,7 @@
 #include "kernels/analyse/spectrum.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
@@ -221,6 +223,14 @@ TEST_CASE("radial_profile: rings, variance and mirror of a small map") {
   const RadialProfile even = radial_profile(std::vector<double>(16, 2.0), 4, 0, 1);
   CHECK(even.bins == std::vector<std::uint32_t>{2, 4});
   CHECK(even.anisotropy_db[1] == -std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("add_periodogram: one thread and many give the same bits") {
+  const PlanarSet set = random_set(3000, 77);
+  PowerSpectrum many = make_power_spectrum(50), one = many;
+  add_periodogram(many, set.x, set.y);
+  oneapi::tbb::task_arena(1).execute([&] { add_periodogram(one, set.x, set.y); });
+  CHECK(many.sum == one.sum);
 }
 
 TEST_CASE("spectrum: what cannot be is refused") {
