@@ -169,8 +169,7 @@ class KdTree {
   Point low_, high_;
 };
 
-// The interleaved coordinates of points on a torus (a period of 0: that axis is a line), each moved to
-// [0, period).
+// A coordinate of a torus, moved to [0, period); a period of 0: that axis is a line, and nothing moves.
 inline double wrapped(double coordinate, double period) {
   if (!(period > 0)) return coordinate;
   const double moved = coordinate - period * std::floor(coordinate / period);

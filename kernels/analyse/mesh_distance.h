@@ -46,7 +46,7 @@ struct MeshDistance {
 // Area samples are stratified: the area, in order along the 3-D Hilbert curve over the triangles, is cut into
 // equal parts with one sample each, and the samples of one triangle form a low-discrepancy set with a random
 // shift. Distances are exact for each sample (see SurfaceLocator). Pure in (meshes, parameters); parallel in
-// fixed blocks; about 2 us a sample and direction. Throws ItemError(zero_area) where a mesh has no area, and
+// fixed blocks; about 1 us a sample and direction. Throws ItemError(zero_area) where a mesh has no area, and
 // what SurfaceLocator throws.
 MeshDistance mesh_distance(const EmbreeDevice& device, const TriangleSpans& first,
                            const TriangleSpans& second, const MeshDistanceParameters& parameters = {},

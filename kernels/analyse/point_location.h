@@ -25,7 +25,7 @@ struct SurfacePoint {
 // those of a search through all triangles in double: error about 1e-15 (size of the mesh + distance +
 // distance of the mesh from the origin). Coordinates of any scale and offset. Triangles without area are
 // segments or points. Thread-safe; answers are pure, and do not depend on how Embree built its tree.
-// Building: about 0.3 us a triangle. A query: 1-2 us near the surface, more where much of the surface is
+// Building: about 0.6 us a triangle. A query: 0.4-0.7 us on the surface, more where much of the surface is
 // equally far (the centre of a sphere: all of it).
 class SurfaceLocator {
  public:

@@ -11,8 +11,8 @@ namespace meander {
 // All distances are exact (double, k-d tree; the same as comparing all pairs), in the units of the points.
 // Points are taken as x, y spans in the plane, or as 3 n interleaved coordinates in space. A period > 0 makes
 // that axis of the plane a circle (coordinates are then taken by their remainder; distances are to the
-// nearest image). All throw std::invalid_argument when lengths do not fit or a number is not finite. About 1
-// us a point; deterministic, parallel in fixed blocks.
+// nearest image). All throw std::invalid_argument when lengths do not fit or a number is not finite. About
+// 0.5 us a point; deterministic, parallel in fixed blocks.
 
 // Distance of every point to the nearest other point; 0 for repeated points. n >= 2.
 std::vector<double> nearest_distances(std::span<const double> x, std::span<const double> y,

@@ -1,5 +1,7 @@
 #include "kernels/analyse/differential_domain.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -413,6 +415,19 @@ TEST_CASE("add_surface_differences: the other side of a thin plate does not coun
   all.min_normal_cosine = -1;
   add_surface_differences(unfiltered, points, normals, std::vector<double>(600, 0.05), x_axes, all);
   CHECK(total(unfiltered.sum) > 3 * total(one.sum));
+}
+
+TEST_CASE("differences: one thread and many give the same bits") {
+  const PlanarSet set = random_set(3000, 77);
+  const std::vector<double> points = random_sphere(3000, 78), spacing(3000, 0.03);
+  DifferenceMap many = make_difference_map(), one = many;
+  const auto add = [&](DifferenceMap& map) {
+    add_differences(map, set.x, set.y, 0.01);
+    add_surface_differences(map, points, points, spacing);
+  };
+  add(many);
+  oneapi::tbb::task_arena(1).execute([&] { add(one); });
+  CHECK(many.sum == one.sum);
 }
 
 TEST_CASE("differences: few samples, and what cannot be") {

@@ -1,5 +1,7 @@
 #include "kernels/analyse/mesh_distance.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -170,6 +172,17 @@ TEST_CASE("mesh_distance: more samples come closer, the seed matters little") {
   CHECK(worst[0] < 0.025);  // 480 triangles: two samples each
   CHECK(worst[1] < 1e-3);
   CHECK(worst[0] > 0);
+}
+
+TEST_CASE("mesh_distance: one thread and many give the same bits") {
+  const Surface a(torus(20, 12)), b(icosphere(2, 1.2));
+  const MeshDistance many = measure(a, b, samples(40000));
+  MeshDistance one;
+  oneapi::tbb::task_arena(1).execute([&] { one = measure(a, b, samples(40000)); });
+  CHECK(one.forward.mean == many.forward.mean);
+  CHECK(one.forward.rms == many.forward.rms);
+  CHECK(one.backward.mean == many.backward.mean);
+  CHECK(one.backward.max == many.backward.max);
 }
 
 TEST_CASE("area_samples: uniform by area, exactly as many, pure in the seed") {
