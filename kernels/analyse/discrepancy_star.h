@@ -21,7 +21,7 @@ struct StarSearchParameters {
 // at coordinates of points are where maxima lie; which ranks is a function of the seed), then from the best
 // of them exact line searches along x and y in turn until neither helps (threshold accepting of Winker and
 // Fang 1997 without its random steps). Usually within a few per cent of the exact value. O(N log N + climbs
-// N): N = 1,572,864 takes about 3 s. Deterministic. Throws like star_discrepancy_exact.
+// N): N = 1,572,864 takes about 2 s. Deterministic. Throws like star_discrepancy_exact.
 double star_discrepancy_search(std::span<const double> x, std::span<const double> y,
                                const StarSearchParameters& parameters = {});
 

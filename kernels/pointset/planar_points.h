@@ -22,12 +22,12 @@ enum class PlanarMethod : std::uint8_t {
   hilbert_stratified,  // H(t_i) of the 1-D set of that name (sample_sequence), continuous Hilbert curve
   hilbert_shifted,     //   jitter 0.25
   hilbert_regular,     //   t_i = (i + 1/2) / N: a grid for N = 4^k; deterministic
-  hilbert_owen,        //
+  hilbert_owen,        //   Owen-scrambled van der Corput
   peano_stratified,    // the stratified set on the Peano curve
   peano_meander_stratified,  // and on the Peano-meander curve
   hilbert_vertex,  // the stratified set moved to centres of curve leaves: the survey's own placement
   poisson_disk,    // weighted sample elimination (Yuksel 2015) of 5 N random points
-  lloyd,           // centroidal Voronoi: Lloyd's iteration (Lloyd 1982) from random points
+  lloyd,           // centroidal Voronoi: Lloyd's iteration (Lloyd 1982) from the jittered set
 };
 inline constexpr std::array<std::string_view, 16> planar_method_names = {"random",
                                                                          "jittered",
@@ -65,9 +65,9 @@ struct PlanarParameters {
 // Pure in (method, count, seed, parameters), for every thread count. Order: of drawing (random), by rank
 // along the curve (hilbert_*, peano_*), by index (halton .. r2, whose prefixes are the smaller sets,
 // Hammersley apart), none (jittered by columns, poisson_disk, lloyd). Cost a point, one core: 10 - 200 ns;
-// poisson_disk 25 us, lloyd 4 us an iteration (N log N and N in all; use them up to 2^14 or so). Memory 16 N
-// bytes and up to 32 N scratch (poisson_disk 2 kB a point). Throws std::invalid_argument when a parameter is
-// out of its range.
+// poisson_disk 25 us, lloyd 0.7 us an iteration (N log N and N in all; use them up to 2^14 or so). Memory 16
+// N bytes and up to 40 N scratch (poisson_disk 250 N). Throws std::invalid_argument when a parameter is out
+// of its range.
 PlanarPoints planar_points(PlanarMethod method, std::uint32_t count, std::uint64_t seed,
                            const PlanarParameters& parameters = {});
 
