@@ -45,7 +45,7 @@ void check_series(const PlotSeries& series);
 struct PlotGuide {
   double value = 0;
   bool vertical = false;  // at x = value; otherwise at y = value
-  std::string text{};     // beside its end, may be empty
+  std::string text{};     // beside one of its ends, may be empty
 };
 
 enum class TextAnchor { start, middle, end };
