@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "io/plot/svg_writer.h"
@@ -383,6 +384,32 @@ std::string all_series(const Plot& plot, const Layout& layout) {
   return out;
 }
 
+bool passes(Point from, Point to, const Box& box) {
+  return std::isfinite(from.x + from.y) && std::isfinite(to.x + to.y) && svg::clip(from, to, box);
+}
+
+// Whether a line, marker or error bar passes through the box.
+bool series_pass(const Plot& plot, const Layout& layout, const Box& box) {
+  for (const PlotSeries& series : plot.series) {
+    const std::vector<Point> corners = corners_of(series, layout);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (passes(corners[i], corners[i], box)) return true;
+      if (has_line(series) && i > 0 && passes(corners[i - 1], corners[i], box)) return true;
+    }
+    for (const ErrorBar& bar : error_bars_of(series, layout))
+      if (passes({bar.x, bar.low}, {bar.x, bar.high}, box)) return true;
+  }
+  return false;
+}
+
+Box text_box(std::string_view text, Point at, TextAnchor anchor) {
+  const double width = svg::text_width(text, note_size);
+  const double left = at.x - width * (anchor == TextAnchor::start    ? 0
+                                      : anchor == TextAnchor::middle ? 0.5
+                                                                     : 1);
+  return {left, at.y - 0.8 * note_size, left + width, at.y + 0.25 * note_size};
+}
+
 // ---- guides, annotations, legend ----
 
 // Where a guide runs and its text stands.
@@ -391,29 +418,43 @@ struct PlacedGuide {
   TextAnchor anchor = TextAnchor::end;
 };
 
-std::optional<PlacedGuide> place_guide(const PlotGuide& guide, const Layout& layout) {
+// The text goes to the first of four places along the guide that no series passes through, else to the first.
+std::optional<PlacedGuide> place_guide(const Plot& plot, const PlotGuide& guide, const Layout& layout) {
   const Box& frame = layout.frame;
   const double at = guide.vertical ? layout.x(guide.value) : layout.y(guide.value);
   PlacedGuide placed;
-  if (guide.vertical) {
-    placed.from = {at, frame.bottom};
-    placed.to = {at, frame.top};
-    const bool to_the_right = at + 5 + svg::text_width(guide.text, note_size) <= frame.right;
-    placed.anchor = to_the_right ? TextAnchor::start : TextAnchor::end;
-    placed.text = {to_the_right ? at + 5 : at - 5, frame.top + 10};
-  } else {
-    placed.from = {frame.left, at};
-    placed.to = {frame.right, at};
-    placed.text = {frame.right - 4, at - frame.top > 16 ? at - 5 : at + 14};
-  }
+  placed.from = guide.vertical ? Point{at, frame.bottom} : Point{frame.left, at};
+  placed.to = guide.vertical ? Point{at, frame.top} : Point{frame.right, at};
   if (!frame.contains(placed.from)) return std::nullopt;
+  std::vector<std::pair<Point, TextAnchor>> places;
+  if (guide.vertical)
+    for (const double y : {frame.top + 10, frame.bottom - 6}) {
+      places.push_back({{at + 5, y}, TextAnchor::start});
+      places.push_back({{at - 5, y}, TextAnchor::end});
+    }
+  else
+    for (const double y : {at - 5, at + 14}) {
+      places.push_back({{frame.right - 4, y}, TextAnchor::end});
+      places.push_back({{frame.left + 6, y}, TextAnchor::start});
+    }
+  std::erase_if(places, [&](const auto& place) {
+    const Box box = text_box(guide.text, place.first, place.second);
+    return box.left < frame.left || box.right > frame.right || box.top < frame.top ||
+           box.bottom > frame.bottom;
+  });
+  if (places.empty())
+    places.push_back({{frame.right, guide.vertical ? frame.top + 10 : at - 5}, TextAnchor::end});
+  const auto free = std::ranges::find_if(places, [&](const auto& place) {
+    return !series_pass(plot, layout, text_box(guide.text, place.first, place.second));
+  });
+  std::tie(placed.text, placed.anchor) = free != places.end() ? *free : places.front();
   return placed;
 }
 
 std::string guides(const Plot& plot, const Layout& layout) {
   std::string out;
   for (const PlotGuide& guide : plot.guides) {
-    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
+    const std::optional<PlacedGuide> placed = place_guide(plot, guide, layout);
     if (!placed) continue;
     out += svg::line(placed->from, placed->to, hex_colour(neutral_colour), 1, " stroke-dasharray=\"5 4\"");
   }
@@ -423,7 +464,7 @@ std::string guides(const Plot& plot, const Layout& layout) {
 std::string guide_texts(const Plot& plot, const Layout& layout) {
   std::string out;
   for (const PlotGuide& guide : plot.guides) {
-    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
+    const std::optional<PlacedGuide> placed = place_guide(plot, guide, layout);
     if (!placed || guide.text.empty()) continue;
     out += svg::text(guide.text, placed->text, {note_size, placed->anchor, {85, 85, 85}, false, false, true});
   }
@@ -443,34 +484,21 @@ std::string annotations(const Plot& plot, const Layout& layout) {
 
 // Whether nothing drawn passes through the box.
 bool is_free(const Plot& plot, const Layout& layout, const Box& box) {
-  const auto hits = [&](Point from, Point to) {
-    return std::isfinite(from.x + from.y) && std::isfinite(to.x + to.y) && svg::clip(from, to, box);
+  const auto text_passes = [&](const std::string& text, Point at, TextAnchor anchor) {
+    const Box other = text_box(text, at, anchor);
+    return other.left <= box.right && other.right >= box.left && other.top <= box.bottom &&
+           other.bottom >= box.top;
   };
-  const auto text_hits = [&](const std::string& text, Point at, TextAnchor anchor) {
-    const double width = svg::text_width(text, note_size);
-    const double start = at.x - width * (anchor == TextAnchor::start    ? 0
-                                         : anchor == TextAnchor::middle ? 0.5
-                                                                        : 1);
-    return hits({start, at.y}, {start + width, at.y}) ||
-           hits({start, at.y - note_size}, {start + width, at.y - note_size});
-  };
-  for (const PlotSeries& series : plot.series) {
-    const std::vector<Point> corners = corners_of(series, layout);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (hits(corners[i], corners[i])) return false;
-      if (has_line(series) && i > 0 && hits(corners[i - 1], corners[i])) return false;
-    }
-    for (const ErrorBar& bar : error_bars_of(series, layout))
-      if (hits({bar.x, bar.low}, {bar.x, bar.high})) return false;
-  }
+  if (series_pass(plot, layout, box)) return false;
   for (const PlotGuide& guide : plot.guides) {
-    const std::optional<PlacedGuide> placed = place_guide(guide, layout);
-    if (placed && (hits(placed->from, placed->to) || text_hits(guide.text, placed->text, placed->anchor)))
-      return false;
+    const std::optional<PlacedGuide> placed = place_guide(plot, guide, layout);
+    if (!placed) continue;
+    if (passes(placed->from, placed->to, box)) return false;
+    if (!guide.text.empty() && text_passes(guide.text, placed->text, placed->anchor)) return false;
   }
-  for (const PlotAnnotation& note : plot.annotations)
-    if (text_hits(note.text, {layout.x(note.x), layout.y(note.y)}, note.anchor)) return false;
-  return true;
+  return std::ranges::none_of(plot.annotations, [&](const PlotAnnotation& note) {
+    return text_passes(note.text, {layout.x(note.x), layout.y(note.y)}, note.anchor);
+  });
 }
 
 Box corner_box(const Legend& legend, const Box& frame, LegendPlace place) {

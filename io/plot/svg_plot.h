@@ -45,7 +45,7 @@ void check_series(const PlotSeries& series);
 struct PlotGuide {
   double value = 0;
   bool vertical = false;  // at x = value; otherwise at y = value
-  std::string text{};     // beside its end, may be empty
+  std::string text{};     // beside one of its ends, may be empty
 };
 
 enum class TextAnchor { start, middle, end };
@@ -69,15 +69,16 @@ struct Plot {
   std::vector<PlotGuide> guides{};
   std::vector<PlotAnnotation> annotations{};
   LegendPlace legend = LegendPlace::automatic;
-  double width = 640, height = 420;  // px, the whole picture; at least 160 x 120
+  double width = 640, height = 420;  // px, the whole picture; from 160 x 120 to 10000 x 10000
 };
 
 // A whole <svg> element: UTF-8, white background, no scripts, no ids, nothing loaded, font `sans-serif`.
-// Texts are escaped (io/plot/markup.h). Lines are cut at the frame; markers are drawn whole when their centre
-// is inside. Values that are not finite, or not positive on a log axis, are skipped and leave a gap in the
-// line; an error bar that reaches them on a log axis ends at the frame. Without any drawable value the axes
-// are [0, 1] ([0.1, 1] on log). The same plot gives the same bytes. O(values). Throws std::invalid_argument
-// when x, y or error of a series differ in length.
+// Texts are escaped; in all of them ^{...} is raised and _{...} lowered (io/plot/markup.h). Lines are cut at
+// the frame; markers are drawn whole when their centre is inside. Values that are not finite, or not positive
+// on a log axis, are skipped and leave a gap in the line; an error bar that reaches them on a log axis ends
+// at the frame. Without any drawable value the axes are [0, 1] ([0.1, 1] on log). The same plot gives the
+// same bytes. O(values). Throws std::invalid_argument when x, y or error of a series differ in length or a
+// side of the picture is out of range.
 std::string svg_plot(const Plot& plot);
 
 // A tick of an axis. The label has a real minus sign and powers of ten as 10^{3}, 2.5×10^{-6}; minor ticks

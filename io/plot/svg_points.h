@@ -49,11 +49,12 @@ struct PanelGrid {
 // length or the window is not finite and increasing.
 std::string svg_points(const PlanarDrawing& drawing, double width = 420, double height = 420);
 
-// Drawings, row by row from the top left, each with its caption below. No drawings: an empty picture.
+// Drawings, row by row from the top left, each with its caption below. No drawings: an empty picture. Throws
+// what svg_points throws.
 std::string svg_panels(std::span<const PlanarDrawing> drawings, const PanelGrid& grid = {});
 
 // Whole plots as panels; their own width and height are replaced by those of the grid, their title stands
-// above them.
+// above them. Throws what svg_plot throws.
 std::string svg_panels(std::span<const Plot> plots, const PanelGrid& grid);
 
 }  // namespace meander

@@ -270,6 +270,22 @@ TEST_CASE("svg_plot: the legend stands where nothing is drawn") {
   }
 }
 
+TEST_CASE("svg_plot: the text of a guide gives way to the curves") {
+  Plot plot;
+  plot.legend = LegendPlace::none;
+  plot.guides = {{0.5, false, "guide"}};
+  const auto x_of_text = [&] {
+    const auto elements = XmlReader::read(svg_plot(plot));
+    for (const XmlElement& text : named(elements, "text"))
+      if (text.text == "guide") return std::stod(text.attributes.at("x"));
+    throw std::runtime_error("no text");
+  };
+  plot.series = {series_of({0, 1}, {0, 0})};
+  CHECK(x_of_text() > 400);
+  plot.series.push_back(series_of({0.99, 0.99}, {0, 1}));  // through the right end
+  CHECK(x_of_text() < 200);
+}
+
 TEST_CASE("svg_plot: colours follow the series, or are given, or neutral") {
   Plot plot;
   plot.series = {series_of({0, 1}, {0, 1}), series_of({0, 1}, {1, 1}), series_of({0, 1}, {1, 0})};
