@@ -4,7 +4,6 @@
 
 #include <csetjmp>
 #include <cstring>
-#include <span>
 #include <string>
 
 #include "io/mesh/mapped_file.h"
@@ -108,9 +107,7 @@ void append_row(const png_byte* row, std::size_t width, bool colour, bool wide, 
 
 }  // namespace
 
-GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes) {
-  const MappedFile file(path);
-  const std::span<const std::byte> bytes = file.bytes();
+GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_bytes) {
   if (bytes.size() < signature_bytes ||
       png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, signature_bytes) != 0)
     fail("not a PNG file: it does not begin with the PNG signature");
@@ -144,6 +141,11 @@ GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_by
     }
   if (!decoder.read_end()) fail_decoding(decoder);
   return image;
+}
+
+GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes) {
+  const MappedFile file(path);
+  return decode_gray_png(file.bytes(), most_bytes);
 }
 
 }  // namespace meander

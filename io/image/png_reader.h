@@ -1,8 +1,10 @@
 // Reading pictures as grey values.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace meander {
@@ -23,5 +25,8 @@ struct GrayImage {
 // a pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc passes. Cost:
 // linear.
 GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes = std::uint64_t{2} << 30);
+// The same for the bytes of a file.
+GrayImage decode_gray_png(std::span<const std::byte> bytes,
+                          std::uint64_t most_bytes = std::uint64_t{2} << 30);
 
 }  // namespace meander

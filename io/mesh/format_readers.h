@@ -28,7 +28,11 @@ PointCloud read_ply_points(std::string_view text, const CancelToken& cancel, con
 PolygonMesh read_off_vertices(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PointCloud read_text_points(std::string_view text, const CancelToken& cancel);
 
-// "vertex 3 of 10 is not finite", with its line or not.
+// read_points of the bytes of a file of this name, with block sizes of the caller's choice.
+PointCloud read_points_in_blocks(std::string_view content, const std::filesystem::path& name,
+                                 const CancelToken& cancel, const BlockRule& rule);
+
+// "vertex 3 of 10 is not finite".
 std::string not_finite(std::uint64_t vertex, std::uint64_t count);
 
 // The text in UTF-8 with LF somewhere, when the file is neither: UTF-16, or line ends of old Macintosh

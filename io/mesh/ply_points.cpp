@@ -113,14 +113,17 @@ class PlyPointReader {
                       "byte " + std::to_string(body.data() - content_.data()) + ": data follow" + leftover());
   }
 
-  // One vertex; a token that is not ok is at the cursor.
+  // One vertex; a bad token is at the cursor.
   Token read_row(TextCursor& line, std::uint64_t row) const {
     Token token = Token::ok;
     for (std::size_t p = 0; p < columns_.columns.size() && token == Token::ok; ++p) {
       const PlyColumns::Column& column = columns_.columns[p];
       if (vertices_->properties[p].is_list) {
         std::int64_t length = 0;
+        line.skip_to_token();
+        const char* const start = line.at;
         token = line.length(length);
+        if (token == Token::bad) line.at = start;
         for (std::int64_t k = 0; k < length && token == Token::ok; ++k)
           if (line.word().empty()) token = Token::ended;
       } else if (column.values == nullptr && column.normals == nullptr) {
@@ -161,8 +164,10 @@ class PlyPointReader {
       if (token == Token::ended)
         text::fail_at(content_, start, row_of(row, *vertices_) + " is not complete on its line");
       if (token == Token::bad)
-        text::fail_at(content_, line.at,
-                      row_of(row, *vertices_) + ": " + text::quoted(content_, line.at) + " is not a number");
+        text::fail_at(
+            content_, line.at,
+            row_of(row, *vertices_) + ": " + text::quoted(content_, line.at) +
+                (vertices_->has_lists() ? " is not a number, or no length of a list" : " is not a number"));
       if (!finite(row))
         throw ItemError(Status::non_finite, "line " + std::to_string(text::line_of(content_, start)) + ": " +
                                                 not_finite(row, vertices_->count));

@@ -32,7 +32,8 @@ PointFile kind_of(const std::filesystem::path& path) {
                       " is none of .ply .off .xyz .txt .csv .pts");
 }
 
-PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken& cancel) {
+PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken& cancel,
+                    const BlockRule& rule) {
   if (std::all_of(content.begin(), content.end(), text::is_separator))
     throw ItemError(Status::empty, "the file holds nothing but blanks");
   const std::string other = kind == PointFile::ply   ? foreign_content(content, MeshFormat::ply)
@@ -44,9 +45,9 @@ PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken&
                                              : kind == PointFile::off ? "an OFF file"
                                                                       : "a text of points") +
                                             ", by its content it is " + other);
-  if (kind == PointFile::ply) return read_ply_points(content, cancel, BlockRule{});
+  if (kind == PointFile::ply) return read_ply_points(content, cancel, rule);
   if (kind == PointFile::text) return read_text_points(content, cancel);
-  PolygonMesh mesh = read_off_vertices(content, cancel, BlockRule{});
+  PolygonMesh mesh = read_off_vertices(content, cancel, rule);
   return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.normals)};
 }
 
@@ -56,16 +57,22 @@ std::string not_finite(std::uint64_t vertex, std::uint64_t count) {
   return "vertex " + std::to_string(vertex) + " of " + std::to_string(count) + " is not finite";
 }
 
-PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel) {
-  cancel.check();
-  const PointFile kind = kind_of(path);
-  const MappedFile file(path);
-  std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+PointCloud read_points_in_blocks(std::string_view content, const std::filesystem::path& name,
+                                 const CancelToken& cancel, const BlockRule& rule) {
+  const PointFile kind = kind_of(name);
   if (content.empty()) throw ItemError(Status::empty, "the file is empty");
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, kind == PointFile::ply))
-    return dispatch(*copy, kind, cancel);
-  return dispatch(content, kind, cancel);
+    return dispatch(*copy, kind, cancel, rule);
+  return dispatch(content, kind, cancel, rule);
+}
+
+PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel) {
+  cancel.check();
+  kind_of(path);  // before the file is opened
+  const MappedFile file(path);
+  const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  return read_points_in_blocks(content, path, cancel, BlockRule{});
 }
 
 }  // namespace meander

@@ -63,7 +63,7 @@ class TextPointReader {
     }
     // Binary data are no words.
     const auto is_control = [](char c) {
-      return static_cast<unsigned char>(c) < ' ' && c != '\t' && c != '\r';
+      return (static_cast<unsigned char>(c) < ' ' || c == '\x7F') && c != '\t' && c != '\r';
     };
     if (std::any_of(start, line.end, is_control)) return false;
     normals_ = Normals::none;
