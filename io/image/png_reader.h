@@ -21,9 +21,9 @@ struct GrayImage {
 // colour profile is applied. Alpha and transparency are dropped.
 //
 // Throws ItemError(unreadable) with a sentence: the file cannot be opened, is no PNG file, is cut or damaged
-// anywhere, promises more pixels than its bytes can hold, or needs more than `most_bytes` of memory (4 bytes
-// a pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc passes. Cost:
-// linear.
+// in what the picture needs, promises more pixels than its bytes can hold, or needs more than `most_bytes` of
+// memory (4 bytes a pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc
+// passes. Cost: linear.
 GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes = std::uint64_t{2} << 30);
 // The same for the bytes of a file.
 GrayImage decode_gray_png(std::span<const std::byte> bytes,

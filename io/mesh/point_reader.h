@@ -18,25 +18,22 @@ struct PointCloud {
 };
 
 // Reads all points of a file; the extension (any case) decides the format:
-//   .ply                  ascii and both binary orders: x y z and, when there are all three, nx ny nz of the
-//                         element vertex. Anything else is skipped, faces need not be there.
-//   .off                  text and binary with every prefix; faces need not be there and are not read, but
-//   nothing
-//                         may follow the last vertex on its line.
-//   .xyz .txt .csv .pts   one point a line: 2 numbers (x y), 3 (x y z) or 6 and more (x y z, then three of a
-//                         normal, then anything); every line is of the kind of the first. 4 and 5 are
-//                         refused.
+// * .ply: ascii and both binary orders; x y z and, when there are all three, nx ny nz of the element vertex.
+//   Anything else is skipped, faces need not be there.
+// * .off: text and binary with every prefix. Faces need not be there and are not read, but nothing may follow
+//   the last vertex on its line.
+// * .xyz .txt .csv .pts: one point a line. 2 numbers are x y; 3 are x y z; 6 and more are x y z, three of a
+//   normal, and anything. 4 and 5 are refused. Every line is of the kind of the first.
 // Text of points, more exactly:
 // * Numbers are separated by blanks and tabs, or by single commas with or without blanks around them. Commas
 //   and blanks that both separate numbers of one line are refused: the comma may be a decimal mark.
 // * # begins a comment up to the end of its line; blank lines are skipped.
-// * The first line with anything on it may be a header, words of which none is a number. If one of the words
-// is `x`, they must begin
-//   x y or x y z: other orders of columns are refused.
-// * The first line may, instead, be one number: the count of the points, which must be right.
-// * The numbers 4 to 6 are normals when the header calls them nx ny nz; without header when each three have
-//   length 1 within 1 %, or are zero or not finite, but not all are that. Colours look like this too: without
-//   this rule they would be taken for normals. Otherwise they are skipped.
+// * The first line with anything on it may be a header: words of which none begins like a number. If one
+//   of them is `x`, they must begin x y or x y z: other orders of columns are refused.
+// * That line may, instead, be one number: the count of the points, which must be right.
+// * The numbers 4 to 6 are normals when the header calls them nx ny nz. Without a header they are
+//   normals when every three have length 1 within 1 %, are zero or are not finite, and some have length 1;
+//   otherwise they are skipped: they may be colours.
 //
 // Stricter than read_mesh, because a point set with a point less is another one: a file that ends too early,
 // data behind the last promised point (where no faces are promised), a coordinate that is no number and, in

@@ -46,7 +46,8 @@ class TextPointReader {
  private:
   enum class Normals : std::uint8_t { unnamed, named, none };
 
-  // Whether the line is a header: words of which none is a number.
+  // Whether the line is a header: words of which none begins like a number: a damaged first point is no
+  // header.
   bool read_header(TextCursor line) {
     std::vector<std::string> words;
     const char* const start = line.at;
@@ -54,7 +55,9 @@ class TextPointReader {
       const char* p = line.at;
       while (p < line.end && !text::is_separator(*p) && *p != ',' && *p != '#') ++p;
       double value = 0;
-      if (text::parse_number(line.at, p, value) != nullptr) return false;
+      const bool like_a_number =
+          text::is_digit(*line.at) || *line.at == '+' || *line.at == '-' || *line.at == '.';
+      if (like_a_number || text::parse_number(line.at, p, value) != nullptr) return false;
       std::string word;
       for (const char c : std::string_view(line.at, static_cast<std::size_t>(p - line.at)))
         if (c != '"' && c != '\'' && c != '/') word += text::lower(c);

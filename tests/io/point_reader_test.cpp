@@ -255,7 +255,7 @@ TEST_CASE("read_points: what is wrong in a text, and where") {
       {"1 2 3\n\n4 x 6\n", "unreadable: line 3: `x` is not a number"},
       {"C 0 0 0\n", "unreadable: line 1: `C` is not a number"},
       {"1 2 3\nx y z\n", "unreadable: line 2: `x` is not a number"},
-      {"1;2;3\n", "empty: the file holds no point"},
+      {"1;2;3\n4 5 6\n", "unreadable: line 1: `1;2;3` is not a number"},
       {"1 2 3\n4;5;6\n", "unreadable: line 2: `4;5;6` is not a number"},
       {"1,5 2,5 3,5\n",
        "unreadable: line 1: commas and blanks both separate numbers; a decimal mark is a point"},
