@@ -8,7 +8,10 @@
 #include <iterator>
 #include <system_error>
 
+#include "support/mesh_files.h"
+
 using namespace meander;
+using meander::test::ScratchFolder;
 
 namespace {
 
@@ -37,13 +40,6 @@ std::vector<std::byte> file_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-std::filesystem::path own_folder() {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "meander_png_writer_test";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
 }  // namespace
 
 TEST_CASE("encode_png: what is written is what is read") {
@@ -65,20 +61,19 @@ TEST_CASE("encode_png: a buffer that does not fit is an error") {
 }
 
 TEST_CASE("write_png: replaces a file and leaves nothing beside it") {
-  const std::filesystem::path folder = own_folder(), path = folder / "a.png";
+  const ScratchFolder folder;
+  const std::filesystem::path path = folder / "a.png";
   write_png(path, gradient(5, 6));
   const RgbImage image = gradient(40, 30);
   write_png(path, image);
   CHECK(file_bytes(path) == encode_png(image));
-  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
-  std::filesystem::remove_all(folder);
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
 TEST_CASE("write_png: a folder that is not there, and a folder in the way, are errors") {
-  const std::filesystem::path folder = own_folder();
-  CHECK_THROWS_AS(write_png(folder / "no" / "a.png", gradient(2, 2)), std::system_error);
-  std::filesystem::create_directories(folder / "taken" / "inside");
+  const ScratchFolder folder;
+  CHECK_THROWS_AS(write_png(folder / "no/a.png", gradient(2, 2)), std::system_error);
+  std::filesystem::create_directories(folder / "taken/inside");
   CHECK_THROWS_AS(write_png(folder / "taken", gradient(2, 2)), std::system_error);
-  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
-  std::filesystem::remove_all(folder);
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }

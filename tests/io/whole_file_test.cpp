@@ -6,7 +6,10 @@
 #include <string>
 #include <system_error>
 
+#include "support/mesh_files.h"
+
 using namespace meander;
+using meander::test::ScratchFolder;
 
 namespace {
 
@@ -18,16 +21,14 @@ std::string content(const std::filesystem::path& path) {
 }  // namespace
 
 TEST_CASE("write_whole_file: replaces, also by nothing, and leaves nothing beside it") {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "meander_whole_file_test";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder / "taken" / "inside");
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder / "taken/inside");
   const auto path = folder / "a.csv";
   write_whole_file(path, std::string_view("one\0two\n", 8));
   CHECK(content(path) == std::string("one\0two\n", 8));
   write_whole_file(path, "");
   CHECK(std::filesystem::file_size(path) == 0);
-  CHECK_THROWS_AS(write_whole_file(folder / "no" / "a.csv", "x"), std::system_error);
+  CHECK_THROWS_AS(write_whole_file(folder / "no/a.csv", "x"), std::system_error);
   CHECK_THROWS_AS(write_whole_file(folder / "taken", "x"), std::system_error);
-  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 2);
-  std::filesystem::remove_all(folder);
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
 }

@@ -82,7 +82,7 @@ TEST_CASE("command line: bytes, seconds and the nearest word") {
   CHECK(parse_seconds("2m") == 120);
   CHECK(parse_seconds("0") == 0);
   CHECK_THROWS(parse_seconds("5 parsecs"));
-  CHECK(nearest("progresive", {"curve", "progressive"}) == "progressive");
-  CHECK(nearest("xyzzy", {"curve", "progressive"}).empty());
+  CHECK(nearest("progresive", std::vector<std::string>{"curve", "progressive"}) == "progressive");
+  CHECK(nearest("xyzzy", std::vector<std::string>{"curve", "progressive"}).empty());
   CHECK(edit_distance("abcd", "abdc") == 1);
 }
