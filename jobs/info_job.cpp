@@ -86,6 +86,9 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   for (std::size_t i = 0; i < repair_count; ++i)
     if (r.repairs.counts[i] > 0)
       fmt::print("  repaired          {} {}\n", repair_names[i], r.repairs.counts[i]);
+  for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
+    if (descriptor.values.size() == 1)
+      fmt::print("  {:<18}{:.4g}\n", descriptor.name, descriptor.values.front());
   fmt::print("  content           {}\n", hex(r.content_sha256));
   return exit_done;
 }

@@ -68,6 +68,21 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
   header.parameters_json = parameters_json(options.sample, options.compression);
   header.label_names = inputs.label_names;
+  if (options.sample.certify) {
+    header.descriptors.push_back(
+        {certificate_box_error,
+         1,
+         {{"meaning",
+           "root mean square error over 1000 random rotated boxes with exact areas, relative to random "
+           "points; smaller is better"}},
+         "certificate"});
+    header.descriptors.push_back(
+        {certificate_rho,
+         1,
+         {{"meaning",
+           "smallest distance between samples over that of a hexagonal lattice of the same density"}},
+         "certificate"});
+  }
   for (const PlanItem& item : inputs.items) {
     header.ids.push_back(item.id);
     header.labels.push_back(item.label);

@@ -108,6 +108,10 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->capture_default_str()
       ->check(OneOf({"none"}))
       ->group(collection);
+  command
+      .add_flag("--certify", options.sample.certify,
+                "Measure every model's own samples: error over rotated boxes, rho (/certificate)")
+      ->group(collection);
   command.add_flag("--label-from-folder", options.label_from_folder, "Label = name of the parent folder")
       ->group(collection);
   command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
@@ -204,6 +208,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
 std::string parameters_json(const SampleParameters& p, Compression compression) {
   JsonWriter json;
   json.begin_object();
+  json.member("certify", p.certify);
   json.member("compress", compression == Compression::none ? "none" : "default");
   json.member("curve", text_of(curve_words, p.locator.curve.kind));
   json.member("curve_max_depth", p.locator.curve.max_depth);

@@ -1,10 +1,14 @@
 #include "kernels/sample_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <new>
 #include <optional>
 #include <stdexcept>
 
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/spacing.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 
@@ -63,6 +67,8 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back("the density needs the name of an attribute");
   if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
+  if (p.certify && p.density.kind != DensityKind::uniform)
+    problems.push_back("certify compares samples with area: it needs the uniform density");
   if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
     problems.push_back("the stages disagree about the number of samples (see set_samples)");
   return problems;
@@ -156,6 +162,28 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.status = Status::ok;
 }
 
+void certify_model(ModelState& model, const SampleParameters& parameters) {
+  if (!parameters.certify) return;
+  model.charts = {};
+  model.trees = {};
+  model.elements = {};
+  const PreparedMesh& mesh = model.mesh;
+  const ItemReport& report = model.row.report;
+  const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
+  std::vector<double> points(model.row.samples.points.begin(), model.row.samples.points.end());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = (report.loc[i % 3] + report.scale * points[i] - centre[i % 3]) / mesh.unit;
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
+  model.cancel.check();
+  const float box_error = boxes.empty() ? unknown : static_cast<float>(box_error_ratio(boxes, points));
+  const float rho = points.size() < 6
+                        ? unknown
+                        : static_cast<float>(spacing_of(nearest_distances(points), mesh.total_area).rho);
+  model.row.descriptors.push_back({certificate_box_error, {box_error}});
+  model.row.descriptors.push_back({certificate_rho, {rho}});
+}
+
 Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces,
                 const SampleParameters& parameters, std::span<const std::uint8_t> content) {
   const std::vector<std::string> problems = validate(parameters);
@@ -185,6 +213,7 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
     build_model_curves(model, parameters);
     locate_model(model, parameters, device ? &*device : nullptr);
     place_model(model, parameters);
+    certify_model(model, parameters);
   } catch (const ItemError& error) {
     model.row.report.status = error.status();
     model.row.report.reason = error.what();

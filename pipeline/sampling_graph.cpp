@@ -317,7 +317,8 @@ GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevi
           {"build_curve", on_model(build_model_curves)},
           {"locate_vertices",
            [&parameters, device](GraphItem& item) { locate_model(item.model, parameters, device); }},
-          {"place_samples", on_model(place_model)}};
+          {"place_samples", on_model(place_model)},
+          {"certify_samples", on_model(certify_model)}};
 }
 
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
