@@ -178,6 +178,7 @@ int sample_surfaces(SurfaceOptions& options) {
   header.order = options.order;
   header.parameters_json = surface_parameters_json(options);
   for (const std::string& surface : options.surfaces) {
+    check_surface_name(surface);
     header.ids.push_back(surface_id(surface));
     header.labels.push_back(-1);
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])

@@ -1,5 +1,6 @@
 #include "jobs/surface_sources.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -17,13 +18,29 @@ namespace meander {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+bool is_file(const std::string& argument) {
+  const std::string extension = fs::path(argument).extension().string();
+  return extension == ".nurbs" || extension == ".png";
+}
+
+}  // namespace
+
+void check_surface_name(const std::string& argument) {
+  const auto names = surface_names();
+  if (is_file(argument) || std::find(names.begin(), names.end(), argument) != names.end()) return;
+  const std::string near = nearest(argument, names);
+  throw UsageError("no surface `" + argument + "`" +
+                   (near.empty() ? " (nor a .nurbs or .png file)" : ", did you mean `" + near + "`?"));
+}
+
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
   SurfaceSource source;
-  const std::string extension = fs::path(argument).extension().string();
-  if (extension == ".nurbs" || extension == ".png") {
+  if (is_file(argument)) {
     const MappedFile file(argument);
     source.content_sha256 = sha256(file.bytes());
-    if (extension == ".nurbs") {
+    if (fs::path(argument).extension() == ".nurbs") {
       source.surface =
           parse_nurbs_patch({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
       return source;
@@ -43,13 +60,6 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
     return source;
   }
   source.surface = make_surface(argument);
-  if (!source.surface) {
-    std::vector<std::string> names;
-    for (const std::string_view name : surface_names()) names.emplace_back(name);
-    const std::string near = nearest(argument, names);
-    throw UsageError("no surface `" + argument + "`" +
-                     (near.empty() ? " (nor a .nurbs or .png file)" : ", did you mean `" + near + "`?"));
-  }
   source.content_sha256 = sha256(std::as_bytes(std::span(argument)));
   return source;
 }

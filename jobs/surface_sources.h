@@ -20,8 +20,11 @@ struct SurfaceSource {
   std::array<std::uint8_t, 32> content_sha256{};  // of the file, or of the name
 };
 
-// A name of surface_names(), FILE.nurbs or FILE.png. Throws UsageError for an unknown name (with a
-// suggestion), ItemError for a file that cannot be used.
+// Throws UsageError, with a suggestion, for what is neither a name of surface_names() nor FILE.nurbs or
+// FILE.png.
+void check_surface_name(const std::string& argument);
+
+// Of an argument that check_surface_name accepts. Throws ItemError for a file that cannot be used.
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field = {});
 
 // The id of its row: the name, or the file's own name.

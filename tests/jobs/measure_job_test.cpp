@@ -1,0 +1,205 @@
+#include <catch2/catch.hpp>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult measure(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {program, "measure"});
+  return run_process(arguments);
+}
+
+// Column `name` of a CSV file as numbers.
+std::vector<double> csv_column(const std::filesystem::path& path, const std::string& name) {
+  std::istringstream lines(read_file(path));
+  std::vector<double> values;
+  std::string line;
+  std::size_t wanted = 0;
+  for (bool head = true; std::getline(lines, line); head = false) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (std::size_t column = 0; std::getline(cells, cell, ','); ++column) {
+      if (head && cell == name) wanted = column;
+      if (!head && column == wanted) values.push_back(std::stod(cell));
+    }
+  }
+  return values;
+}
+
+void sample(const std::filesystem::path& mesh, const std::filesystem::path& store,
+            const std::string& sequence) {
+  REQUIRE(
+      run_process({program, "run", mesh.string(), "-o", store.string(), "-n", "2000", "--sequence", sequence})
+          .exit_code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("measure discrepancy: one point in the middle of the square has the closed form 3/4") {
+  const ScratchFolder scratch;
+  write_file(scratch / "p.xyz", "0.5 0.5 0\n");
+  const ProcessResult result =
+      measure({"discrepancy", scratch / "p.xyz", "--surface", "plane", "--csv", scratch / "d.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(csv_column(scratch / "d.csv", "boxes at 0") == std::vector<double>{0.75});
+  // The point enters at r = sqrt(1/2), where the quarter has the share pi / 8.
+  CHECK(csv_column(scratch / "d.csv", "quarter circles")[0] == Approx(1 - M_PI / 8));
+}
+
+TEST_CASE(
+    "measure boxes, rings, spacing: curve samples beat random ones, points of a file are judged alike") {
+  const ScratchFolder scratch;
+  const std::filesystem::path mesh = scratch / "torus.off", curve = scratch / "curve.h5",
+                              random = scratch / "random.h5";
+  write_mesh(mesh, torus(60, 30));
+  sample(mesh, curve, "shifted");
+  sample(mesh, random, "random");
+  REQUIRE(
+      run_process({program, "export", curve.string(), "-o", scratch / "out", "--format", "xyz"}).exit_code ==
+      0);
+  const std::string file = scratch / "out/torus.off.xyz";
+  const auto both = [&](const char* what, const char* column) {
+    const ProcessResult result = measure({what, curve.string(), random.string(), file, "--surface",
+                                          mesh.string(), "--csv", scratch / "r.csv"});
+    INFO(what << ": " << result.err);
+    REQUIRE(result.exit_code == 0);
+    return csv_column(scratch / "r.csv", column);
+  };
+  const std::vector<double> boxes = both("boxes", "error / random");
+  REQUIRE(boxes.size() == 3);
+  CHECK(boxes[0] < 0.35);
+  CHECK(boxes[1] > 0.6);
+  CHECK(boxes[1] < 1.6);
+  CHECK(boxes[2] == Approx(boxes[0]).epsilon(0.02));  // the file has fewer digits
+  const std::vector<double> rings = both("rings", "discrepancy");
+  CHECK(2 * rings[0] < rings[1]);
+  const std::vector<double> coverage = both("spacing", "coverage / mean spacing");
+  CHECK(coverage[0] < coverage[1]);
+}
+
+TEST_CASE("measure integral: stored densities are weighted, prefixes give a slope") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "surface", "plane", "-n", "4096", "--density", "0.2 + x", "-o", store})
+              .exit_code == 0);
+  const ProcessResult result =
+      measure({"integral", store, "--surface", "plane", "--csv", scratch / "i.csv", "--json"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(result.out.find("\"measure\":\"integral\"") != std::string::npos);
+  const std::vector<double> points = csv_column(scratch / "i.csv", "points"),
+                            errors = csv_column(scratch / "i.csv", "RMS error");
+  REQUIRE(points.size() == errors.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points[i] == 4096) CHECK(errors[i] < 0.01);  // random points: 0.008 to 0.02 at one standard deviation
+}
+
+TEST_CASE("measure spectrum and differences: white noise is 1, the map is drawn") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5", picture = scratch / "map.png";
+  REQUIRE(run_process({program, "surface", "plane", "-n", "2048", "--sequence", "random", "-o", store})
+              .exit_code == 0);
+  for (const char* what : {"spectrum", "differences"}) {
+    const ProcessResult result =
+        measure({what, store, "--surface", "plane", "--csv", scratch / "p.csv", "--picture", picture});
+    INFO(what << ": " << result.err);
+    REQUIRE(result.exit_code == 0);
+    const std::vector<double> mean = csv_column(scratch / "p.csv", "mean");
+    REQUIRE(mean.size() > 20);
+    double sum = 0;
+    for (std::size_t i = mean.size() / 2; i < mean.size(); ++i) sum += mean[i];
+    CHECK(sum / static_cast<double>(mean.size() - mean.size() / 2) == Approx(1).margin(0.05));
+    CHECK(read_file(picture).substr(1, 3) == "PNG");
+  }
+}
+
+TEST_CASE("measure distance: a mesh has distance 0 to itself, and the step to a larger sphere") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "a.off", icosphere(3));
+  PolygonMesh larger = icosphere(3);
+  for (std::vector<double>* axis : {&larger.x, &larger.y, &larger.z})
+    for (double& value : *axis) value *= 1.1;
+  write_mesh(scratch / "b.off", larger);
+  const auto means = [&](const char* other) {
+    const ProcessResult result = measure(
+        {"distance", scratch / "a.off", scratch / other, "--samples", "5000", "--csv", scratch / "d.csv"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return csv_column(scratch / "d.csv", "mean");
+  };
+  for (const double mean : means("a.off")) CHECK(mean < 1e-12);
+  for (const double mean : means("b.off")) CHECK(mean == Approx(0.1).epsilon(0.02));
+}
+
+TEST_CASE("measure: what cannot be measured is a usage error that says why") {
+  const ScratchFolder scratch;
+  write_file(scratch / "p.xyz", "0.5 0.5 0\n2 0.5 0\n");
+  write_mesh(scratch / "m.off", icosphere(2));
+  const auto error_of = [](const std::vector<std::string>& arguments) {
+    const ProcessResult result = measure(arguments);
+    INFO(result.err);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  const std::string points = scratch / "p.xyz", mesh = scratch / "m.off";
+  CHECK(error_of({"boxs", points}).find("boxes") != std::string::npos);
+  CHECK(error_of({"boxes", points}).find("--surface") != std::string::npos);
+  CHECK(error_of({"boxes", points, "--surface", "plane"}).find("MESH") != std::string::npos);
+  CHECK(error_of({"discrepancy", points, "--surface", "plane"}).find("not in the unit square") !=
+        std::string::npos);
+  CHECK(error_of({"boxes", points, "--surface", mesh, "--picture", "x.png"}).find("draws nothing") !=
+        std::string::npos);
+  CHECK(error_of({"spacing", points, "--surface", mesh, "--shapes", "9"}).find("no shapes") !=
+        std::string::npos);
+  CHECK(error_of({"distance", mesh}).find("two meshes") != std::string::npos);
+  CHECK(error_of({"boxes", scratch / "absent.xyz", "--surface", mesh}).find("unreadable") !=
+        std::string::npos);
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "surface", "plane", "-n", "16", "--density", "x", "-o", store}).exit_code ==
+          0);
+  CHECK(error_of({"discrepancy", store, "--surface", "plane"}).find("density") != std::string::npos);
+}
+
+TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  write_mesh(scratch / "in/sphere.off", icosphere(4));
+  write_mesh(scratch / "in/torus.off", torus(40, 20));
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "in", "-o", store, "-n", "1024", "--certify"}).exit_code ==
+          0);
+  CHECK(verify_store(store).problems.empty());
+  const StoreReader reader(store);
+  REQUIRE(reader.descriptors().size() == 2);
+  CHECK(reader.descriptors()[0].group == "certificate");
+  for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+    const Row content = reader.read_row(row);
+    REQUIRE(content.descriptors.size() == 2);
+    CHECK(content.descriptors[0].values[0] > 0.1);
+    CHECK(content.descriptors[0].values[0] < 0.4);
+    CHECK(content.descriptors[1].values[0] > 0);
+    CHECK(content.descriptors[1].values[0] < 0.6);
+  }
+  const ProcessResult judged =
+      measure({"boxes", store + "::sphere.off", "--surface", scratch / "in", "--csv", scratch / "b.csv"});
+  INFO(judged.err);
+  REQUIRE(judged.exit_code == 0);
+  CHECK(csv_column(scratch / "b.csv", "error / random")[0] ==
+        Approx(reader.read_row(0).descriptors[0].values[0]).epsilon(1e-5));
+  const ProcessResult refused =
+      run_process({program, "run", scratch / "in", "-o", scratch / "t.h5", "--certify", "--density", "mean"});
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("uniform density") != std::string::npos);
+}

@@ -1,0 +1,114 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "io/image/png_writer.h"
+#include "io/store/store.h"
+#include "kernels/surface/surface.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult surface(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {program, "surface"});
+  return run_process(arguments);
+}
+
+// A flat bilinear patch over [0, 2] x [0, 1].
+constexpr const char* patch_text =
+    "degree 1 1\nknots_u 0 0 1 1\nknots_v 0 0 1 1\npoint 0 0 0\npoint 0 1 0\npoint 2 0 0\npoint 2 1 0\n";
+
+}  // namespace
+
+TEST_CASE("surface: points lie where uv says, the store is whole, the same command gives the same bytes") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "a.h5", again = scratch / "b.h5";
+  const ProcessResult result = surface({"torus", "sphere", "eight", "-n", "700", "-o", store});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  REQUIRE(surface({"eight", "sphere", "torus", "-n", "700", "-o", again}).exit_code == 0);
+  CHECK(read_file(store) == read_file(again));
+  CHECK(verify_store(store).problems.empty());
+  const StoreReader reader(store);
+  CHECK(reader.content() == StoreContent::surfaces);
+  REQUIRE(reader.rows() == 3);
+  for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+    const Row content = reader.read_row(row);
+    REQUIRE(content.samples.uv.size() == 1400);
+    CHECK(content.samples.face.empty());
+    const auto f = make_surface(reader.id(row));
+    std::vector<double> u, v;
+    for (std::size_t i = 0; i < 1400; i += 2) {
+      u.push_back(content.samples.uv[i]);
+      v.push_back(content.samples.uv[i + 1]);
+    }
+    std::vector<Vector3> positions(u.size());
+    f->positions(u, v, positions);
+    double farthest = 0;  // uv is kept in float32
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      farthest = std::max({farthest, std::abs(positions[i].x - content.samples.points[3 * i]),
+                           std::abs(positions[i].y - content.samples.points[3 * i + 1]),
+                           std::abs(positions[i].z - content.samples.points[3 * i + 2])});
+    CHECK(farthest < 2e-6);
+  }
+  CHECK(std::abs(reader.report(*reader.find("sphere")).area - 4 * M_PI) < 1e-3);
+}
+
+TEST_CASE("surface: control nets and height fields are rows, broken ones with their status") {
+  const ScratchFolder scratch;
+  write_file(scratch / "flat.nurbs", patch_text);
+  write_file(scratch / "broken.nurbs", "degree 1 1\nknots_u 0 0 1 1\nknots_v 0 zero 1 1\n");
+  RgbImage image(8, 5);  // all white: a plane at the height of white
+  write_png(scratch / "white.png", image);
+  const std::string store = scratch / "s.h5";
+  const ProcessResult result =
+      surface({scratch / "flat.nurbs", scratch / "broken.nurbs", scratch / "white.png", "--height-scale",
+               "0.5", "--height-width", "3", "-n", "64", "-o", store});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 3);
+  const StoreReader reader(store);
+  REQUIRE(reader.rows() == 3);
+  CHECK(reader.id(0) == "broken.nurbs");
+  CHECK(reader.report(0).status == Status::unreadable);
+  CHECK(reader.report(0).reason.find("line 3") != std::string::npos);
+  CHECK(reader.report(1).area == Approx(2).epsilon(1e-6));
+  CHECK(reader.report(2).area == Approx(3).epsilon(1e-6));
+  const Row white = reader.read_row(2);
+  for (std::size_t i = 0; i < 64; ++i) REQUIRE(white.samples.points[3 * i + 2] == Approx(0.5));
+  CHECK(verify_store(store).problems.empty());
+}
+
+TEST_CASE("surface: an expression as density moves the samples") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  REQUIRE(surface({"plane", "-n", "4096", "--density", "x", "-o", store}).exit_code == 0);
+  const Row row = StoreReader(store).read_row(0);
+  double mean = 0;
+  for (std::size_t i = 0; i < 4096; ++i) mean += row.samples.points[3 * i] / 4096.0;
+  CHECK(mean == Approx(2.0 / 3).margin(0.005));  // integral of x^2 over integral of x
+  CHECK(row.report.measure == Approx(0.5).epsilon(1e-3));
+}
+
+TEST_CASE("surface: mistakes are usage errors that say what was meant") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  const auto error_of = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"-o", store});
+    const ProcessResult result = surface(arguments);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  CHECK(error_of({"toru"}).find("did you mean `torus`?") != std::string::npos);
+  CHECK(error_of({"plane", "--density", "sinn(x)"}).find("sin") != std::string::npos);
+  CHECK(error_of({"plane", "--tolerance", "3"}).find("tolerance") != std::string::npos);
+  CHECK(error_of({"plane", "plane"}).find("two surfaces have the id `plane`") != std::string::npos);
+  CHECK(error_of({"plane", "--curve", "hilbret"}).find("hilbert") != std::string::npos);
+  REQUIRE(surface({"plane", "-n", "16", "-o", store}).exit_code == 0);
+  CHECK(error_of({"plane", "-n", "16"}).find("--fresh") != std::string::npos);
+  CHECK(surface({"plane", "-n", "16", "-o", store, "--fresh"}).exit_code == 0);
+}
