@@ -32,6 +32,7 @@
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -261,25 +262,26 @@ std::vector<SetIntegrand> integrands_of(const MeasuredSet& set, const MeasuredSu
   return {std::move(polynomial), std::move(side)};
 }
 
-double error_of_prefix(const SetIntegrand& integrand, const MeasuredSet& set, std::size_t n) {
+// The mean of the integrand over the surface as the first n samples give it.
+double estimate(const SetIntegrand& integrand, const MeasuredSet& set, std::size_t n) {
   const std::span<const double> values = std::span(integrand.values).first(n);
-  if (set.density.empty()) return integration_error(values, integrand.exact);
+  if (set.density.empty()) return blocked_sum(values) / static_cast<double>(n);
   // Self-normalised weights 1 / density: the measure of the whole surface need not be known.
   double sum = 0, weights = 0;
   for (std::size_t i = 0; i < n; ++i) {
     sum += values[i] / static_cast<double>(set.density[i]);
     weights += 1 / static_cast<double>(set.density[i]);
   }
-  return std::abs(sum / weights - integrand.exact);
+  return sum / weights;
 }
 
-// Root mean square over the sets, by integrand and number of points; prefixes of progressive sets count too.
+// Errors over the sets, by integrand and number of points; prefixes of progressive sets count too.
 Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
                        const MeasureOptions& options) {
   struct Errors {
     std::string integrand;
     std::size_t points;
-    std::vector<double> errors;
+    std::vector<double> errors;  // signed
   };
   std::vector<Errors> groups;
   const auto group = [&](const std::string& name, std::size_t points) -> Errors& {
@@ -294,24 +296,39 @@ Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surface
     for (const SetIntegrand& integrand : integrands_of(set, surface)) {
       if (set.progressive)
         for (std::size_t n = 16; n < set.count(); n *= 2)
-          group(integrand.name, n).errors.push_back(error_of_prefix(integrand, set, n));
-      group(integrand.name, set.count()).errors.push_back(error_of_prefix(integrand, set, set.count()));
+          group(integrand.name, n).errors.push_back(estimate(integrand, set, n) - integrand.exact);
+      group(integrand.name, set.count())
+          .errors.push_back(estimate(integrand, set, set.count()) - integrand.exact);
     }
   }
   std::stable_sort(groups.begin(), groups.end(), [](const Errors& a, const Errors& b) {
     return a.integrand != b.integrand ? a.integrand < b.integrand : a.points < b.points;
   });
-  Table table{
-      {{"integrand"}, {"points"}, {"sets"}, {"RMS error"}, {"largest"}, {"slope", 3}, {"its error", 2}}, {}};
+  Table table{{{"integrand"},
+               {"points"},
+               {"sets"},
+               {"RMS error"},
+               {"standard deviation"},
+               {"largest"},
+               {"slope", 3},
+               {"its error", 2}},
+              {}};
   for (std::size_t begin = 0, end = 0; begin < groups.size(); begin = end) {
     std::vector<double> counts, errors;
     for (end = begin; end < groups.size() && groups[end].integrand == groups[begin].integrand; ++end) {
       const Errors& g = groups[end];
-      double squares = 0;
-      for (const double e : g.errors) squares += e * e;
-      const double rms = std::sqrt(squares / static_cast<double>(g.errors.size()));
-      table.rows.push_back(
-          {g.integrand, g.points, g.errors.size(), rms, *std::max_element(g.errors.begin(), g.errors.end())});
+      const auto sets_counted = static_cast<double>(g.errors.size());
+      double squares = 0, sum = 0, largest = 0;
+      for (const double e : g.errors) {
+        squares += e * e;
+        sum += e;
+        largest = std::max(largest, std::abs(e));
+      }
+      const double rms = std::sqrt(squares / sets_counted);
+      table.rows.push_back({g.integrand, g.points, g.errors.size(), rms, TableCell(), largest});
+      if (g.errors.size() > 1)
+        table.rows.back()[4] =
+            std::sqrt(std::max(0.0, squares - sum * sum / sets_counted) / (sets_counted - 1));
       if (rms > 0) {
         counts.push_back(static_cast<double>(g.points));
         errors.push_back(rms);
