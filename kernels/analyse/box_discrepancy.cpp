@@ -210,9 +210,10 @@ std::size_t count_in(const PointTree& set, const RotatedBox& box) {
         for (std::size_t p = begin; p < end; ++p) {
           const Corner at = to_box(box, {set.x[p], set.y[p], set.z[p]});
           // Without short cuts, so that the loop has no branches.
-          count +=
-              static_cast<std::size_t>((std::abs(at[0]) <= box.half[0]) & (std::abs(at[1]) <= box.half[1]) &
-                                       (std::abs(at[2]) <= box.half[2]));
+          const auto within = [&](std::size_t axis) -> std::size_t {
+            return std::abs(at[axis]) <= box.half[axis];
+          };
+          count += within(0) & within(1) & within(2);
         }
       });
   return count;

@@ -71,7 +71,9 @@ TEST_CASE("OFF: colours, normals, texture and homogeneous coordinates by prefix"
        {std::tuple{"NOFF", "", ""}, std::tuple{"STNOFF", " 0.5 0.5", ""}, std::tuple{"CNOFF", " 1 0.5 0", ""},
         std::tuple{"NCOFF", "", " 200 100 0"}, std::tuple{"NCOFF", "", " 200 100 0 255"}}) {
     CAPTURE(head, behind, before);
-    const auto line = [&](const std::string& position, const std::string& normal) {
+    // Named anew: clang 14 cannot capture structured bindings.
+    const auto line = [before = before, behind = behind](const std::string& position,
+                                                         const std::string& normal) {
       return position + before + normal + behind + "\n";
     };
     const PolygonMesh mesh = off(std::string(head) + "\n3 1 0\n" + line("0 0 0", " 0 0 1") +
