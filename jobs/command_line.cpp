@@ -57,6 +57,13 @@ OneOf::OneOf(std::vector<std::string> words) {
   };
 }
 
+WholeNumber::WholeNumber() {
+  func_ = [](std::string& input) -> std::string {
+    const bool digits = !input.empty() && input.find_first_not_of("0123456789") == std::string::npos;
+    return digits ? std::string() : "`" + input + "` is not a whole number";
+  };
+}
+
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* at = &app;
   while (!at->get_subcommands().empty()) at = at->get_subcommands().front();

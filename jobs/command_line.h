@@ -23,6 +23,12 @@ class OneOf : public CLI::Validator {
   explicit OneOf(std::vector<std::string> words);
 };
 
+// Accepts digits alone: a minus sign before a number without sign would be read as a huge one.
+class WholeNumber : public CLI::Validator {
+ public:
+  WholeNumber();
+};
+
 // The sentence for an error of the parser; for unknown options it names the nearest known one of the
 // subcommand.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);

@@ -33,6 +33,7 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/analyse/spectrum.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/random.h"
 
 namespace meander {
 
@@ -44,7 +45,7 @@ struct MeasureOptions {
   std::string surface, csv, picture;
   std::uint32_t shapes = 0;  // 0: the measure's own default
   std::uint64_t seed = 1;
-  std::uint64_t samples = 100000;  // of distance, on each surface
+  std::uint64_t samples = 0;  // of distance, on each surface; 0: 100,000
   bool json = false;
 };
 
@@ -62,38 +63,17 @@ void require_uniform(const MeasuredSet& set, const MeasureOptions& options) {
                      " was sampled with a density; only `integral` weights it");
 }
 
-// Points of the unit square, checked: what lies outside is no sample of it.
-void require_unit_square(const MeasuredSet& set) {
-  for (std::size_t i = 0; i < set.count(); ++i)
-    if (!(set.x[i] >= 0 && set.x[i] <= 1 && set.y[i] >= 0 && set.y[i] <= 1))
-      throw UsageError(
-          fmt::format("point {} of {} is ({}, {}): not in the unit square", i, set.name, set.x[i], set.y[i]));
-}
-
-// Points on the unit sphere, as near as float32 keeps them; pulled onto it.
-void to_unit_sphere(MeasuredSet& set) {
-  for (std::size_t i = 0; i < set.count(); ++i) {
-    const double length = std::sqrt(set.x[i] * set.x[i] + set.y[i] * set.y[i] + set.z[i] * set.z[i]);
-    if (!(std::abs(length - 1) < 1e-4))
-      throw UsageError(
-          fmt::format("point {} of {} lies {} from the origin: not on the unit sphere", i, set.name, length));
-    set.x[i] /= length;
-    set.y[i] /= length;
-    set.z[i] /= length;
-  }
-}
-
 // ---- measures: each makes one table ----------------------------------------------------------------------
 
-Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                    const MeasureOptions& options) {
+Table measure_boxes(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   Table table{{{"set"}, {"points"}, {"boxes"}, {"error / random", 4}}, {}};
   BoxParameters parameters;
   parameters.boxes = options.shapes > 0 ? options.shapes : parameters.boxes;
   parameters.seed = options.seed;
   const MeasuredSurface* last = nullptr;
   std::vector<RotatedBox> boxes;
-  for (const MeasuredSet& set : sets) {
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
     require_uniform(set, options);
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
@@ -101,23 +81,23 @@ Table measure_boxes(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
       boxes =
           random_boxes(surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles, parameters);
     last = &surface;
+    if (boxes.empty())
+      throw UsageError("hardly any box holds between 0.2 % and 60 % of the surface of " + set.name);
     table.rows.push_back(
         {set.name, set.count(), boxes.size(), box_error_ratio(boxes, working_points(set, surface.mesh))});
   }
   return table;
 }
 
-Table measure_rings(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                    const MeasureOptions& options) {
+Table measure_rings(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   Table table{{{"set"}, {"points"}, {"seeds"}, {"discrepancy", 4}, {"largest distance / diagonal", 3}}, {}};
-  const EmbreeDevice device;
-  for (const MeasuredSet& set : sets) {
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
     require_uniform(set, options);
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind != Kind::mesh) refuse_surface(options, "MESH or FOLDER");
     const PreparedMesh& mesh = surface.mesh;
-    const SurfaceLocator locator(device, mesh.x, mesh.y, mesh.z, mesh.triangles);
-    const SurfaceLocations found = locate_points(locator, working_points(set, mesh));
+    const SurfaceLocations found = locate_points(*surface.locator, working_points(set, mesh));
     std::vector<std::uint32_t> counts(mesh.triangle_count(), 0);
     for (const std::uint32_t t : found.triangle) ++counts[t];
     const std::vector<std::uint32_t> seeds =
@@ -132,8 +112,7 @@ Table measure_rings(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
   return table;
 }
 
-Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                      const MeasureOptions& options) {
+Table measure_spacing(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   Table table{{{"set"},
                {"points"},
                {"min"},
@@ -142,7 +121,10 @@ Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces
                {"coverage radius"},
                {"coverage / mean spacing", 3}},
               {}};
-  for (MeasuredSet& set : sets) {
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
+    require_uniform(set, options);
+    if (set.count() < 2) throw UsageError(set.name + " is one point, which has no neighbour");
     const MeasuredSurface& surface = surfaces.of(set);
     std::vector<double> points, reference;
     const std::uint64_t reference_count = std::max<std::uint64_t>(20000, 20 * set.count());
@@ -153,7 +135,6 @@ Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces
       reference = area_samples({surface.mesh.x, surface.mesh.y, surface.mesh.z, surface.mesh.triangles},
                                reference_count, options.seed);
     } else if (surface.kind == Kind::plane) {
-      require_unit_square(set);
       const auto side =
           static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(reference_count))));
       for (std::uint64_t i = 0; i < side * side; ++i) {
@@ -174,26 +155,25 @@ Table measure_spacing(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces
   return table;
 }
 
-Table measure_discrepancy(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                          const MeasureOptions& options) {
+Table measure_discrepancy(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   ShapeParameters parameters;
   parameters.shapes = options.shapes > 0 ? options.shapes : 4096;
   parameters.seed = options.seed;
   parameters.stable_rise = 0;  // sets are compared: the same number of shapes for all
-  const bool sphere = surfaces.of(sets.front()).kind == Kind::sphere;
+  const bool sphere = options.surface == "sphere";
   Table table;
   table.columns = {{"set"}, {"points"}};
   if (sphere)
     table.columns.insert(table.columns.end(), {{"caps"}, {"triangles"}});
   else
     table.columns.insert(table.columns.end(),
-                         {{"boxes at 0"}, {"triangles"}, {"quarter circles"}, {"rotated boxes"}});
-  for (MeasuredSet& set : sets) {
+                         {{"boxes at 0"}, {"exact"}, {"triangles"}, {"quarter circles"}, {"rotated boxes"}});
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
     require_uniform(set, options);
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind == Kind::mesh) refuse_surface(options, "plane or sphere (for meshes: boxes, rings)");
     if (sphere) {
-      to_unit_sphere(set);
       ShapeParameters axes = parameters;
       axes.shapes = options.shapes > 0 ? options.shapes : 200;
       table.rows.push_back(
@@ -201,11 +181,13 @@ Table measure_discrepancy(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surf
            spherical_triangle_discrepancy(build_point_index(set.x, set.y, set.z), parameters).discrepancy});
       continue;
     }
-    require_unit_square(set);
     const PointIndex<2> index = build_point_index(set.x, set.y);
+    StarSearchParameters search;
+    search.seed = options.seed;
     const double star = set.count() <= exact_star_limit ? star_discrepancy_exact(set.x, set.y)
-                                                        : star_discrepancy_search(set.x, set.y);
-    table.rows.push_back({set.name, set.count(), star, triangle_discrepancy(index, parameters).discrepancy,
+                                                        : star_discrepancy_search(set.x, set.y, search);
+    table.rows.push_back({set.name, set.count(), star, set.count() <= exact_star_limit ? "yes" : "search",
+                          triangle_discrepancy(index, parameters).discrepancy,
                           quarter_circle_discrepancy(set.x, set.y),
                           rotated_box_discrepancy(index, parameters).discrepancy});
   }
@@ -276,8 +258,7 @@ double estimate(const SetIntegrand& integrand, const MeasuredSet& set, std::size
 }
 
 // Errors over the sets, by integrand and number of points; prefixes of progressive sets count too.
-Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                       const MeasureOptions& options) {
+Table measure_integral(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
   struct Errors {
     std::string integrand;
     std::size_t points;
@@ -289,10 +270,10 @@ Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surface
       if (g.integrand == name && g.points == points) return g;
     return groups.emplace_back(Errors{name, points, {}});
   };
-  for (MeasuredSet& set : sets) {
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
     const MeasuredSurface& surface = surfaces.of(set);
     if (surface.kind == Kind::sphere) refuse_surface(options, "plane, MESH or FOLDER");
-    if (surface.kind == Kind::plane) require_unit_square(set);
     for (const SetIntegrand& integrand : integrands_of(set, surface)) {
       if (set.progressive)
         for (std::size_t n = 16; n < set.count(); n *= 2)
@@ -344,12 +325,11 @@ Table measure_integral(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surface
 
 // ---- spectra ---------------------------------------------------------------------------------------------
 
-void require_equal_counts(const std::vector<MeasuredSet>& sets, const MeasureOptions& options) {
-  for (const MeasuredSet& set : sets)
-    if (set.count() != sets.front().count())
-      throw UsageError(fmt::format("measure {} averages over sets of one size: {} has {} points, {} has {}",
-                                   options.what, sets.front().name, sets.front().count(), set.name,
-                                   set.count()));
+void require_count(const MeasuredSet& set, std::size_t count, const MeasureOptions& options) {
+  if (set.count() != count)
+    throw UsageError(
+        fmt::format("measure {} averages over sets of one size: the first has {} points, {} has {}",
+                    options.what, count, set.name, set.count()));
 }
 
 Table profile_table(const RadialProfile& profile, const char* radius_name, double scale) {
@@ -372,55 +352,95 @@ void draw_map(const MeasureOptions& options, std::span<const double> values, std
             heat_map(values, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(side), look));
 }
 
-Table measure_spectrum(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                       const MeasureOptions& options) {
-  require_equal_counts(sets, options);
-  const double root = std::sqrt(static_cast<double>(sets.front().count()));
-  PowerSpectrum spectrum =
-      make_power_spectrum(std::clamp<std::uint32_t>(static_cast<std::uint32_t>(2.5 * root), 8, 1024));
-  for (const MeasuredSet& set : sets) {
-    require_uniform(set, options);
-    if (surfaces.of(set).kind != Kind::plane) refuse_surface(options, "plane (on meshes: differences)");
-    require_unit_square(set);
-    add_periodogram(spectrum, set.x, set.y);
-  }
-  std::vector<double> power(spectrum.sum);
-  for (double& p : power) p /= spectrum.sets;
-  power[power.size() / 2] = 0;  // f = 0 is the number of points
-  draw_map(options, power, spectrum.side(), 2);
-  return profile_table(radial_power(spectrum), "f / sqrt(n)", 1 / root);
+// Up to 2.5 sqrt(n), as far as 10^11 multiply-adds a set (some ten seconds of a core) allow.
+std::uint32_t spectrum_radius(std::size_t points) {
+  const auto n = static_cast<double>(points);
+  return static_cast<std::uint32_t>(
+      std::clamp(std::min(2.5 * std::sqrt(n), std::sqrt(1e11 / (4 * n))), 8.0, 1024.0));
 }
 
-Table measure_differences(std::vector<MeasuredSet>& sets, MeasuredSurfaces& surfaces,
-                          const MeasureOptions& options) {
-  require_equal_counts(sets, options);
-  const std::uint64_t n = sets.front().count();
-  const bool plane = surfaces.of(sets.front()).kind == Kind::plane;
-  DifferenceMap map = make_difference_map();
-  for (const MeasuredSet& set : sets) {
+Table measure_spectrum(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+  std::optional<PowerSpectrum> spectrum;
+  std::size_t count = 0;
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
+    if (!spectrum) {
+      count = set.count();
+      spectrum = make_power_spectrum(spectrum_radius(count));
+    }
+    require_count(set, count, options);
     require_uniform(set, options);
+    if (surfaces.of(set).kind != Kind::plane) refuse_surface(options, "plane (on meshes: differences)");
+    add_periodogram(*spectrum, set.x, set.y);
+  }
+  std::vector<double> power(spectrum->sum);
+  for (double& p : power) p /= spectrum->sets;
+  power[power.size() / 2] = 0;  // f = 0 is the number of points
+  draw_map(options, power, spectrum->side(), 2);
+  return profile_table(radial_power(*spectrum), "f / sqrt(n)", 1 / std::sqrt(static_cast<double>(count)));
+}
+
+std::vector<double> interleaved(const MeasuredSet& set) {
+  std::vector<double> points;
+  for (std::size_t i = 0; i < set.count(); ++i) points.insert(points.end(), {set.x[i], set.y[i], set.z[i]});
+  return points;
+}
+
+// Random sets on the same mesh, with the normals of its triangles: what differences are compared with.
+void add_random_differences(DifferenceMap& map, const PreparedMesh& mesh, std::size_t count,
+                            std::uint64_t seed, std::uint32_t sets) {
+  std::vector<double> cumulative(mesh.triangle_count() + 1, 0);
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t) cumulative[t + 1] = cumulative[t] + mesh.area[t];
+  const double spacing = std::sqrt(cumulative.back() / static_cast<double>(count));
+  for (std::uint32_t s = 0; s < sets; ++s) {
+    std::vector<double> points, normals;
+    for (std::size_t i = 0; i < count; ++i) {
+      const UnitPair chosen = random_pair(make_random_key(seed, {}), Stream::surface_probe, i, 2 * s),
+                     inside = random_pair(make_random_key(seed, {}), Stream::surface_probe, i, 2 * s + 1);
+      const auto at =
+          std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, chosen.first * cumulative.back());
+      const auto t = static_cast<std::size_t>(at - cumulative.begin()) - 1;
+      const Vector3 a = mesh.position(mesh.triangles[3 * t]), b = mesh.position(mesh.triangles[3 * t + 1]),
+                    c = mesh.position(mesh.triangles[3 * t + 2]);
+      const double root = std::sqrt(inside.first), second = root * inside.second;
+      const Vector3 p = (1 - root) * a + (root - second) * b + second * c, n = cross(b - a, c - a);
+      points.insert(points.end(), {p.x, p.y, p.z});
+      normals.insert(normals.end(), {n.x, n.y, n.z});
+    }
+    add_surface_differences(map, points, normals, std::vector<double>(count, spacing));
+  }
+}
+
+Table measure_differences(PointSets& sets, MeasuredSurfaces& surfaces, const MeasureOptions& options) {
+  constexpr std::uint32_t random_sets = 8;
+  DifferenceMap map = make_difference_map(), expected = make_difference_map();
+  std::size_t count = 0;
+  const bool plane = options.surface == "plane";
+  const MeasuredSurface* last = nullptr;
+  for (std::size_t number = 0; number < sets.size(); ++number) {
+    MeasuredSet set = sets.load(number);
+    if (number == 0) count = set.count();
+    require_count(set, count, options);
+    require_uniform(set, options);
+    if (count < 2) throw UsageError(set.name + " is one point, which has no differences");
     const MeasuredSurface& surface = surfaces.of(set);
-    if (surface.kind == Kind::sphere || (surface.kind == Kind::plane) != plane)
-      refuse_surface(options, "plane, MESH or FOLDER");
-    const double spacing = std::sqrt(surface.area() / static_cast<double>(n));
+    if (surface.kind == Kind::sphere) refuse_surface(options, "plane, MESH or FOLDER");
+    const double spacing = std::sqrt(surface.area() / static_cast<double>(count));
     if (plane) {
-      require_unit_square(set);
       add_differences(map, set.x, set.y, spacing);
       continue;
     }
     if (set.normals.empty())
       throw UsageError(set.name + " has no normals, which measure differences needs on meshes");
-    std::vector<double> points(3 * n), normals(set.normals.begin(), set.normals.end());
-    for (std::size_t i = 0; i < n; ++i) {
-      points[3 * i] = set.x[i];
-      points[3 * i + 1] = set.y[i];
-      points[3 * i + 2] = set.z[i];
-    }
-    add_surface_differences(map, points, normals, std::vector<double>(n, spacing));
+    if (last != nullptr && last != &surface)
+      throw UsageError("measure differences averages over sets of one surface: " + set.name + " has another");
+    if (last == nullptr) add_random_differences(expected, surface.mesh, count, options.seed, random_sets);
+    last = &surface;
+    const std::vector<double> normals(set.normals.begin(), set.normals.end());
+    add_surface_differences(map, interleaved(set), normals, std::vector<double>(count, spacing));
   }
-  const double side = std::sqrt(static_cast<double>(n));  // of the square in units of the mean spacing
-  const DifferenceMap expected =
-      plane ? expected_differences(map.parameters, n, side, side) : expected_differences(map.parameters, n);
+  const double side = std::sqrt(static_cast<double>(count));  // of the square in units of the mean spacing
+  if (plane) expected = expected_differences(map.parameters, count, side, side);
   const std::vector<double> ratio = normalised_differences(map, expected);
   draw_map(options, ratio, map.side(), 2);
   return profile_table(radial_differences(map, ratio, 2), "distance / spacing", map.cell());
@@ -443,7 +463,7 @@ Table measure_distance(const MeasureOptions& options) {
     spans[m] = {at[3 * m], at[3 * m + 1], at[3 * m + 2], mesh.triangles};
   }
   MeshDistanceParameters parameters;
-  parameters.samples = options.samples;
+  parameters.samples = options.samples > 0 ? options.samples : 100000;
   parameters.seed = options.seed;
   const EmbreeDevice device;
   const MeshDistance distance = mesh_distance(device, spans[0], spans[1], parameters);
@@ -463,7 +483,7 @@ Table measure_distance(const MeasureOptions& options) {
 struct Measure {
   const char* name;
   const char* help;
-  Table (*table)(std::vector<MeasuredSet>&, MeasuredSurfaces&, const MeasureOptions&);
+  Table (*table)(PointSets&, MeasuredSurfaces&, const MeasureOptions&);
   bool draws, shapes;
 };
 constexpr Measure measures[] = {
@@ -488,6 +508,8 @@ int measure(const MeasureOptions& options) {
                                         [&](const Measure& m) { return options.what == m.name; });
   if (!options.picture.empty() && !chosen.draws)
     throw UsageError("measure " + options.what + " draws nothing: leave --picture out");
+  if (options.samples > 0 && chosen.table != nullptr)
+    throw UsageError("measure " + options.what + " takes the points that it is given: leave --samples out");
   if (options.shapes > 0 && !chosen.shapes)
     throw UsageError("measure " + options.what + " has no shapes: leave --shapes out");
   Table table;
@@ -499,7 +521,7 @@ int measure(const MeasureOptions& options) {
       throw UsageError("measure " + options.what +
                        " needs --surface: plane, sphere, a mesh file, or the folder "
                        "of a store's models");
-    std::vector<MeasuredSet> sets = load_point_sets(options.inputs);
+    PointSets sets(options.inputs);
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
@@ -547,9 +569,12 @@ JobFunction add_measure_job(CLI::App& program) {
           "--shapes", options->shapes,
           "Test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar shapes, 200 cap axes)")
       ->check(CLI::Range(1, 200000));
-  command->add_option("--seed", options->seed, "Seed of the test shapes")->capture_default_str();
-  command->add_option("--samples", options->samples, "Points on each mesh for distance, 1 to 10^9")
+  command->add_option("--seed", options->seed, "Seed of shapes and references")
       ->capture_default_str()
+      ->check(WholeNumber());
+  command
+      ->add_option("--samples", options->samples,
+                   "Points on each mesh for distance, 1 to 10^9 (default 100000)")
       ->check(CLI::Range(1.0, 1e9));
   command->add_option("--csv", options->csv, "Write the table to this file too");
   command->add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "io/store/store.h"
+#include "kernels/analyse/point_location.h"
+#include "kernels/core/status.h"
 #include "kernels/core/vector3.h"
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -17,32 +20,58 @@ struct MeasuredSet {
   std::string item;             // id of the row, the file's stem for point files
   std::vector<double> x, y, z;  // n each
   std::vector<float> normals;   // 3 n, or empty
-  std::vector<float> density;   // n values from a store; empty: uniform
+  std::vector<double> density;  // n positive values; empty: uniform
   bool progressive = false;     // every prefix is a set of its own
   std::size_t count() const { return x.size(); }
 };
 
-// Stores (.h5: all ok rows; FILE.h5::ITEM one of them) and point files. Throws UsageError, RunError,
-// ItemError.
-std::vector<MeasuredSet> load_point_sets(const std::vector<std::string>& arguments);
+// The sets that the arguments name, read one at a time: stores (FILE.h5: all ok rows, FILE.h5::ITEM: one) and
+// point files.
+class PointSets {
+ public:
+  // Reads the heads of stores. Throws UsageError, RunError.
+  explicit PointSets(const std::vector<std::string>& arguments);
+  ~PointSets();
+
+  std::size_t size() const { return sources_.size(); }
+  // Throws RunError; ItemError with the name of the file; UsageError for densities that are not positive.
+  MeasuredSet load(std::size_t number);
+
+ private:
+  struct Source {
+    std::string path;
+    std::int64_t row = -1;  // of a store; -1: a point file
+  };
+  StoreReader& open_store(const std::string& path);
+
+  std::vector<Source> sources_;
+  std::unique_ptr<StoreReader> store_;  // the one opened last
+  std::string store_path_;
+};
 
 // The surface that a set lies on.
 struct MeasuredSurface {
   enum class Kind { plane, sphere, mesh };
   Kind kind = Kind::mesh;
-  PreparedMesh mesh;    // of kind mesh; in working coordinates
-  double area() const;  // in file units squared
+  PreparedMesh mesh;                        // of kind mesh; in working coordinates
+  std::unique_ptr<SurfaceLocator> locator;  // of kind mesh
+  double area() const;                      // in file units squared
 };
 
 // Surfaces by the argument of --surface: `plane` (the unit square), `sphere` (the unit sphere), a mesh file,
-// or a folder that holds the items of a store under their ids. Meshes are read once.
+// or a folder that holds the items of a store under their ids.
 class MeasuredSurfaces {
  public:
   explicit MeasuredSurfaces(std::string argument) : argument_(std::move(argument)) {}
-  const MeasuredSurface& of(const MeasuredSet& set);
+  // The surface of the set, read when it is another one than before. Throws UsageError when the points do not
+  // lie on it: outside the square or more than 1e-4 from its plane, more than 1e-4 from the sphere (nearer
+  // ones are pulled onto it), or more than one in a hundred farther from the mesh than 1e-3 of its diagonal.
+  const MeasuredSurface& of(MeasuredSet& set);
 
  private:
+  void load(const MeasuredSet& set);
   std::string argument_, loaded_;
+  EmbreeDevice device_;
   std::unique_ptr<MeasuredSurface> surface_;
 };
 
@@ -51,5 +80,15 @@ std::vector<double> working_points(const MeasuredSet& set, const PreparedMesh& m
 
 // A mesh file, read and prepared. Throws ItemError.
 PreparedMesh load_mesh(const std::string& path);
+
+// What `read` returns; its ItemError gets the name of the file in front.
+template <class Read>
+auto about_file(const std::string& path, const Read& read) {
+  try {
+    return read();
+  } catch (const ItemError& error) {
+    throw ItemError(error.status(), path + ": " + error.what());
+  }
+}
 
 }  // namespace meander

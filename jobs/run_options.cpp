@@ -67,11 +67,13 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       .add_option("--density-floor", options.sample.density.floor,
                   "Density of flat parts for curvature densities, 1e-6 to 1")
       ->capture_default_str()
+      ->each([&texts](const std::string&) { texts.shapes_density = true; })
       ->group(points);
   command
       .add_option("--density-exponent", options.sample.density.exponent,
                   "Exponent of curvature densities, 0.25 to 4")
       ->capture_default_str()
+      ->each([&texts](const std::string&) { texts.shapes_density = true; })
       ->group(points);
   command
       .add_option("--locate", texts.locate,
@@ -98,6 +100,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(points);
   command.add_option("--seed", options.sample.seed, "Seed, 0 to 2^64 - 1")
       ->capture_default_str()
+      ->check(WholeNumber())
       ->group(points);
   command.add_option("--normalize", texts.normalize, "Stored coordinates (loc and scale undo it)")
       ->capture_default_str()
@@ -173,6 +176,10 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   sample.elements.curve = sample.locator.curve.kind;
   set_samples(sample, texts.samples);
   resolve_density(texts.density, sample.density, problems);
+  const DensityKind density = sample.density.kind;
+  if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
+      density != DensityKind::max)
+    problems.push_back("--density-floor and --density-exponent shape curvature densities only");
   if (sample.method == MethodChoice::direct && texts.locate != "embree")
     problems.push_back("--method direct locates nothing: leave --locate out");
   if (sample.method == MethodChoice::direct && texts.curve != "hilbert")

@@ -3,9 +3,12 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <new>
 
 #include "io/digest.h"
 #include "io/image/png_reader.h"
@@ -50,7 +53,17 @@ void resolve(SurfaceOptions& options) {
   sample.density.kind = SurfaceDensityKind::expression;
   for (const auto& word : surface_density_words)
     if (options.density == word.text) sample.density.kind = word.value;
-  if (sample.density.kind == SurfaceDensityKind::expression) sample.density.expression = options.density;
+  if (sample.density.kind == SurfaceDensityKind::expression) {
+    sample.density.expression = options.density;
+    // A single word is a name, and `maen` is not short for `tan`.
+    std::vector<std::string> names;
+    for (const auto& word : surface_density_words) names.emplace_back(word.text);
+    const bool one_word = std::all_of(options.density.begin(), options.density.end(),
+                                      [](unsigned char c) { return std::isalpha(c) != 0; });
+    const std::string near = one_word && options.density.size() > 2 ? nearest(options.density, names) : "";
+    if (!near.empty())
+      throw UsageError("--density: no density `" + options.density + "`, did you mean `" + near + "`?");
+  }
   const std::vector<std::string> problems = validate(sample);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
@@ -86,24 +99,41 @@ std::string surface_parameters_json(const SurfaceOptions& options) {
 struct SurfaceRun {
   std::string id;
   Row row;
-  std::uint64_t patches = 0, leaves = 0;
+  std::uint64_t patches = 0, leaves = 0, unresolved_patches = 0, bound_violations = 0;
   double seconds = 0;
 };
 
-void fill_row(const SurfaceSamples& samples, Row& row) {
+// The box around the samples and a grid over the surface: it may lack a bump between them.
+std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples) {
+  constexpr std::size_t side = 65;
+  std::vector<double> u, v;
+  for (std::size_t i = 0; i < side * side; ++i) {
+    u.push_back(static_cast<double>(i % side) / (side - 1));
+    v.push_back(static_cast<double>(i / side) / (side - 1));
+  }
+  std::vector<Vector3> grid(u.size());
+  surface.positions(u, v, grid);
+  std::array<double, 6> box = {grid[0].x, grid[0].y, grid[0].z, grid[0].x, grid[0].y, grid[0].z};
+  const auto add = [&](std::array<double, 3> p) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box[axis] = std::min(box[axis], p[axis]);
+      box[axis + 3] = std::max(box[axis + 3], p[axis]);
+    }
+  };
+  for (const Vector3& p : grid) add({p.x, p.y, p.z});
+  for (std::size_t i = 0; i < samples.points.size(); i += 3)
+    add({samples.points[i], samples.points[i + 1], samples.points[i + 2]});
+  return box;
+}
+
+void fill_row(const ParametricSurface& surface, const SurfaceSamples& samples, Row& row) {
   ItemReport& report = row.report;
   report.status = Status::ok;
   report.components = 1;
   report.area = samples.area;
   report.measure = samples.measure;
   report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    report.bbox[axis] = report.bbox[axis + 3] = samples.points[axis];
-    for (std::size_t i = axis; i < samples.points.size(); i += 3) {
-      report.bbox[axis] = std::min<double>(report.bbox[axis], samples.points[i]);
-      report.bbox[axis + 3] = std::max<double>(report.bbox[axis + 3], samples.points[i]);
-    }
-  }
+  report.bbox = bounding_box(surface, samples);
   row.samples.points = samples.points;
   row.samples.normals = samples.normals;
   row.samples.uv.assign(samples.uv.begin(), samples.uv.end());
@@ -122,10 +152,16 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
     const SurfaceSamples samples = sample_surface(*source.surface, options.sample);
     run.patches = samples.patches;
     run.leaves = samples.leaves;
-    fill_row(samples, run.row);
+    run.unresolved_patches = samples.unresolved_patches;
+    run.bound_violations = samples.bound_violations;
+    fill_row(*source.surface, samples, run.row);
   } catch (const ItemError& error) {
     run.row.report.status = error.status();
     run.row.report.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    run.row.report.status = Status::out_of_memory;
+    run.row.report.reason = "an allocation failed";
+    run.row.samples = {};
   }
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return run;
@@ -148,6 +184,8 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
       json.member("measure", run.row.report.measure);
       json.member("patches", run.patches);
       json.member("leaves", run.leaves);
+      json.member("unresolved_patches", run.unresolved_patches);
+      json.member("bound_violations", run.bound_violations);
       json.member("seconds", run.seconds);
       json.end_object();
     }
@@ -158,6 +196,12 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   }
   for (const SurfaceRun& run : runs) {
     const ItemReport& report = run.row.report;
+    if (run.unresolved_patches + run.bound_violations > 0)
+      fmt::print(
+          stderr,
+          "{}: rougher than --tolerance can be met: {} of {} patches are too coarse, {} draws exceeded their "
+          "bound; shares of the surface may be off by more\n",
+          run.id, run.unresolved_patches, run.patches, run.bound_violations);
     if (report.status == Status::ok)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, {} patches, {} leaves, {:.2f} s\n", run.id,
                  options.sample.samples, report.area, report.measure, run.patches, run.leaves, run.seconds);
@@ -227,7 +271,8 @@ JobFunction add_surface_job(CLI::App& program) {
                    "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
                        presets + ")")
       ->capture_default_str();
-  command->add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 0 to 1")
+  command
+      ->add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 1e-6 to 1")
       ->capture_default_str();
   command->add_option("--density-exponent", sample.density.exponent, "Exponent of curvatures, 0.25 to 4")
       ->capture_default_str();
@@ -245,7 +290,9 @@ JobFunction add_surface_job(CLI::App& program) {
   command->add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")
       ->capture_default_str()
       ->check(one_of(place_words));
-  command->add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1")->capture_default_str();
+  command->add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1")
+      ->capture_default_str()
+      ->check(WholeNumber());
   command->add_option("--tolerance", sample.tolerance, "Relative error of the measures, 1e-8 to 0.1")
       ->capture_default_str();
   command
@@ -266,7 +313,20 @@ JobFunction add_surface_job(CLI::App& program) {
       ->check(OneOf({"default", "none"}));
   command->add_flag("--fresh", options->fresh, "Replace the store if it exists");
   command->add_flag("--json", options->json, "The summary as JSON");
-  return [options] { return sample_surfaces(*options); };
+  return [options, command] {
+    const bool pictures = std::any_of(
+        options->surfaces.begin(), options->surfaces.end(),
+        [](const std::string& surface) { return surface_kind(surface) == SurfaceKind::height_field; });
+    for (const char* name : {"--height-scale", "--height-width", "--height-depth"})
+      if (!pictures && command->count(name) > 0)
+        throw UsageError(std::string(name) + " shapes height fields, and no surface is a .png file");
+    const bool curvature =
+        options->density == "mean" || options->density == "gaussian" || options->density == "max";
+    for (const char* name : {"--density-floor", "--density-exponent"})
+      if (!curvature && command->count(name) > 0)
+        throw UsageError(std::string(name) + " shapes curvature densities: --density mean, gaussian or max");
+    return sample_surfaces(*options);
+  };
 }
 
 }  // namespace meander

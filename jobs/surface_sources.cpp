@@ -1,6 +1,7 @@
 #include "jobs/surface_sources.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -18,18 +19,19 @@ namespace meander {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-bool is_file(const std::string& argument) {
-  const std::string extension = fs::path(argument).extension().string();
-  return extension == ".nurbs" || extension == ".png";
+SurfaceKind surface_kind(const std::string& argument) {
+  std::string extension = fs::path(argument).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".nurbs") return SurfaceKind::nurbs;
+  return extension == ".png" ? SurfaceKind::height_field : SurfaceKind::formula;
 }
-
-}  // namespace
 
 void check_surface_name(const std::string& argument) {
   const auto names = surface_names();
-  if (is_file(argument) || std::find(names.begin(), names.end(), argument) != names.end()) return;
+  if (surface_kind(argument) != SurfaceKind::formula ||
+      std::find(names.begin(), names.end(), argument) != names.end())
+    return;
   const std::string near = nearest(argument, names);
   throw UsageError("no surface `" + argument + "`" +
                    (near.empty() ? " (nor a .nurbs or .png file)" : ", did you mean `" + near + "`?"));
@@ -37,10 +39,10 @@ void check_surface_name(const std::string& argument) {
 
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
   SurfaceSource source;
-  if (is_file(argument)) {
+  if (surface_kind(argument) != SurfaceKind::formula) {
     const MappedFile file(argument);
     source.content_sha256 = sha256(file.bytes());
-    if (fs::path(argument).extension() == ".nurbs") {
+    if (surface_kind(argument) == SurfaceKind::nurbs) {
       source.surface =
           parse_nurbs_patch({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
       return source;

@@ -20,6 +20,10 @@ struct SurfaceSource {
   std::array<std::uint8_t, 32> content_sha256{};  // of the file, or of the name
 };
 
+enum class SurfaceKind { formula, nurbs, height_field };
+// By the extension (any case).
+SurfaceKind surface_kind(const std::string& argument);
+
 // Throws UsageError, with a suggestion, for what is neither a name of surface_names() nor FILE.nurbs or
 // FILE.png.
 void check_surface_name(const std::string& argument);

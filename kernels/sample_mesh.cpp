@@ -9,19 +9,13 @@
 
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/spacing.h"
+#include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 
 namespace meander {
 
 namespace {
-
-template <class T>
-void check_range(std::vector<std::string>& problems, const char* name, T value, T least, T most) {
-  if (!(value >= least && value <= most))
-    problems.push_back(std::string(name) + " is " + std::to_string(value) + ", must be " +
-                       std::to_string(least) + " to " + std::to_string(most));
-}
 
 // The report of the whole model from those of its charts: the weakest method, sums, and area-weighted means.
 void summarise_charts(ModelState& model) {
@@ -50,14 +44,14 @@ void summarise_charts(ModelState& model) {
 
 std::vector<std::string> validate(const SampleParameters& p) {
   std::vector<std::string> problems;
-  check_range<double>(problems, "samples", p.place.samples, 1, 2147483648.0);
+  check_range(problems, "samples", p.place.samples, 1, 2147483648.0);
   check_range(problems, "jitter", p.place.jitter, 0.0, 1.0);
   check_range(problems, "elements per sample", p.elements.elements_per_sample, 1.0, 64.0);
   check_range(problems, "leaves per sample", p.locator.curve.leaves_per_sample, 1.0, 256.0);
   check_range(problems, "curve depth", p.locator.curve.max_depth, 1, 31);
-  check_range<double>(problems, "sheets", p.locator.max_sheets, 1, 16);
-  check_range<double>(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
-  check_range<double>(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
+  check_range(problems, "sheets", p.locator.max_sheets, 1, 16);
+  check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
+  check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
   check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);

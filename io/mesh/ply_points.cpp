@@ -69,6 +69,10 @@ class PlyPointReader {
     column("x").values = cloud_.x.data();
     column("y").values = cloud_.y.data();
     column("z").values = cloud_.z.data();
+    if (property_named("density") >= 0) {
+      cloud_.density.resize(rows);
+      column("density").values = cloud_.density.data();
+    }
     if (property_named("nx") < 0 || property_named("ny") < 0 || property_named("nz") < 0) return;
     cloud_.normals.resize(3 * rows);
     column("nx").normals = cloud_.normals.data();

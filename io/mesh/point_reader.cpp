@@ -48,7 +48,7 @@ PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken&
   if (kind == PointFile::ply) return read_ply_points(content, cancel, rule);
   if (kind == PointFile::text) return read_text_points(content, cancel);
   PolygonMesh mesh = read_off_vertices(content, cancel, rule);
-  return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.normals)};
+  return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.normals), {}};
 }
 
 }  // namespace

@@ -14,11 +14,14 @@ struct PointCloud {
   std::vector<double> x, y, z;  // N each
   std::vector<float> normals;   // 3 N, or empty. As the file has them: zero, not unit and NaN are possible
 
+  std::vector<double> density;  // N, or empty: the property `density` of a PLY file
+
   std::size_t count() const { return x.size(); }
 };
 
 // Reads all points of a file; the extension (any case) decides the format:
-// * .ply: ascii and both binary orders; x y z and, when there are all three, nx ny nz of the element vertex.
+// * .ply: ascii and both binary orders; x y z, nx ny nz when there are all three, and density of the element
+// vertex.
 //   Anything else is skipped, faces need not be there.
 // * .off: text and binary with every prefix. Faces need not be there and are not read, but nothing may follow
 //   the last vertex on its line.

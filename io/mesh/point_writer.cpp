@@ -95,16 +95,17 @@ void append_little_endian(std::string& data, Number number) {
   data.append(bytes.data(), bytes.size());
 }
 
-std::string header(PointFormat format, std::size_t count) {
-  const std::string n = std::to_string(count);
+std::string header(PointFormat format, const Samples& samples) {
+  const std::string n = std::to_string(samples.count());
   switch (format) {
     case PointFormat::off:
       return "OFF\n" + n + " 0 0\n";
     case PointFormat::ply:
       return "ply\nformat binary_little_endian 1.0\nelement vertex " + n +
              "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float "
-             "ny\n"
-             "property float nz\nproperty uint face\nproperty float density\nend_header\n";
+             "ny\nproperty float nz\n" +
+             (samples.uv.empty() ? "property uint face\n" : "property float u\nproperty float v\n") +
+             "property float density\nend_header\n";
     case PointFormat::xyz:
       break;
   }
@@ -118,7 +119,12 @@ void append_row(std::string& data, PointFormat format, const Samples& samples, c
   if (format == PointFormat::ply) {
     for (const double value : point) append_little_endian(data, value);
     for (std::size_t k = 0; k < 3; ++k) append_little_endian(data, normal[k]);
-    append_little_endian(data, samples.face[i]);
+    if (samples.uv.empty()) {
+      append_little_endian(data, samples.face[i]);
+    } else {
+      append_little_endian(data, samples.uv[2 * i]);
+      append_little_endian(data, samples.uv[2 * i + 1]);
+    }
     append_little_endian(data, samples.density[i]);
     return;
   }
@@ -133,7 +139,7 @@ void write_points(const std::filesystem::path& path, PointFormat format, const S
                   const ItemReport& report) {
   constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
   PendingFile file(path);
-  std::string data = header(format, samples.count());
+  std::string data = header(format, samples);
   for (std::size_t i = 0; i < samples.count(); ++i) {
     append_row(data, format, samples, report, i);
     if (data.size() < buffer_bytes) continue;

@@ -9,6 +9,7 @@
 #include "io/plot/csv_writer.h"
 #include "io/whole_file.h"
 #include "kernels/analyse/slope_fit.h"
+#include "kernels/core/status.h"
 
 namespace meander {
 
@@ -42,6 +43,16 @@ void FigureSet::table(const std::string& stem, const std::string& caption, const
 
 void FigureSet::text(const std::string& label, const std::string& text) {
   page.figures.back().paragraphs.push_back({label, text});
+}
+
+void FigureSet::attempt(const std::string& mesh, const std::function<void()>& draw) {
+  try {
+    draw();
+  } catch (const ItemError& error) {
+    const std::string reason = mesh + ": " + std::string(name_of(error.status())) + ": " + error.what();
+    note_("  " + reason);
+    text("Not drawn", reason);
+  }
 }
 
 namespace {

@@ -45,6 +45,8 @@ class FigureSet {
   void picture(const std::string& stem, const RgbImage& image, const std::string& caption);  // PNG
   void table(const std::string& stem, const std::string& caption, const Table& table);       // CSV and page
   void text(const std::string& label, const std::string& text);
+  // Draws; a mesh that cannot be sampled is said on the page, and the other figures go on.
+  void attempt(const std::string& mesh, const std::function<void()>& draw);
 
   FigurePage page;
 

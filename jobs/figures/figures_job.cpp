@@ -16,6 +16,7 @@
 #include "jobs/figures/figure_set.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/measured_sets.h"
 #include "kernels/surface/surface.h"
 #include "meander_version.h"
 
@@ -79,8 +80,7 @@ FigureMesh made_torus() {
 FigureMesh read_model(const std::string& path) {
   MeshFormat format{};
   if (!mesh_format_of(path, format)) throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
-  const MappedFile file(path);
-  const PolygonMesh mesh = read_mesh(file.bytes(), format);
+  const PolygonMesh mesh = about_file(path, [&] { return read_mesh(MappedFile(path).bytes(), format); });
   FigureMesh result;
   result.name = fs::path(path).stem().string();
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
@@ -93,7 +93,12 @@ FigureMesh read_model(const std::string& path) {
 
 int draw_figures(const FiguresOptions& options) {
   std::vector<FigureMesh> meshes;
-  for (const std::string& model : options.models) meshes.push_back(read_model(model));
+  for (const std::string& model : options.models) {
+    meshes.push_back(read_model(model));
+    for (std::size_t i = 0; i + 1 < meshes.size(); ++i)
+      if (meshes[i].name == meshes.back().name)
+        throw UsageError("two models are called `" + meshes.back().name + "`: their figures would be one");
+  }
   if (meshes.empty()) meshes.push_back(made_torus());
   fs::create_directories(options.folder);
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
@@ -139,7 +144,9 @@ JobFunction add_figures_job(CLI::App& program) {
   command->add_option("--only", options->only, "Draw these figures only")
       ->delimiter(',')
       ->check(OneOf(names));
-  command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")
+      ->capture_default_str()
+      ->check(WholeNumber());
   command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024));

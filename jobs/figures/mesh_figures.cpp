@@ -34,8 +34,8 @@ ModelState flattened(const FigureMesh& mesh, const SampleParameters& parameters)
   return model;
 }
 
-Samples sampled(const ModelState& prepared, SampleParameters parameters, std::uint32_t count,
-                std::uint64_t seed, const EmbreeDevice& device) {
+Row sampled(const ModelState& prepared, SampleParameters parameters, std::uint32_t count, std::uint64_t seed,
+            const EmbreeDevice& device) {
   set_samples(parameters, count);
   parameters.seed = seed;
   ModelState model = prepared;
@@ -43,7 +43,80 @@ Samples sampled(const ModelState& prepared, SampleParameters parameters, std::ui
   build_model_curves(model, parameters);
   locate_model(model, parameters, &device);
   place_model(model, parameters);
-  return std::move(model.row.samples);
+  return std::move(model.row);
+}
+
+void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
+  SampleParameters conformal, direct, vertex, random;
+  direct.method = MethodChoice::direct;
+  vertex.locate = LocatorKind::first_hit;
+  vertex.place.place = PlaceKind::vertex;
+  vertex.locator.curve.leaves_per_sample = 64;
+  random.place.sequence = SequenceKind::random;
+  const ModelState charted = flattened(mesh, conformal), plain = flattened(mesh, direct);
+  const PreparedMesh& surface = charted.mesh;
+  std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
+  for (std::size_t t = 0; t < surface.polygon.size(); ++t)
+    triangle_of[surface.polygon[t]] = static_cast<std::uint32_t>(t);
+  BoxParameters box_parameters;
+  box_parameters.boxes = figures.quick ? 200 : 1000;
+  box_parameters.seed = figures.seed;
+  const std::vector<RotatedBox> boxes =
+      random_boxes(surface.x, surface.y, surface.z, surface.triangles, box_parameters);
+  if (boxes.empty()) throw ItemError(Status::zero_area, "hardly any box holds a share of the surface");
+  double variance = 0;  // of the indicator, mean over the boxes
+  for (const RotatedBox& box : boxes)
+    variance += box.share * (1 - box.share) / static_cast<double>(boxes.size());
+  const VertexTriangles around =
+      triangles_around_vertices(surface.triangles, static_cast<std::uint32_t>(surface.x.size()));
+  const std::vector<std::uint32_t> seeds =
+      ring_seeds(surface.triangles, figures.quick ? 32 : 256, figures.seed);
+
+  std::vector<ErrorSeries> box_errors, ring_errors;
+  const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
+  const auto measure = [&](const char* name, const ModelState& model, const SampleParameters& parameters) {
+    figures.note(fmt::format("  {}", name));
+    ErrorSeries by_boxes{name, {}, {}}, by_rings{name, {}, {}};
+    for (const std::uint32_t count : survey_counts(most, 32)) {
+      by_boxes.counts.push_back(count);
+      by_rings.counts.push_back(count);
+      by_boxes.runs.emplace_back();
+      by_rings.runs.emplace_back();
+      for (std::uint32_t run = 0; run < runs; ++run) {
+        const Row row = sampled(model, parameters, count, figures.seed + run, device);
+        const std::array<double, 3> centre = {surface.centre.x, surface.centre.y, surface.centre.z};
+        std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
+        for (const std::uint32_t face : row.samples.face) ++hits[triangle_of[face]];
+        std::vector<double> points(row.samples.points.begin(), row.samples.points.end());
+        for (std::size_t i = 0; i < points.size(); ++i)
+          points[i] = (row.report.loc[i % 3] + row.report.scale * points[i] - centre[i % 3]) / surface.unit;
+        by_boxes.runs.back().push_back(box_error_ratio(boxes, points) *
+                                       std::sqrt(variance / static_cast<double>(count)));
+        by_rings.runs.back().push_back(
+            ring_discrepancy(surface.triangles, around, surface.area, hits, seeds).discrepancy);
+      }
+    }
+    box_errors.push_back(std::move(by_boxes));
+    ring_errors.push_back(std::move(by_rings));
+  };
+  measure("random", charted, random);
+  measure("conformal", charted, conformal);
+  measure("direct", plain, direct);
+  measure("curve vertices, first hit", charted, vertex);
+  const std::string stem = "figure04_mesh_" + mesh.name;
+  figures.plot(stem + "_boxes",
+               error_plot(mesh.name + ": rotated boxes", box_errors, "RMS error of the share"),
+               fmt::format("{} boxes with exactly clipped areas", boxes.size()));
+  figures.plot(stem + "_rings", error_plot(mesh.name + ": rings of triangles", ring_errors, "discrepancy"),
+               fmt::format("Patches grown ring by ring from {} triangles", seeds.size()));
+  figures.table(stem + "_boxes_slopes", "Boxes: slopes from 32 points", slope_table(box_errors, 32, {1024}));
+  figures.table(stem + "_rings_slopes", "Rings: slopes from 32 points", slope_table(ring_errors, 32, {1024}));
+  figures.text("Measured",
+               "Means of three runs. Boxes do not know the triangulation; rings have borders as ragged "
+               "as the triangles are large, which flattens their slope on coarse meshes.");
+  figures.text("The survey",
+               "Samples of meshes have the rate of the plane, measured on ring-grown patches; it "
+               "places them at curve vertices that rays locate.");
 }
 
 }  // namespace
@@ -52,79 +125,7 @@ void draw_mesh_discrepancy(FigureSet& figures) {
   const EmbreeDevice device;
   for (const FigureMesh& mesh : figures.meshes) {
     figures.begin("Figure 4, mesh: " + mesh.name);
-    SampleParameters conformal, direct, vertex, random;
-    direct.method = MethodChoice::direct;
-    vertex.locate = LocatorKind::first_hit;
-    vertex.place.place = PlaceKind::vertex;
-    vertex.locator.curve.leaves_per_sample = 64;
-    random.place.sequence = SequenceKind::random;
-    const ModelState charted = flattened(mesh, conformal), plain = flattened(mesh, direct);
-    const PreparedMesh& surface = charted.mesh;
-    std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
-    for (std::size_t t = 0; t < surface.polygon.size(); ++t)
-      triangle_of[surface.polygon[t]] = static_cast<std::uint32_t>(t);
-    BoxParameters box_parameters;
-    box_parameters.boxes = figures.quick ? 200 : 1000;
-    box_parameters.seed = figures.seed;
-    const std::vector<RotatedBox> boxes =
-        random_boxes(surface.x, surface.y, surface.z, surface.triangles, box_parameters);
-    double variance = 0;  // of the indicator, mean over the boxes
-    for (const RotatedBox& box : boxes)
-      variance += box.share * (1 - box.share) / static_cast<double>(boxes.size());
-    const VertexTriangles around =
-        triangles_around_vertices(surface.triangles, static_cast<std::uint32_t>(surface.x.size()));
-    const std::vector<std::uint32_t> seeds =
-        ring_seeds(surface.triangles, figures.quick ? 32 : 256, figures.seed);
-
-    std::vector<ErrorSeries> box_errors, ring_errors;
-    const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
-    const auto measure = [&](const char* name, const ModelState& model, const SampleParameters& parameters) {
-      figures.note(fmt::format("  {}", name));
-      ErrorSeries by_boxes{name, {}, {}}, by_rings{name, {}, {}};
-      for (const std::uint32_t count : survey_counts(most, 32)) {
-        by_boxes.counts.push_back(count);
-        by_rings.counts.push_back(count);
-        by_boxes.runs.emplace_back();
-        by_rings.runs.emplace_back();
-        for (std::uint32_t run = 0; run < runs; ++run) {
-          const Samples samples = sampled(model, parameters, count, figures.seed + run, device);
-          std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
-          std::vector<double> points;
-          for (std::size_t i = 0; i < samples.count(); ++i) {
-            ++hits[triangle_of[samples.face[i]]];
-            points.push_back((samples.points[3 * i] - surface.centre.x) / surface.unit);
-            points.push_back((samples.points[3 * i + 1] - surface.centre.y) / surface.unit);
-            points.push_back((samples.points[3 * i + 2] - surface.centre.z) / surface.unit);
-          }
-          by_boxes.runs.back().push_back(box_error_ratio(boxes, points) *
-                                         std::sqrt(variance / static_cast<double>(count)));
-          by_rings.runs.back().push_back(
-              ring_discrepancy(surface.triangles, around, surface.area, hits, seeds).discrepancy);
-        }
-      }
-      box_errors.push_back(std::move(by_boxes));
-      ring_errors.push_back(std::move(by_rings));
-    };
-    measure("random", charted, random);
-    measure("conformal", charted, conformal);
-    measure("direct", plain, direct);
-    measure("curve vertices, first hit", charted, vertex);
-    const std::string stem = "figure04_mesh_" + mesh.name;
-    figures.plot(stem + "_boxes",
-                 error_plot(mesh.name + ": rotated boxes", box_errors, "RMS error of the share"),
-                 fmt::format("{} boxes with exactly clipped areas", boxes.size()));
-    figures.plot(stem + "_rings", error_plot(mesh.name + ": rings of triangles", ring_errors, "discrepancy"),
-                 fmt::format("Patches grown ring by ring from {} triangles", seeds.size()));
-    figures.table(stem + "_boxes_slopes", "Boxes: slopes from 32 points",
-                  slope_table(box_errors, 32, {1024}));
-    figures.table(stem + "_rings_slopes", "Rings: slopes from 32 points",
-                  slope_table(ring_errors, 32, {1024}));
-    figures.text("Measured",
-                 "Means of three runs. Boxes do not know the triangulation; rings have borders as ragged "
-                 "as the triangles are large, which flattens their slope on coarse meshes.");
-    figures.text("The survey",
-                 "Samples of meshes have the rate of the plane, measured on ring-grown patches; it "
-                 "places them at curve vertices that rays locate.");
+    figures.attempt(mesh.name, [&] { draw_one_mesh(figures, mesh, device); });
   }
 }
 

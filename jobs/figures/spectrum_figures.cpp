@@ -71,8 +71,9 @@ void draw_planar_spectra(FigureSet& figures) {
   }
   power.guides.push_back({1, false, "white noise"});
   anisotropy.guides.push_back({-10, false, "white noise, 10 sets"});
-  figures.plot("figure16_power", power, fmt::format("{} points, means of {} sets", count, sets));
-  figures.plot("figure16_anisotropy", anisotropy, "Variance over each ring");
+  figures.plot("figure16_power", power,
+               fmt::format("{} points, means of {} sets (regular: the one there is)", count, sets));
+  figures.plot("figure16_anisotropy", anisotropy, "Variance over each ring; one set would lie at 0 dB");
   figures.text("Measured", "Periodograms at integer frequencies, black 0, white 2 times white noise.");
   figures.text("The survey",
                "Stratified samples along the curve have the spectrum of blue noise. Measured: low "
@@ -131,7 +132,7 @@ void draw_mesh_differences(FigureSet& figures, const FigureMesh& mesh) {
       parameters.place.sequence = sequence;
       parameters.method = sequence == SequenceKind::random ? MethodChoice::direct : MethodChoice::conformal;
       const Row row = sample_mesh(mesh.positions, mesh.faces, parameters);
-      if (row.report.status != Status::ok) return;
+      if (row.report.status != Status::ok) throw ItemError(row.report.status, row.report.reason);
       const std::vector<double> points(row.samples.points.begin(), row.samples.points.end()),
           normals(row.samples.normals.begin(), row.samples.normals.end());
       add_surface_differences(sequence == SequenceKind::random ? random : shifted, points, normals,
@@ -157,7 +158,8 @@ void draw_spectra(FigureSet& figures) {
   figures.begin("Figure 16: differential domain analysis");
   draw_density_differences(figures, "figure16_blob", "Gaussian blob", "blob", 2500);
   draw_density_differences(figures, "figure16_balzer", "Balzer density", "balzer", 10000);
-  for (const FigureMesh& mesh : figures.meshes) draw_mesh_differences(figures, mesh);
+  for (const FigureMesh& mesh : figures.meshes)
+    figures.attempt(mesh.name, [&] { draw_mesh_differences(figures, mesh); });
   figures.text("Measured",
                "Histograms of differences between samples in units of the wanted local spacing, over those "
                "of random sets of the same density: 1 is white noise, black 0, white 2.");

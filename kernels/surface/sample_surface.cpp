@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "kernels/core/check_range.h"
 #include "kernels/core/random.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
@@ -23,13 +24,6 @@ constexpr int max_redraws = 64;
 // sits in a spot that the quadrature saw and hardly any draw finds.
 constexpr std::uint32_t max_trials = 1000;
 constexpr double bound_margin = 1.1;
-
-template <class T>
-void check_range(std::vector<std::string>& problems, const char* name, T value, T least, T most) {
-  if (!(value >= least && value <= most))
-    problems.push_back(std::string(name) + " is " + std::to_string(value) + ", must be " +
-                       std::to_string(least) + " to " + std::to_string(most));
-}
 
 void throw_problems(const SurfaceSampleParameters& parameters) {
   std::string all;
@@ -208,7 +202,7 @@ std::uint64_t first_key(CurveKind kind, double s, double t, int depth) {
 
 std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   std::vector<std::string> problems;
-  check_range<double>(problems, "samples", p.samples, 1, 2147483648.0);
+  check_range(problems, "samples", p.samples, 1, 2147483648.0);
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
   check_range(problems, "tolerance", p.tolerance, 1e-8, 0.1);
   if (p.leaves_per_sample != 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);

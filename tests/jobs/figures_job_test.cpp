@@ -43,6 +43,26 @@ TEST_CASE("figures: the same seed gives the same files, for one thread and two")
   }
 }
 
+TEST_CASE(
+    "figures: a mesh that cannot be sampled is said on the page, the others are drawn; far from the origin "
+    "too") {
+  const ScratchFolder scratch;
+  write_file(scratch / "line.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
+  write_mesh(scratch / "far.off", moved(icosphere(3), 1, 1e4, 0, 0));
+  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
+                                            "4-mesh", "--models", scratch / "line.off", scratch / "far.off"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::string page = read_file(scratch / "out/index.html");
+  CHECK(page.find("Not drawn") != std::string::npos);
+  CHECK(page.find("zero_area") != std::string::npos);
+  // The slope of samples along the curve.
+  const std::string slopes = read_file(scratch / "out/figure04_mesh_far_boxes_slopes.csv");
+  const std::size_t at = slopes.find("conformal,");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(slopes.substr(at + 10)) < -0.6);
+}
+
 TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage errors") {
   const ScratchFolder scratch;
   const ProcessResult unknown = run_process({program, "figures", "-o", scratch / "out", "--only", "4-plain"});

@@ -125,6 +125,40 @@ TEST_CASE("measure spectrum and differences: white noise is 1, the map is drawn"
   }
 }
 
+TEST_CASE("measure differences: random points of an open mesh with sharp edges are white noise too") {
+  const ScratchFolder scratch;
+  const std::filesystem::path mesh = scratch / "plate.off", store = scratch / "s.h5";
+  write_file(mesh,
+             "OFF\n6 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n1 0 1\n1 1 1\n3 0 1 2\n3 0 2 3\n3 1 4 5\n3 1 5 2\n");
+  std::vector<std::string> arguments = {"differences"};
+  for (const char* seed : {"1", "2", "3", "4"}) {
+    arguments.push_back(scratch / (std::string(seed) + ".h5"));
+    REQUIRE(run_process({program, "run", mesh.string(), "-o", arguments.back(), "-n", "2000", "--sequence",
+                         "random", "--method", "direct", "--seed", seed})
+                .exit_code == 0);
+  }
+  arguments.insert(arguments.end(), {"--surface", mesh.string(), "--csv", scratch / "d.csv"});
+  const ProcessResult result = measure(arguments);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  for (const double mean : csv_column(scratch / "d.csv", "mean")) CHECK(mean == Approx(1).margin(0.12));
+}
+
+TEST_CASE("measure: the density of an exported PLY file is seen") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "surface", "plane", "-n", "512", "--density", "0.1 + x", "-o", store})
+              .exit_code == 0);
+  REQUIRE(run_process({program, "export", store, "-o", scratch / "out"}).exit_code == 0);
+  const ProcessResult result = measure({"discrepancy", scratch / "out/plane.ply", "--surface", "plane"});
+  CHECK(result.exit_code == 2);
+  CHECK(result.err.find("density") != std::string::npos);
+  for (const std::string& set : {store, std::string(scratch / "out/plane.ply")}) {
+    REQUIRE(measure({"integral", set, "--surface", "plane", "--csv", scratch / "i.csv"}).exit_code == 0);
+    CHECK(csv_column(scratch / "i.csv", "RMS error").back() < 0.05);
+  }
+}
+
 TEST_CASE("measure distance: a mesh has distance 0 to itself, and the step to a larger sphere") {
   const ScratchFolder scratch;
   write_mesh(scratch / "a.off", icosphere(3));
@@ -156,7 +190,8 @@ TEST_CASE("measure: what cannot be measured is a usage error that says why") {
   const std::string points = scratch / "p.xyz", mesh = scratch / "m.off";
   CHECK(error_of({"boxs", points}).find("boxes") != std::string::npos);
   CHECK(error_of({"boxes", points}).find("--surface") != std::string::npos);
-  CHECK(error_of({"boxes", points, "--surface", "plane"}).find("MESH") != std::string::npos);
+  write_file(scratch / "inside.xyz", "0.5 0.5 0\n0.2 0.5 0\n");
+  CHECK(error_of({"boxes", scratch / "inside.xyz", "--surface", "plane"}).find("MESH") != std::string::npos);
   CHECK(error_of({"discrepancy", points, "--surface", "plane"}).find("not in the unit square") !=
         std::string::npos);
   CHECK(error_of({"boxes", points, "--surface", mesh, "--picture", "x.png"}).find("draws nothing") !=
@@ -164,6 +199,18 @@ TEST_CASE("measure: what cannot be measured is a usage error that says why") {
   CHECK(error_of({"spacing", points, "--surface", mesh, "--shapes", "9"}).find("no shapes") !=
         std::string::npos);
   CHECK(error_of({"distance", mesh}).find("two meshes") != std::string::npos);
+  CHECK(error_of({"boxes", points, "--surface", mesh}).find("is it the surface") != std::string::npos);
+  CHECK(error_of({"boxes", points, "--surface", mesh, "--samples", "9"}).find("--samples") !=
+        std::string::npos);
+  CHECK(error_of({"boxes", points, "--surface", mesh, "--seed", "-1"}).find("whole number") !=
+        std::string::npos);
+  write_file(scratch / "deep.xyz", "0.5 0.5 0.1\n");
+  CHECK(
+      error_of({"discrepancy", scratch / "deep.xyz", "--surface", "plane"}).find("not in the unit square") !=
+      std::string::npos);
+  write_file(scratch / "one.xyz", "0.5 0.5 0\n");
+  CHECK(error_of({"spacing", scratch / "one.xyz", "--surface", "plane"}).find("no neighbour") !=
+        std::string::npos);
   CHECK(error_of({"boxes", scratch / "absent.xyz", "--surface", mesh}).find("unreadable") !=
         std::string::npos);
   const std::string store = scratch / "s.h5";

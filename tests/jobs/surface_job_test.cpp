@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "io/image/png_writer.h"
+#include "io/mesh/point_reader.h"
 #include "io/store/store.h"
 #include "kernels/surface/surface.h"
 #include "support/mesh_files.h"
@@ -94,6 +95,23 @@ TEST_CASE("surface: an expression as density moves the samples") {
   CHECK(row.report.measure == Approx(0.5).epsilon(1e-3));
 }
 
+TEST_CASE("surface: its points are exported in every format, as PLY with u and v") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  REQUIRE(surface({"torus", "-n", "100", "-o", store}).exit_code == 0);
+  for (const std::string format : {"ply", "off", "xyz"}) {
+    INFO(format);
+    REQUIRE(run_process({program, "export", store, "-o", scratch / "out", "--format", format}).exit_code ==
+            0);
+    const PointCloud cloud = read_points(scratch / ("out/torus." + format));
+    REQUIRE(cloud.count() == 100);
+    const Row row = StoreReader(store).read_row(0);
+    for (std::size_t i = 0; i < 100; ++i) REQUIRE(cloud.x[i] == Approx(row.samples.points[3 * i]));
+  }
+  CHECK(read_file(scratch / "out/torus.ply").find("property float u\nproperty float v\n") !=
+        std::string::npos);
+}
+
 TEST_CASE("surface: mistakes are usage errors that say what was meant") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5";
@@ -107,6 +125,10 @@ TEST_CASE("surface: mistakes are usage errors that say what was meant") {
   CHECK(error_of({"plane", "--density", "sinn(x)"}).find("sin") != std::string::npos);
   CHECK(error_of({"plane", "--tolerance", "3"}).find("tolerance") != std::string::npos);
   CHECK(error_of({"plane", "plane"}).find("two surfaces have the id `plane`") != std::string::npos);
+  CHECK(error_of({"plane", "--density", "maen"}).find("did you mean `mean`?") != std::string::npos);
+  CHECK(error_of({"plane", "--height-scale", "2"}).find("height fields") != std::string::npos);
+  CHECK(error_of({"plane", "--density-floor", "0.1"}).find("curvature") != std::string::npos);
+  CHECK(error_of({"plane", "--seed", "-1"}).find("whole number") != std::string::npos);
   CHECK(error_of({"plane", "--curve", "hilbret"}).find("hilbert") != std::string::npos);
   REQUIRE(surface({"plane", "-n", "16", "-o", store}).exit_code == 0);
   CHECK(error_of({"plane", "-n", "16"}).find("--fresh") != std::string::npos);
