@@ -1,5 +1,7 @@
 #include <immintrin.h>
 
+#include <utility>
+
 #include "kernels/describe/pair_tiles.h"
 
 // Functions carry the target themselves: a file compiled with other flags could leave AVX2 code in inline
@@ -76,33 +78,46 @@ MEANDER_AVX2 std::uint64_t sum(const PairTile& tile) {
   return lane[0] + lane[1] + lane[2] + lane[3];
 }
 
+// Writes the table entries of a vector of distances.
 template <bool joint>
-MEANDER_AVX2 inline void count_vector(__m256 squared, __m256 factor, __m256 top, __m128i shift,
-                                      std::uint32_t* const* copy) {
-  alignas(32) std::uint32_t slots[lanes];
-  __m256i bins = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_mul_ps(_mm256_sqrt_ps(squared), factor), top));
-  if constexpr (joint) bins = _mm256_or_si256(bins, _mm256_srl_epi64(bins, shift));
-  _mm256_store_si256(reinterpret_cast<__m256i*>(slots), bins);
-  for (std::size_t k = 0; k < lanes; k += joint ? 2 : 1) ++copy[k / (joint ? 2 : 1) % pair_copies][slots[k]];
+MEANDER_AVX2 inline void write_slots(__m256 squared, __m256 factor, __m256 top, __m128i shift,
+                                     std::uint32_t* slots) {
+  const __m256i bins =
+      _mm256_cvttps_epi32(_mm256_min_ps(_mm256_mul_ps(_mm256_sqrt_ps(squared), factor), top));
+  if constexpr (joint) {
+    const __m256i both = _mm256_or_si256(bins, _mm256_srl_epi64(bins, shift));
+    const __m256i order = _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(slots),
+                     _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(both, order)));
+  } else {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(slots), bins);
+  }
 }
 
 template <bool joint>
 MEANDER_AVX2 void count_pairs(const PairTile& tile, const PairCounter& counter) {
+  constexpr std::size_t share = joint ? 2 : 1;
   const std::size_t length = tile.offset_end - tile.offset_begin, full = length / lanes * lanes;
   const __m256 factor = _mm256_set1_ps(counter.factor), top = _mm256_set1_ps(counter.top);
   const __m128i shift = _mm_cvtsi32_si128(32 - static_cast<int>(counter.side_bits));
-  std::uint32_t* const copy[pair_copies] = {counter.table, counter.table + counter.copy_stride,
-                                            counter.table + 2 * counter.copy_stride,
-                                            counter.table + 3 * counter.copy_stride};
-  for (std::size_t i = tile.row_begin; i < tile.row_end; ++i) {
+  // Table entries of a row are counted while those of the next are computed: the two wait for different parts
+  // of the processor. Before the first row there are pads.
+  std::uint32_t buffers[2][pair_offsets] = {};
+  std::uint32_t *slots = buffers[0], *before = buffers[1];
+  for (std::size_t i = tile.row_begin; i < tile.row_end; ++i, std::swap(slots, before)) {
     const Point p = point_of(tile, i);
     const std::size_t first = i + tile.offset_begin;
-    for (std::size_t k = 0; k < full; k += lanes)
-      count_vector<joint>(squared_distances(tile, p, first + k), factor, top, shift, copy);
-    if (full < length)
-      count_vector<joint>(last_squared_distances(tile, p, first + full, length - full), factor, top, shift,
-                          copy);
+    for (std::size_t k = 0; k < full; k += lanes) {
+      write_slots<joint>(squared_distances(tile, p, first + k), factor, top, shift, slots + k / share);
+      count_slots(before + k / share, lanes / share, counter);
+    }
+    if (full < length) {
+      write_slots<joint>(last_squared_distances(tile, p, first + full, length - full), factor, top, shift,
+                         slots + full / share);
+      count_slots(before + full / share, lanes / share, counter);
+    }
   }
+  count_slots(before, (length + lanes - 1) / lanes * lanes / share, counter);
 }
 
 void count(const PairTile& tile, const PairCounter& counter) {

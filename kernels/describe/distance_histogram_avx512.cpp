@@ -1,5 +1,7 @@
 #include <immintrin.h>
 
+#include <utility>
+
 #include "kernels/describe/pair_tiles.h"
 
 // Functions carry the target themselves: a file compiled with other flags could leave AVX-512 code in inline
@@ -74,33 +76,43 @@ MEANDER_AVX512 std::uint64_t sum(const PairTile& tile) {
   return static_cast<std::uint64_t>(_mm512_reduce_add_epi64(total));
 }
 
+// Writes the table entries of a vector of distances.
 template <bool joint>
-MEANDER_AVX512 inline void count_vector(__m512 squared, __m512 factor, __m512 top, __m128i shift,
-                                        std::uint32_t* const* copy) {
-  alignas(64) std::uint32_t slots[lanes];
-  __m512i bins = _mm512_cvttps_epi32(_mm512_min_ps(_mm512_mul_ps(_mm512_sqrt_ps(squared), factor), top));
-  if constexpr (joint) bins = _mm512_or_si512(bins, _mm512_srl_epi64(bins, shift));
-  _mm512_store_si512(slots, bins);
-  for (std::size_t k = 0; k < lanes; k += joint ? 2 : 1) ++copy[k / (joint ? 2 : 1) % pair_copies][slots[k]];
+MEANDER_AVX512 inline void write_slots(__m512 squared, __m512 factor, __m512 top, __m128i shift,
+                                       std::uint32_t* slots) {
+  const __m512i bins =
+      _mm512_cvttps_epi32(_mm512_min_ps(_mm512_mul_ps(_mm512_sqrt_ps(squared), factor), top));
+  if constexpr (joint)
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(slots),
+                        _mm512_cvtepi64_epi32(_mm512_or_si512(bins, _mm512_srl_epi64(bins, shift))));
+  else
+    _mm512_storeu_si512(slots, bins);
 }
 
 template <bool joint>
 MEANDER_AVX512 void count_pairs(const PairTile& tile, const PairCounter& counter) {
+  constexpr std::size_t share = joint ? 2 : 1;
   const std::size_t length = tile.offset_end - tile.offset_begin, full = length / lanes * lanes;
   const __m512 factor = _mm512_set1_ps(counter.factor), top = _mm512_set1_ps(counter.top);
   const __m128i shift = _mm_cvtsi32_si128(32 - static_cast<int>(counter.side_bits));
-  std::uint32_t* const copy[pair_copies] = {counter.table, counter.table + counter.copy_stride,
-                                            counter.table + 2 * counter.copy_stride,
-                                            counter.table + 3 * counter.copy_stride};
-  for (std::size_t i = tile.row_begin; i < tile.row_end; ++i) {
+  // Table entries of a row are counted while those of the next are computed: the two wait for different parts
+  // of the processor. Before the first row there are pads.
+  std::uint32_t buffers[2][pair_offsets] = {};
+  std::uint32_t *slots = buffers[0], *before = buffers[1];
+  for (std::size_t i = tile.row_begin; i < tile.row_end; ++i, std::swap(slots, before)) {
     const Point p = point_of(tile, i);
     const std::size_t first = i + tile.offset_begin;
-    for (std::size_t k = 0; k < full; k += lanes)
-      count_vector<joint>(squared_distances(tile, p, first + k), factor, top, shift, copy);
-    if (full < length)
-      count_vector<joint>(last_squared_distances(tile, p, first + full, length - full), factor, top, shift,
-                          copy);
+    for (std::size_t k = 0; k < full; k += lanes) {
+      write_slots<joint>(squared_distances(tile, p, first + k), factor, top, shift, slots + k / share);
+      count_slots(before + k / share, lanes / share, counter);
+    }
+    if (full < length) {
+      write_slots<joint>(last_squared_distances(tile, p, first + full, length - full), factor, top, shift,
+                         slots + full / share);
+      count_slots(before + full / share, lanes / share, counter);
+    }
   }
+  count_slots(before, (length + lanes - 1) / lanes * lanes / share, counter);
 }
 
 void count(const PairTile& tile, const PairCounter& counter) {

@@ -39,6 +39,18 @@ struct PairCounter {
 };
 inline constexpr std::size_t pair_copies = 4;
 
+// Counts table entries; `number` is a multiple of pair_copies.
+inline void count_slots(const std::uint32_t* slots, std::size_t number, const PairCounter& counter) {
+  std::uint32_t *const a = counter.table, *const b = a + counter.copy_stride,
+                       *const c = b + counter.copy_stride, *const d = c + counter.copy_stride;
+  for (std::size_t k = 0; k < number; k += pair_copies) {
+    ++a[slots[k]];
+    ++b[slots[k + 1]];
+    ++c[slots[k + 2]];
+    ++d[slots[k + 3]];
+  }
+}
+
 struct PairLoops {
   float (*largest)(const PairTile&);                   // of the squared distances
   std::uint64_t (*sum)(const PairTile&);               // of the distances in units of 1 / distance_unit
