@@ -35,6 +35,7 @@ enum class Stream : std::uint32_t {
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured
   point_set = 26,      // the point sets that samplings are compared with (kernels/pointset)
+  shape_tuple = 27,    // the random triangles and tetrahedra of shape functions
 };
 
 // The key of all randomness of one model: the user's seed and the content of the model, nothing else.

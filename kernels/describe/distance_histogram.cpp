@@ -1,0 +1,320 @@
+#include "kernels/describe/distance_histogram.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+#include "kernels/describe/pair_tiles.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t tile_rows = 64;
+constexpr std::size_t task_pairs = std::size_t{1} << 19;  // at least, about 0.2 ms
+constexpr std::size_t most_tasks = 1024;
+constexpr double mean_range = 3;  // range of the bins over the mean distance
+
+void check_parameters(const DistanceHistogramParameters& parameters) {
+  if (parameters.bins < 8 || parameters.bins > 1024)
+    throw std::invalid_argument("a distance histogram has 8 to 1024 bins, not " +
+                                std::to_string(parameters.bins));
+  if (!(parameters.range >= 0) || !std::isfinite(parameters.range))
+    throw std::invalid_argument("the range of a distance histogram is 0 or a positive number");
+  if (!is_available(parameters.instructions))
+    throw std::invalid_argument("this processor has no " + std::string(name_of(parameters.instructions)));
+}
+
+template <class Number>
+void check_finite(std::span<const Number> values, const char* what) {
+  for (const Number value : values)
+    if (!std::isfinite(value)) throw std::invalid_argument(std::string(what) + " that is not finite");
+}
+
+const PairLoops& loops_of(InstructionSet set) {
+  switch (set == InstructionSet::automatic ? best_instruction_set() : set) {
+    case InstructionSet::avx512:
+      return avx512_pair_loops;
+    case InstructionSet::avx2:
+      return avx2_pair_loops;
+    default:
+      return scalar_pair_loops;
+  }
+}
+
+// The points twice, coordinates apart, times a power of two that brings the box's longest side into [1/2, 1):
+// exact (but for numbers 2^-126 of the box), and no square overflows or vanishes.
+struct PairPoints {
+  std::vector<float> x, y, z;
+  std::size_t count = 0;
+  double unit = 1;  // units of the points per working unit
+
+  explicit PairPoints(std::span<const float> points) : count(points.size() / 3) {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      float low = points[k], high = points[k];
+      for (std::size_t i = k; i < points.size(); i += 3) {
+        low = std::min(low, points[i]);
+        high = std::max(high, points[i]);
+      }
+      longest = std::max(longest, static_cast<double>(high) - static_cast<double>(low));
+    }
+    int exponent = 0;
+    if (longest > 0) std::frexp(longest, &exponent);
+    unit = std::ldexp(1.0, exponent);
+    const double factor = std::ldexp(1.0, -exponent);
+    for (auto* coordinates : {&x, &y, &z}) coordinates->resize(2 * count + pair_lanes);
+    for (std::size_t i = 0; i < count; ++i) {
+      x[i] = x[count + i] = static_cast<float>(points[3 * i] * factor);
+      y[i] = y[count + i] = static_cast<float>(points[3 * i + 1] * factor);
+      z[i] = z[count + i] = static_cast<float>(points[3 * i + 2] * factor);
+    }
+  }
+
+  PairTile tile(std::size_t row_begin, std::size_t row_end, std::size_t offset_begin,
+                std::size_t offset_end) const {
+    return {x.data(), y.data(), z.data(), row_begin, row_end, offset_begin, offset_end};
+  }
+};
+
+// Rows that one task takes: enough pairs to be worth a task, not so many tasks that their results need much
+// memory, and fewer than 2^31 pairs, which a counter holds. Depends on n only.
+std::size_t rows_per_task(std::size_t n) {
+  const std::size_t offsets = std::max<std::size_t>(1, n / 2);
+  const std::size_t rows = std::max(task_pairs / offsets, n / most_tasks);
+  return std::max<std::size_t>(1, std::min(rows, (std::size_t{1} << 31) / offsets));
+}
+
+// Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once.
+template <class Body>
+void for_each_tile(const PairPoints& points, const PairLoops& loops, std::size_t begin, std::size_t end,
+                   const Body& body) {
+  const std::size_t n = points.count, offsets = (n - 1) / 2 + 1;
+  for (std::size_t row = begin; row < end; row += tile_rows) {
+    const std::size_t row_end = std::min(end, row + tile_rows);
+    for (std::size_t s = 1; s < offsets; s += pair_offsets)
+      body(loops, points.tile(row, row_end, s, std::min(offsets, s + pair_offsets)));
+    if (n % 2 == 0 && row < n / 2)
+      body(scalar_pair_loops, points.tile(row, std::min(row_end, n / 2), n / 2, n / 2 + 1));
+  }
+}
+
+// result[task] = task_result(first row, last row + 1) for all tasks, in parallel.
+template <class Result, class TaskResult>
+std::vector<Result> results_of_tasks(std::size_t n, const TaskResult& task_result) {
+  const std::size_t rows = rows_per_task(n);
+  std::vector<Result> results((n + rows - 1) / rows);
+  parallel_tasks(results.size(), [&](std::size_t task) {
+    results[task] = task_result(task * rows, std::min(n, (task + 1) * rows));
+  });
+  return results;
+}
+
+double largest_distance(const PairPoints& points, const PairLoops& loops) {
+  const auto largest = results_of_tasks<float>(points.count, [&](std::size_t begin, std::size_t end) {
+    float squared = 0;
+    for_each_tile(points, loops, begin, end, [&](const PairLoops& with, const PairTile& tile) {
+      squared = std::max(squared, with.largest(tile));
+    });
+    return squared;
+  });
+  return std::sqrt(static_cast<double>(*std::max_element(largest.begin(), largest.end())));
+}
+
+double mean_distance(const PairPoints& points, const PairLoops& loops, std::uint64_t pairs) {
+  const auto sums = results_of_tasks<std::uint64_t>(points.count, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t sum = 0;
+    for_each_tile(points, loops, begin, end,
+                  [&](const PairLoops& with, const PairTile& tile) { sum += with.sum(tile); });
+    return sum;
+  });
+  double sum = 0;
+  for (const std::uint64_t part : sums) sum += static_cast<double>(part);
+  return sum / static_cast<double>(pairs) / distance_unit;
+}
+
+// Adds the counts of a table, over its copies and, where it is joint, along rows and columns.
+void add_counts(const PairCounter& counter, std::span<std::uint64_t> counts) {
+  const std::size_t bins = counts.size(), side = std::size_t{1} << counter.side_bits;
+  for (std::size_t copy = 0; copy < pair_copies; ++copy) {
+    const std::uint32_t* table = counter.table + copy * counter.copy_stride;
+    for (std::size_t row = 0; row < (counter.side_bits > 0 ? bins : 1); ++row)
+      for (std::size_t column = 0; column < bins; ++column) {
+        const std::uint32_t count = table[row * side + column];
+        counts[column] += count;
+        if (counter.side_bits > 0) counts[row] += count;
+      }
+  }
+}
+
+// range: working units; 0 puts every pair into bin 0.
+void count_pairs(const PairPoints& points, const PairLoops& loops, double range,
+                 DistanceHistogram& histogram) {
+  const std::size_t bins = histogram.counts.size();
+  PairCounter counter;
+  counter.factor = range > 0 ? static_cast<float>(std::min(1e30, static_cast<double>(bins) / range)) : 0.0f;
+  counter.top = static_cast<float>(bins) - 0.5f;
+  counter.side_bits = bins <= most_joint_bins ? static_cast<unsigned>(std::bit_width(bins - 1)) : 0u;
+  counter.copy_stride = counter.side_bits > 0 ? std::size_t{1} << (2 * counter.side_bits) : bins;
+  const auto parts =
+      results_of_tasks<std::vector<std::uint64_t>>(points.count, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> table(pair_copies * counter.copy_stride);
+        PairCounter own = counter;
+        own.table = table.data();
+        for_each_tile(points, loops, begin, end,
+                      [&](const PairLoops& with, const PairTile& tile) { with.count(tile, own); });
+        std::vector<std::uint64_t> counts(bins);
+        add_counts(own, counts);
+        return counts;
+      });
+  std::uint64_t all = 0;
+  for (const auto& part : parts)
+    for (std::size_t b = 0; b < bins; ++b) {
+      histogram.counts[b] += part[b];
+      all += part[b];
+    }
+  histogram.counts[0] -= all - histogram.pairs;  // the pads
+}
+
+constexpr std::size_t weighted_rows = 64;
+
+struct WeightedPoints {
+  std::vector<double> x, y, z, weight;
+
+  WeightedPoints(std::span<const double> points, std::span<const double> weights) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (weights[i] == 0) continue;
+      x.push_back(points[3 * i]);
+      y.push_back(points[3 * i + 1]);
+      z.push_back(points[3 * i + 2]);
+      weight.push_back(weights[i]);
+    }
+  }
+  std::size_t count() const { return x.size(); }
+  double distance(std::size_t i, std::size_t j) const {
+    const double dx = x[i] - x[j], dy = y[i] - y[j], dz = z[i] - z[j];
+    return std::sqrt(dx * dx + dy * dy + dz * dz);
+  }
+};
+
+// One result per block of rows, to be added up in order: make(), then add(result, i, j) for all j > i.
+template <class Result, class Make, class Add>
+std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& add) {
+  std::vector<Result> results((n + weighted_rows - 1) / weighted_rows);
+  parallel_tasks(results.size(), [&](std::size_t block) {
+    Result result = make();
+    for (std::size_t i = block * weighted_rows; i < std::min(n, (block + 1) * weighted_rows); ++i)
+      for (std::size_t j = i + 1; j < n; ++j) add(result, i, j);
+    results[block] = std::move(result);
+  });
+  return results;
+}
+
+}  // namespace
+
+std::string_view name_of(InstructionSet set) {
+  constexpr std::array<std::string_view, 4> names = {"automatic", "scalar", "avx2", "avx512"};
+  return names[static_cast<std::size_t>(set)];
+}
+
+bool is_available(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::avx512:
+      return __builtin_cpu_supports("avx512f") != 0;
+    case InstructionSet::avx2:
+      return __builtin_cpu_supports("avx2") != 0;
+    default:
+      return true;
+  }
+}
+
+InstructionSet best_instruction_set() {
+  if (is_available(InstructionSet::avx512)) return InstructionSet::avx512;
+  return is_available(InstructionSet::avx2) ? InstructionSet::avx2 : InstructionSet::scalar;
+}
+
+DistanceHistogram distance_histogram(std::span<const float> points,
+                                     const DistanceHistogramParameters& parameters) {
+  check_parameters(parameters);
+  if (points.size() < 6 || points.size() % 3 != 0)
+    throw std::invalid_argument("a distance histogram needs at least two points of three coordinates");
+  check_finite(points, "a coordinate");
+  const PairPoints working(points);
+  const PairLoops& loops = loops_of(parameters.instructions);
+  DistanceHistogram histogram;
+  histogram.pairs = std::uint64_t{working.count} * (working.count - 1) / 2;
+  histogram.counts.resize(parameters.bins);
+  const bool by_mean = parameters.scale == HistogramScale::mean;
+  const double scale =
+      by_mean ? mean_distance(working, loops, histogram.pairs) : largest_distance(working, loops);
+  const double range =
+      parameters.range > 0 ? parameters.range / working.unit : (by_mean ? mean_range : 1) * scale;
+  count_pairs(working, loops, range, histogram);
+  histogram.scale = scale * working.unit;
+  histogram.range = range * working.unit;
+  for (const std::uint64_t count : histogram.counts)
+    histogram.shares.push_back(static_cast<double>(count) / static_cast<double>(histogram.pairs));
+  return histogram;
+}
+
+DistanceHistogram weighted_distance_histogram(std::span<const double> points, std::span<const double> weights,
+                                              const DistanceHistogramParameters& parameters) {
+  check_parameters(parameters);
+  if (parameters.instructions != InstructionSet::automatic &&
+      parameters.instructions != InstructionSet::scalar)
+    throw std::invalid_argument("weighted distance histograms are scalar");
+  if (points.size() != 3 * weights.size())
+    throw std::invalid_argument("a weighted distance histogram needs three coordinates per weight");
+  check_finite(points, "a coordinate");
+  check_finite(weights, "a weight");
+  for (const double weight : weights)
+    if (weight < 0) throw std::invalid_argument("a weight that is negative");
+  const WeightedPoints working(points, weights);
+  const std::size_t n = working.count(), bins = parameters.bins;
+  if (n < 2) throw std::invalid_argument("a distance histogram needs at least two points of positive weight");
+
+  struct Totals {
+    double largest = 0, weight = 0, weighted_distance = 0;
+  };
+  Totals totals;
+  for (const Totals& part : weighted_blocks<Totals>(
+           n, [] { return Totals(); },
+           [&](Totals&result, std::size_t i, std::size_t j) {
+             const double distance = working.distance(i, j), weight = working.weight[i] * working.weight[j];
+             result.largest = std::max(result.largest, distance);
+             result.weight += weight;
+             result.weighted_distance += weight * distance;
+           })) {
+    totals.largest = std::max(totals.largest, part.largest);
+    totals.weight += part.weight;
+    totals.weighted_distance += part.weighted_distance;
+  }
+  if (!(totals.weight > 0) || !std::isfinite(totals.weight) || !std::isfinite(totals.weighted_distance))
+    throw std::invalid_argument("weights or coordinates whose products leave the range of double");
+
+  DistanceHistogram histogram;
+  const bool by_mean = parameters.scale == HistogramScale::mean;
+  histogram.pairs = std::uint64_t{n} * (n - 1) / 2;
+  histogram.scale = by_mean ? totals.weighted_distance / totals.weight : totals.largest;
+  histogram.range = parameters.range > 0 ? parameters.range : (by_mean ? mean_range : 1) * histogram.scale;
+  const double top = static_cast<double>(bins) - 0.5;
+  const double factor =
+      histogram.range > 0 ? std::min(1e300, static_cast<double>(bins) / histogram.range) : 0;
+  histogram.shares.resize(bins);
+  for (const auto& part : weighted_blocks<std::vector<double>>(
+           n, [&] { return std::vector<double>(bins); },
+           [&](std::vector<double>&result, std::size_t i, std::size_t j) {
+             const auto bin = static_cast<std::size_t>(std::min(working.distance(i, j) * factor, top));
+             result[bin] += working.weight[i] * working.weight[j];
+           }))
+    for (std::size_t b = 0; b < bins; ++b) histogram.shares[b] += part[b];
+  for (double& share : histogram.shares) share /= totals.weight;
+  return histogram;
+}
+
+}  // namespace meander
