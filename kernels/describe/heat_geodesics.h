@@ -48,7 +48,7 @@ struct HeatGeodesicsParameters {
 //   by the same weights, have on average their straight distance from the source: the source has 0.
 // - At points phi is interpolated linearly in the point's own triangle; a point in the source's triangle has
 //   its straight distance from it. Distances are never below 0, nor below the straight distance in space.
-// - infinity between components; 0 within a component of no area.
+// - infinity between components; the straight distance within a component of no area.
 //
 // Accuracy: errors of O(h), a few per cent at some edge lengths from the source, under 1 % of the diameter on
 // fair meshes (see the tests); it needs a mesh finer than what it is to measure. Not symmetric to the last
@@ -76,8 +76,7 @@ class HeatGeodesics {
   void to_points(PointsOnMesh sources, PointsOnMesh targets, std::span<double> distance,
                  const CancelToken& cancel = {}) const;
 
-  // Vertices of all components, and entries of all factors (8 bytes each).
-  std::size_t vertex_count() const;
+  // Entries of all factors, 8 bytes each.
   std::size_t factor_entries() const;
 
  private:
