@@ -134,16 +134,35 @@ std::array<double, 3> weights_of(PointsOnMesh points, std::size_t i) {
   return {1 - b - c, b, c};
 }
 
-void check_points(const PreparedMesh& mesh, PointsOnMesh points) {
-  if (points.barycentric.size() != 2 * points.count())
-    throw std::invalid_argument("heat geodesics: two barycentric weights a point are needed");
-  for (std::size_t i = 0; i < points.count(); ++i) {
-    if (points.triangle[i] >= mesh.triangle_count())
-      throw std::invalid_argument("heat geodesics: a point lies in a triangle that is not there");
-    for (const double w : weights_of(points, i))
-      if (!(w >= -1e-6 && w <= 1 + 1e-6))
-        throw std::invalid_argument("heat geodesics: barycentric weights must lie in [0, 1]");
+// Mean of phi - distance over vertices beside the source at p: the corners of its triangle, each the less the
+// nearer p is to it, and the three apexes across its edges, unfolded into its plane. phi at the source itself
+// would not do: the heat has rounded that tip off by about h / 3.
+template <class Phi>
+double source_shift(const PreparedMesh& mesh, std::uint32_t triangle, const std::array<double, 3>& weight,
+                    const Phi& phi) {
+  const Vector3 p = position_in(mesh, triangle, weight);
+  double sum = 0, total = 0;
+  const auto add = [&](std::uint32_t vertex, double distance, double share) {
+    sum += share * (phi(vertex) - distance);
+    total += share;
+  };
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t h = 3 * triangle + k, from = mesh.triangles[h];
+    const Vector3 start = mesh.position(from);
+    add(from, distance(p, start), std::max(1 - weight[k], 0.0));
+    const std::uint32_t other = mesh.opposite[h];
+    if (other == no_index) continue;
+    const std::uint32_t apex = mesh.triangles[previous_half_edge(other)];
+    const Vector3 edge = mesh.position(mesh.triangles[next_half_edge(h)]) - start;
+    const double length = norm(edge);
+    if (!(length > 0)) continue;
+    // Along the edge and away from it, for p on one side and the apex on the other.
+    const Vector3 to_p = p - start, to_apex = mesh.position(apex) - start;
+    const double along = dot(to_apex - to_p, edge) / length;
+    const double away = (norm(cross(to_p, edge)) + norm(cross(to_apex, edge))) / length;
+    add(apex, std::sqrt(along * along + away * away), 1.0);
   }
+  return sum / total;
 }
 
 // Vertex values of one source: its column of a batch of `stride`, with the shift that puts the source at 0.
@@ -156,10 +175,14 @@ struct SourceField {
   Vector3 source;          // working units
   double shift = 0;
 
+  bool is_corner(std::uint32_t vertex) const {
+    const std::uint32_t* corner = mesh.triangles.data() + 3 * std::size_t{triangle};
+    return vertex == corner[0] || vertex == corner[1] || vertex == corner[2];
+  }
   // Working units. The straight distance bounds every path from below.
   double at_vertex(std::uint32_t vertex) const {
     const double straight = distance(source, mesh.position(vertex));
-    if (column == nullptr) return straight;
+    if (column == nullptr || is_corner(vertex)) return straight;
     return std::max(straight, column[stride * (vertex - component.vertex_begin)] - shift);
   }
   double at_point(std::uint32_t target, const std::array<double, 3>& weight) const {
@@ -185,6 +208,18 @@ PointsOnMeshArrays vertices_as_points(const PreparedMesh& mesh, std::span<const 
     points.barycentric.push_back(corner[v] % 3 == 2 ? 1 : 0);
   }
   return points;
+}
+
+void check_points_on_mesh(const PreparedMesh& mesh, PointsOnMesh points) {
+  if (points.barycentric.size() != 2 * points.count())
+    throw std::invalid_argument("geodesics: two barycentric weights a point are needed");
+  for (std::size_t i = 0; i < points.count(); ++i) {
+    if (points.triangle[i] >= mesh.triangle_count())
+      throw std::invalid_argument("geodesics: a point lies in a triangle that is not there");
+    for (const double w : weights_of(points, i))
+      if (!(w >= -1e-6 && w <= 1 + 1e-6))
+        throw std::invalid_argument("geodesics: barycentric weights must lie in [0, 1]");
+  }
 }
 
 struct HeatGeodesics::Part {
@@ -320,7 +355,7 @@ std::size_t HeatGeodesics::factor_entries() const {
 template <class Write>
 void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& cancel,
                                    const Write& write) const {
-  check_points(*mesh_, sources);
+  check_points_on_mesh(*mesh_, sources);
   // Sources by component, each cut into batches.
   std::vector<std::vector<std::uint32_t>> wanted(parts_.size());
   for (std::uint32_t s = 0; s < sources.count(); ++s) wanted[component_[sources.triangle[s]]].push_back(s);
@@ -375,11 +410,9 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
       SourceField field{*mesh_, component, part != nullptr ? phi.data() + i : nullptr,
                         count,  triangle,  position_in(*mesh_, triangle, weight)};
       if (part != nullptr)
-        for (std::uint32_t k = 0; k < 3; ++k) {
-          const std::uint32_t v = mesh_->triangles[3 * triangle + k];
-          field.shift += weight[k] * (phi[count * (v - component.vertex_begin) + i] -
-                                      distance(field.source, mesh_->position(v)));
-        }
+        field.shift = source_shift(*mesh_, triangle, weight, [&](std::uint32_t v) {
+          return phi[count * (v - component.vertex_begin) + i];
+        });
       write(s, batch.component, field);
     }
   });
@@ -402,7 +435,7 @@ void HeatGeodesics::to_points(PointsOnMesh sources, PointsOnMesh targets, std::s
                               const CancelToken& cancel) const {
   if (distance.size() != sources.count() * targets.count())
     throw std::invalid_argument("heat geodesics: one distance per source and target is needed");
-  check_points(*mesh_, targets);
+  check_points_on_mesh(*mesh_, targets);
   for_each_batch(sources, cancel, [&](std::uint32_t s, std::uint32_t c, const SourceField& field) {
     double* row = distance.data() + s * targets.count();
     for (std::size_t n = 0; n < targets.count(); ++n)
