@@ -8,7 +8,7 @@
 namespace meander {
 
 // Flips interior edges until every cotangent weight is non-negative (up to rounding): connectivity and
-// lengths of the disk change in place, vertices, boundary and geometry stay. Returns the number of flips;
+// lengths of the surface change in place, vertices, boundary and geometry stay. Returns the number of flips;
 // stops after 50 flips an edge (rounding could make two triangles flip to and fro for ever). Throws timeout.
 std::uint32_t make_intrinsic_delaunay(IntrinsicDisk& disk, const CancelToken& cancel = {});
 

@@ -1,4 +1,5 @@
-// A disk known by its edge lengths alone: what the flattening solvers work on.
+// A surface known by its edge lengths alone: what the flattening solvers (a disk) and the heat geodesics (any
+// component) work on.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +11,11 @@
 
 namespace meander {
 
-// T triangles over V vertices, one boundary loop. Lengths are positive and agree on both sides of an edge;
-// the triangle inequality holds strictly after mollify(). A pair of vertices may be joined by more than one
-// edge, and an edge may end where it began (intrinsic triangulations).
+// T triangles over V vertices. The flattening solvers and boundary_half_edges need one boundary loop;
+// lengths, corner geometry and make_intrinsic_delaunay take any orientable surface, closed or not. Lengths
+// are positive and agree on both sides of an edge; the triangle inequality holds strictly after mollify(). A
+// pair of vertices may be joined by more than one edge, and an edge may end where it began (intrinsic
+// triangulations).
 struct IntrinsicDisk {
   std::vector<std::uint32_t> triangles;  // 3 T
   std::vector<std::uint32_t> opposite;   // 3 T, no_index on the boundary
@@ -24,6 +27,8 @@ struct IntrinsicDisk {
 
   std::size_t triangle_count() const { return triangles.size() / 3; }
 };
+// The name where no disk is meant.
+using IntrinsicSurface = IntrinsicDisk;
 
 // Edge lengths of the chart in space, working units.
 std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace meander {
 
@@ -336,6 +337,71 @@ void SparseCholesky::solve_permuted(double* x) const {
         for (int c = 0; c < Count; ++c) sum[c] += column[i] * x[std::size_t{Count} * rows[i] + c];
       for (int c = 0; c < Count; ++c) own[c] = (own[c] - sum[c]) / column[j];
     }
+  }
+}
+
+// As solve_permuted, operation by operation for each right-hand side, but by rows: the Count sums of a row
+// stay in registers.
+template <int Count>
+void SparseCholesky::solve_rows(double* x) const {
+  using Sums = Eigen::Array<double, Count, 1>;
+  const auto row_of = [&](std::size_t row) { return Eigen::Map<Sums>(x + Count * row); };
+  const std::size_t supernodes = parent_.size();
+  for (std::size_t s = 0; s < supernodes; ++s) {
+    const std::uint32_t* rows = rows_.data() + row_begin_[s];
+    const std::size_t m = row_begin_[s + 1] - row_begin_[s], w = first_[s + 1] - first_[s];
+    const double* panel = panel_.data() + panel_begin_[s];
+    const double* own = x + Count * std::size_t{first_[s]};
+    for (std::size_t i = 0; i < m; ++i) {
+      Sums sum = row_of(rows[i]);
+      const std::size_t columns = std::min(i, w);
+      for (std::size_t j = 0; j < columns; ++j)
+        sum -= panel[j * m + i] * Eigen::Map<const Sums>(own + Count * j);
+      if (i < w) sum /= panel[i * m + i];
+      row_of(rows[i]) = sum;
+    }
+  }
+  for (std::size_t s = supernodes; s-- > 0;) {
+    const std::uint32_t* rows = rows_.data() + row_begin_[s];
+    const std::size_t m = row_begin_[s + 1] - row_begin_[s], w = first_[s + 1] - first_[s];
+    for (std::size_t j = w; j-- > 0;) {
+      const double* column = panel_.data() + panel_begin_[s] + j * m;
+      Sums sum = Sums::Zero();
+      for (std::size_t i = j + 1; i < m; ++i) sum += column[i] * row_of(rows[i]);
+      row_of(rows[j]) = (row_of(rows[j]) - sum) / column[j];
+    }
+  }
+}
+
+template <int Count>
+void SparseCholesky::solve_interleaved(std::span<double> b) const {
+  std::vector<double> x(b.size());
+  for (std::size_t i = 0; i < place_.size(); ++i)
+    std::copy_n(b.data() + Count * i, Count, x.data() + Count * std::size_t{place_[i]});
+  if constexpr (Count < 4)
+    solve_permuted<Count>(x.data());
+  else
+    solve_rows<Count>(x.data());
+  for (std::size_t i = 0; i < place_.size(); ++i)
+    std::copy_n(x.data() + Count * std::size_t{place_[i]}, Count, b.data() + Count * i);
+}
+
+void SparseCholesky::solve_many(std::span<double> b, std::size_t count) const {
+  if (count == 0 || b.size() != count * place_.size())
+    throw std::invalid_argument("solve_many: the array does not hold `count` right-hand sides");
+  switch (count) {
+    case 1:
+      return solve_interleaved<1>(b);
+    case 2:
+      return solve_interleaved<2>(b);
+    case 4:
+      return solve_interleaved<4>(b);
+    case 8:
+      return solve_interleaved<8>(b);
+    case 16:
+      return solve_interleaved<16>(b);
+    default:
+      throw std::invalid_argument("solve_many: count must be 1, 2, 4, 8 or 16");
   }
 }
 

@@ -27,6 +27,10 @@ class SparseCholesky {
   // x = A^-1 b in place, for one or two right-hand sides at once.
   void solve(std::span<double> b) const;
   void solve(std::span<double> b, std::span<double> c) const;
+  // The same for `count` right-hand sides stored side by side: entry i of number c at b[i * count + c].
+  // count = 1, 2, 4, 8 or 16, else std::invalid_argument. Each solution is, bit for bit, that of solve(b);
+  // 16 together take about a quarter of the time of 16 alone (the factor is read once).
+  void solve_many(std::span<double> b, std::size_t count) const;
 
  private:
   // The strict lower triangle by columns, in the order of elimination.
@@ -40,6 +44,10 @@ class SparseCholesky {
   void find_rows(const Lower& lower);
   template <int Count>
   void solve_permuted(double* x) const;
+  template <int Count>
+  void solve_rows(double* x) const;
+  template <int Count>
+  void solve_interleaved(std::span<double> b) const;
 
   std::vector<std::uint32_t> place_;      // unknown -> column of the factor
   std::vector<std::uint32_t> first_;      // supernodes + 1: first column

@@ -1,0 +1,100 @@
+#include "kernels/describe/describe_samples.h"
+
+#include <algorithm>
+
+#include "kernels/describe/geodesic_histogram.h"
+#include "kernels/describe/heat_geodesics.h"
+#include "kernels/describe/shape_functions.h"
+
+namespace meander {
+
+namespace {
+
+std::vector<float> to_float(const std::vector<double>& shares) { return {shares.begin(), shares.end()}; }
+
+ShapeFunction function_of(Descriptor descriptor) {
+  switch (descriptor) {
+    case Descriptor::a3:
+      return ShapeFunction::angle;
+    case Descriptor::d1:
+      return ShapeFunction::centroid;
+    case Descriptor::d3:
+      return ShapeFunction::triangle;
+    default:
+      return ShapeFunction::tetrahedron;
+  }
+}
+
+std::vector<float> geodesic_shares(const PolygonMesh& file, const PreparedMesh& mesh, const Samples& samples,
+                                   const DescribeParameters& parameters, const CancelToken& cancel) {
+  PointsOnMeshArrays points;
+  points.triangle = sample_triangles(file, mesh, samples);
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    // The weights are those of the file's corners; the working triangle may begin with another one.
+    const std::uint32_t* const corner = samples.corners.data() + 3 * i;
+    const double weight[3] = {1.0 - samples.barycentric[2 * i] - samples.barycentric[2 * i + 1],
+                              samples.barycentric[2 * i], samples.barycentric[2 * i + 1]};
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t vertex = file.corners[mesh.corner_slot[3 * std::size_t{points.triangle[i]} + k]];
+      const auto at = static_cast<std::size_t>(std::find(corner, corner + 3, vertex) - corner);
+      points.barycentric.push_back(at < 3 ? weight[at] : 0);
+    }
+  }
+  GeodesicHistogramParameters histogram;
+  histogram.bins = parameters.bins;
+  histogram.sources = parameters.geodesic_sources;
+  histogram.scale =
+      parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
+  return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel).share;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
+                                            const Samples& samples) {
+  std::vector<std::uint32_t> begin(file.polygon_count() + 1, 0), triangles(mesh.triangle_count());
+  for (const std::uint32_t polygon : mesh.polygon) ++begin[polygon + 1];
+  for (std::size_t p = 0; p + 1 < begin.size(); ++p) begin[p + 1] += begin[p];
+  std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
+  for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) triangles[at[mesh.polygon[t]]++] = t;
+  std::vector<std::uint32_t> result(samples.count());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const std::uint32_t polygon = samples.face[i];
+    result[i] = triangles[begin[polygon]];
+    for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k) {
+      std::uint32_t matches = 0;
+      for (std::size_t c = 0; c < 3; ++c)
+        matches += file.corners[mesh.corner_slot[3 * std::size_t{triangles[k]} + c]] == samples.corners[3 * i + c];
+      if (matches == 3) result[i] = triangles[k];
+    }
+  }
+  return result;
+}
+
+std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
+                                            const Samples& samples, RandomKey key,
+                                            const DescribeParameters& parameters, const CancelToken& cancel) {
+  std::vector<DescriptorRow> rows;
+  for (const Descriptor descriptor : parameters.descriptors) {
+    cancel.check();
+    DescriptorRow row{std::string(name_of(descriptor)), {}};
+    if (descriptor == Descriptor::d2) {
+      DistanceHistogramParameters histogram;
+      histogram.bins = parameters.bins;
+      histogram.scale = parameters.scale;
+      row.values = to_float(distance_histogram(samples.points, histogram).shares);
+    } else if (descriptor == Descriptor::geodesic) {
+      row.values = geodesic_shares(file, mesh, samples, parameters, cancel);
+    } else {
+      ShapeFunctionParameters histogram;
+      histogram.bins = parameters.bins;
+      histogram.tuples = parameters.tuples;
+      row.values =
+          to_float(shape_function_histogram(samples.points, function_of(descriptor), key, histogram).shares);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace meander

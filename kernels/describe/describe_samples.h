@@ -1,0 +1,45 @@
+// The descriptors of one sampled model, by name.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/describe/distance_histogram.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+// d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
+// along the surface, from the first samples to all.
+enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic };
+inline constexpr std::array<std::string_view, 6> descriptor_names = {"d2", "a3", "d1", "d3", "d4", "geodesic"};
+constexpr std::string_view name_of(Descriptor descriptor) {
+  return descriptor_names[static_cast<std::size_t>(descriptor)];
+}
+
+struct DescribeParameters {
+  std::vector<Descriptor> descriptors;
+  std::uint32_t bins = 32;                      // of every histogram, 8..1024
+  HistogramScale scale = HistogramScale::mean;  // of d2 and geodesic; the others are scaled by their mean
+  std::uint32_t tuples = 1 << 17;               // of a3, d3, d4: see ShapeFunctionParameters
+  std::uint32_t geodesic_sources = 64;          // 0: all samples
+};
+
+// The working triangle of every sample: the one of its polygon that has its corners. O(T + N).
+std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
+                                            const Samples& samples);
+
+// One histogram per descriptor asked for, in that order: `bins` shares of sum 1 (a geodesic one without any
+// connected pair is all 0). Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
+// samples. Throws what they throw; deterministic for every thread count.
+std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
+                                            const Samples& samples, RandomKey key,
+                                            const DescribeParameters& parameters,
+                                            const CancelToken& cancel = {});
+
+}  // namespace meander
