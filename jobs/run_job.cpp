@@ -60,6 +60,27 @@ class StoreSink : public RowSink {
   RunDirectory& directory_;
 };
 
+// What the bins of a descriptor are.
+DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters) {
+  constexpr std::array<const char*, descriptor_names.size()> values = {
+      "distance of all pairs of samples (Osada et al. 2002, D2)",
+      "angle at three random samples (A3)",
+      "distance of the samples from their centroid (D1)",
+      "square root of the area of three random samples' triangle (D3)",
+      "cube root of the volume of four random samples' tetrahedron (D4)",
+      "distance along the surface from the first samples to all (heat method)"};
+  const bool scaled = descriptor == Descriptor::d2 || descriptor == Descriptor::geodesic;
+  const char* const range = descriptor == Descriptor::a3 ? "pi"
+                            : scaled && parameters.scale == HistogramScale::largest
+                                ? "the largest value"
+                                : "3 x the mean; larger values count in the last bin";
+  return {std::string(name_of(descriptor)),
+          parameters.bins,
+          {{"value", values[static_cast<std::size_t>(descriptor)]},
+           {"bins", fmt::format("shares in {} equal bins from 0 to {}", parameters.bins, range)}},
+          "descriptors"};
+}
+
 StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   StoreHeader header;
   header.samples = options.sample.place.samples;
@@ -68,6 +89,8 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
   header.parameters_json = parameters_json(options.sample, options.compression);
   header.label_names = inputs.label_names;
+  for (const Descriptor descriptor : options.sample.describe.descriptors)
+    header.descriptors.push_back(schema_of(descriptor, options.sample.describe));
   if (options.sample.certify) {
     header.descriptors.push_back(
         {certificate_box_error,

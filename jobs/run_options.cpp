@@ -32,6 +32,30 @@ void resolve_density(const std::string& text, DensityParameters& density,
                      "` is none of uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME");
 }
 
+// "none" or "d2,geodesic,..."; each once.
+void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& describe,
+                         std::vector<std::string>& problems) {
+  describe.scale = texts.descriptor_scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
+  std::string_view left = texts.describe == "none" ? "" : std::string_view(texts.describe);
+  while (!left.empty()) {
+    const std::string_view name = left.substr(0, left.find(','));
+    left.remove_prefix(std::min(left.size(), name.size() + 1));
+    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
+    if (at == descriptor_names.end()) {
+      const std::string near = nearest(name, descriptor_names);
+      problems.push_back(fmt::format("--describe: no descriptor `{}` ({}){}", name,
+                                     fmt::join(descriptor_names, ", "),
+                                     near.empty() ? "" : ", did you mean `" + near + "`?"));
+      continue;
+    }
+    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
+    auto& chosen = describe.descriptors;
+    if (std::find(chosen.begin(), chosen.end(), descriptor) == chosen.end()) chosen.push_back(descriptor);
+  }
+  if (describe.descriptors.empty() && texts.shapes_descriptors)
+    problems.push_back("--bins, --descriptor-scale and --geodesic-sources shape descriptors: see --describe");
+}
+
 std::string density_text(const DensityParameters& density) {
   if (density.kind == DensityKind::vertex_attribute) return "attribute:" + density.attribute;
   if (density.kind == DensityKind::face_attribute) return "face-attribute:" + density.attribute;
@@ -107,9 +131,28 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->check(one_of(normalize_words))
       ->group(points);
   const char* collection = "Collection";
-  command.add_option("--describe", texts.describe, "Descriptors to store")
+  command
+      .add_option("--describe", texts.describe,
+                  "Descriptors to store: none, or some of d2,a3,d1,d3,d4,geodesic with commas")
       ->capture_default_str()
-      ->check(OneOf({"none"}))
+      ->group(collection);
+  command.add_option("--bins", options.sample.describe.bins, "Bins of descriptors, 8 to 1024")
+      ->capture_default_str()
+      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
+      ->group(collection);
+  command
+      .add_option(
+          "--descriptor-scale", texts.descriptor_scale,
+          "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
+      ->capture_default_str()
+      ->check(OneOf({"mean", "largest"}))
+      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
+      ->group(collection);
+  command
+      .add_option("--geodesic-sources", options.sample.describe.geodesic_sources,
+                  "Samples that geodesic distances start from (0: all)")
+      ->capture_default_str()
+      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
       ->group(collection);
   command
       .add_flag("--certify", options.sample.certify,
@@ -160,6 +203,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   std::vector<std::string> problems;
   SampleParameters& sample = options.sample;
+  resolve_descriptors(texts, sample.describe, problems);
   sample.method = value_of(method_words, texts.method);
   sample.locate = value_of(locate_words, texts.locate);
   const bool first_hit = sample.locate == LocatorKind::first_hit;
@@ -223,8 +267,15 @@ std::string parameters_json(const SampleParameters& p, Compression compression) 
   json.member("density_exponent", p.density.exponent);
   json.member("density_floor", p.density.floor);
   json.member("density_quantile", p.density.quantile);
+  std::string descriptors;
+  for (const Descriptor d : p.describe.descriptors)
+    descriptors += (descriptors.empty() ? "" : ",") + std::string(name_of(d));
+  json.member("describe", descriptors.empty() ? "none" : descriptors);
+  json.member("descriptor_bins", p.describe.bins);
+  json.member("descriptor_scale", p.describe.scale == HistogramScale::mean ? "mean" : "largest");
   json.member("elements_per_sample", p.elements.elements_per_sample);
   json.member("extremity_seams", p.cut.extremity_seams);
+  json.member("geodesic_sources", p.describe.geodesic_sources);
   json.member("jitter", p.place.jitter);
   json.member("leaves_per_sample", p.locator.curve.leaves_per_sample);
   json.member("locate", text_of(locate_words, p.locate));

@@ -38,7 +38,9 @@ struct RunOptionTexts {
               order = "progressive", curve = "hilbert", normalize = "none", describe = "none",
               compress = "default", memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
-  bool shapes_density = false;  // --density-floor or --density-exponent was given
+  std::string descriptor_scale = "mean";
+  bool shapes_descriptors = false;  // --bins, --descriptor-scale or --geodesic-sources was given
+  bool shapes_density = false;      // --density-floor or --density-exponent was given
 };
 
 // Adds the subcommand with its options.

@@ -61,6 +61,10 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back("the density needs the name of an attribute");
   if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
+  check_range(problems, "descriptor bins", p.describe.bins, 8, 1024);
+  check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
+  if (!p.describe.descriptors.empty() && p.place.samples < 4)
+    problems.push_back("descriptors need at least 4 samples");
   if (p.certify && p.density.kind != DensityKind::uniform)
     problems.push_back("certify compares samples with area: it needs the uniform density");
   if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
@@ -156,11 +160,27 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.status = Status::ok;
 }
 
-void certify_model(ModelState& model, const SampleParameters& parameters) {
-  if (!parameters.certify) return;
+namespace {
+
+// What placing needed and measuring does not.
+void release_curves(ModelState& model) {
   model.charts = {};
   model.trees = {};
   model.elements = {};
+}
+
+}  // namespace
+
+void describe_model(ModelState& model, const SampleParameters& parameters) {
+  if (parameters.describe.descriptors.empty()) return;
+  release_curves(model);
+  model.row.descriptors = describe_samples(model.file, model.mesh, model.row.samples, model.key,
+                                           parameters.describe, model.cancel);
+}
+
+void certify_model(ModelState& model, const SampleParameters& parameters) {
+  if (!parameters.certify) return;
+  release_curves(model);
   const PreparedMesh& mesh = model.mesh;
   const ItemReport& report = model.row.report;
   const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
@@ -207,15 +227,18 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
     build_model_curves(model, parameters);
     locate_model(model, parameters, device ? &*device : nullptr);
     place_model(model, parameters);
+    describe_model(model, parameters);
     certify_model(model, parameters);
   } catch (const ItemError& error) {
     model.row.report.status = error.status();
     model.row.report.reason = error.what();
     model.row.samples = {};
+    model.row.descriptors.clear();
   } catch (const std::bad_alloc&) {
     model.row.report.status = Status::out_of_memory;
     model.row.report.reason = "an allocation failed";
     model.row.samples = {};
+    model.row.descriptors.clear();
   }
   return std::move(model.row);
 }

@@ -8,6 +8,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/density/density.h"
+#include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/mesh/polygon_mesh.h"
@@ -30,6 +31,7 @@ struct SampleParameters {
   ElementParameters elements;
   DensityParameters density;
   PlaceParameters place;
+  DescribeParameters describe;
   bool certify = false;  // measure the samples of every model; needs the uniform density
 };
 
@@ -68,8 +70,10 @@ void flatten_model(ModelState& model, const SampleParameters& parameters);
 void build_model_curves(ModelState& model, const SampleParameters& parameters);
 void locate_model(ModelState& model, const SampleParameters& parameters, const EmbreeDevice* device);
 void place_model(ModelState& model, const SampleParameters& parameters);
-// Two descriptors of one value: the error over 1000 rotated boxes relative to random samples, and rho. NaN where
-// the surface has no such boxes, or one sample has no neighbour. Frees what placing needed.
+// The descriptors asked for, in their order; in front of the certificate.
+void describe_model(ModelState& model, const SampleParameters& parameters);
+// Two descriptors of one value: the error over 1000 rotated boxes relative to random samples, and rho. NaN
+// where the surface has no such boxes, or one sample has no neighbour. Frees what placing needed.
 void certify_model(ModelState& model, const SampleParameters& parameters);
 
 // Samples a mesh given as arrays.

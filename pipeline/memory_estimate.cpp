@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace meander {
 
@@ -16,8 +17,10 @@ constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances, matrix 
 constexpr double bytes_per_factor_entry = 12;     // double and index
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
-constexpr double bytes_per_element = 120;  // element, two sort arrays, result
-constexpr double bytes_per_sample = 160;   // sequence, points twice, row, encoded row
+constexpr double bytes_per_element = 120;                    // element, two sort arrays, result
+constexpr double bytes_per_batched_vertex = 16 * 3 * 8 * 2;  // sixteen sources, three vectors, two batches
+constexpr double most_kept_distances = 1 << 25;              // of a geodesic histogram
+constexpr double bytes_per_sample = 160;                     // sequence, points twice, row, encoded row
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
 // entries.
@@ -42,6 +45,17 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
     const double locate = chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf;
     widest = std::max({flatten, locate + elements, chart + elements + placed});
+  }
+  const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
+  if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end()) {
+    const double sources = parameters.describe.geodesic_sources == 0
+                               ? samples
+                               : std::min<double>(samples, parameters.describe.geodesic_sources);
+    const double distances = std::min(sources * samples, most_kept_distances) * sizeof(double);
+    // Two factors, three with a boundary; a batch of sources over all vertices, several in parallel.
+    const double solver = 3 * factor_entries(std::max(vertices, 0.5 * triangles)) * bytes_per_factor_entry +
+                          triangles * bytes_per_chart_triangle + vertices * bytes_per_batched_vertex;
+    widest = std::max(widest, placed + distances + solver);
   }
   return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
 }

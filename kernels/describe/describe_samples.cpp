@@ -29,22 +29,11 @@ std::vector<float> geodesic_shares(const PolygonMesh& file, const PreparedMesh& 
                                    const DescribeParameters& parameters, const CancelToken& cancel) {
   PointsOnMeshArrays points;
   points.triangle = sample_triangles(file, mesh, samples);
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    // The weights are those of the file's corners; the working triangle may begin with another one.
-    const std::uint32_t* const corner = samples.corners.data() + 3 * i;
-    const double weight[3] = {1.0 - samples.barycentric[2 * i] - samples.barycentric[2 * i + 1],
-                              samples.barycentric[2 * i], samples.barycentric[2 * i + 1]};
-    for (std::size_t k = 1; k < 3; ++k) {
-      const std::uint32_t vertex = file.corners[mesh.corner_slot[3 * std::size_t{points.triangle[i]} + k]];
-      const auto at = static_cast<std::size_t>(std::find(corner, corner + 3, vertex) - corner);
-      points.barycentric.push_back(at < 3 ? weight[at] : 0);
-    }
-  }
+  points.barycentric.assign(samples.barycentric.begin(), samples.barycentric.end());
   GeodesicHistogramParameters histogram;
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
-  histogram.scale =
-      parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
+  histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
   return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel).share;
 }
 
@@ -64,7 +53,8 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
     for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k) {
       std::uint32_t matches = 0;
       for (std::size_t c = 0; c < 3; ++c)
-        matches += file.corners[mesh.corner_slot[3 * std::size_t{triangles[k]} + c]] == samples.corners[3 * i + c];
+        matches +=
+            file.corners[mesh.corner_slot[3 * std::size_t{triangles[k]} + c]] == samples.corners[3 * i + c];
       if (matches == 3) result[i] = triangles[k];
     }
   }

@@ -17,7 +17,8 @@ namespace meander {
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all.
 enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic };
-inline constexpr std::array<std::string_view, 6> descriptor_names = {"d2", "a3", "d1", "d3", "d4", "geodesic"};
+inline constexpr std::array<std::string_view, 6> descriptor_names = {"d2", "a3", "d1",
+                                                                     "d3", "d4", "geodesic"};
 constexpr std::string_view name_of(Descriptor descriptor) {
   return descriptor_names[static_cast<std::size_t>(descriptor)];
 }
