@@ -1,6 +1,11 @@
 // Geodesic distances.
 //
-// Cost models, and what one core of a 2.6 GHz EPYC took (SSE4.2 code):
+// Cost models, and what one core took (CPU time on a shared machine, SSE4.2 code), torus of 35,000 vertices:
+//   HeatGeodesics    two factors (three with a boundary) of O(V^1.5): 160 ms, 4.6 us a vertex; 140 entries a
+//                    vertex in both together
+//   to_vertices      each entry of both factors twice, a multiply-add a source: 10.5 ms a source alone, 8.1,
+//                    6.2, 3.9 and 2.6 in batches of 2, 4, 8 and 16
+//   exact_geodesics  windows grow faster than vertices: 6, 18 and 52 us a vertex for 360, 1,440 and 5,760
 #include <cstdint>
 #include <vector>
 
