@@ -36,7 +36,7 @@ PointsOnMeshArrays vertices_as_points(const PreparedMesh& mesh, std::span<const 
 void check_points_on_mesh(const PreparedMesh& mesh, PointsOnMesh points);
 
 struct HeatGeodesicsParameters {
-  double time_factor = 4;  // t = time_factor h^2, h = mean edge length; 0.1..100
+  double time_factor = 1;  // t = time_factor h^2, h = mean edge length; 0.1..100
 };
 
 // Heat method (Crane, Weischedel and Wardetzky 2013, "Geodesics in heat"): (M + t L) u = source, unit field
@@ -46,9 +46,10 @@ struct HeatGeodesicsParameters {
 // - Factors per component, made once: M + t L and L (grounded at one vertex: exact, since the right-hand side
 //   sums to 0), with one elimination order; a component with boundary has a third, M + t L with u = 0 on the
 //   boundary, and u is the mean of both solutions (the paper's boundary condition).
-// - t = 4 h^2, but where edges along the surface go further than 300 h: t = (extent / 600)^2, so that u stays
-//   within the range of double. With t = h^2 the level sets keep the grain of the mesh: on the sphere the
-//   mean error stops at 0.5 % however fine the mesh; with 4 h^2 it is a quarter of that.
+// - t = h^2, but where edges along the surface go further than 300 h from a vertex: t = (extent / 300)^2, so
+//   that u stays within the range of double. Larger factors take the grain of the mesh out of the level sets
+//   (4: a quarter of the error on fine spheres) but smooth more where shortest paths meet (half as much again
+//   on a torus) and at boundaries.
 // - A source is spread over the corners of its triangle by its weights. phi is shifted so that the vertices
 //   beside the source have, on average, their distance from it (the tip of phi itself is rounded off by the
 //   heat); corners of the source's triangle, and points in it, get their straight distance: the source has 0.
@@ -56,10 +57,14 @@ struct HeatGeodesicsParameters {
 //   in space.
 // - infinity between components; the straight distance within a component of no area.
 //
-// Accuracy: on spheres of 642, 10,242 and 40,962 vertices the mean error is 0.2, 0.1 and 0.1 % of the radius
-// from vertices (0.6, 0.2 and 0.2 % from edge midpoints, the worst place), the largest 2.8, 0.8 and 0.6 %. It
-// needs a mesh finer than what it is to measure. Not symmetric to the last digit. Distances are in file
-// units. Cost: factors O(V^1.5) time and O(V log V) memory (about 1 KB a vertex); a source in batches of 16:
+// Accuracy, in per cent of the largest distance: mean error 0.14, 0.17 and 0.2 on spheres of 642, 10,242 and
+// 40,962 vertices (0.35, 0.23 and 0.24 from edge midpoints, the worst place), largest 1, 0.7 and 0.6: the
+// grain of the mesh, which does not go away with t = h^2. On tori (radii 1, 0.4) of 960, 3,840 and 15,360
+// vertices mean 2.2, 1.3 and 0.8, largest 8, 5 and 3.4. It needs a mesh finer than what it is to measure. Not
+// symmetric to the last digit. Distances are in file units. Bunny (34,835 vertices, three sources): mean 0.6,
+// largest 2.5; fandisk (6,475): 0.5 and 3.3.
+//
+// Cost: factors O(V^1.5) time and O(V log V) memory (about 1 KB a vertex); a source in batches of 16:
 // see bench/geodesic_bench.cpp. Deterministic for every thread count, and for every batching: a source's
 // distances do not depend on the others.
 class HeatGeodesics {

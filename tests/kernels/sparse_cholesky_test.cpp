@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <numeric>
+#include <stdexcept>
 
 #include "kernels/core/random.h"
 #include "support/test_meshes.h"
@@ -79,6 +80,22 @@ void check_solutions(const System& system, std::span<const std::uint32_t> order)
     REQUIRE(std::abs(y[i] - expected_y[row]) <= 1e-11 * scale);
     REQUIRE(std::abs(alone[i] - expected_x[row]) <= 1e-11 * scale);
   }
+  for (const std::size_t together : {std::size_t{1}, std::size_t{2}, std::size_t{4}, std::size_t{8},
+                                     std::size_t{16}}) {  // bit for bit as alone
+    std::vector<double> many(together * count);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t k = 0; k < together; ++k) many[i * together + k] = static_cast<double>(k + 1) * b[i];
+    cholesky.solve_many(many, together);
+    for (std::size_t k = 0; k < together; ++k) {
+      std::vector<double> one(count);
+      for (std::size_t i = 0; i < count; ++i) one[i] = static_cast<double>(k + 1) * b[i];
+      cholesky.solve(one);
+      bool equal = true;
+      for (std::size_t i = 0; i < count; ++i) equal = equal && many[i * together + k] == one[i];
+      REQUIRE(equal);
+    }
+  }
+  CHECK_THROWS_AS(cholesky.solve_many(x, 3), std::invalid_argument);
 }
 
 std::vector<std::uint32_t> natural_order(std::size_t count) {
