@@ -43,9 +43,11 @@ struct DistanceHistogram {
 //
 // Distances are float32 with one rounding per operation, the sum behind the mean is of integers (distances in
 // units of 2^-23 of the power of two above the box's longest side), counts are integers: nothing depends on
-// instructions, threads or order. Cost: n^2 / 2 pairs in two passes, 0.2 to 0.5 ns each with vectors,
-// parallel. Throws std::invalid_argument for fewer than two points, numbers that are not finite, bins or
-// range out of range, or instructions that the processor does not have.
+// instructions, threads or order. Cost, per pair of n^2 / 2 on one 2.6 GHz EPYC core: 0.3 ns with AVX2 or
+// AVX-512 for 32 bins of the largest distance (0.1 more where all points are as far from the centre, as on a
+// sphere), 0.45 for the mean, 0.15 more for above 64 bins; 2 to 5 scalar. Parallel. Throws
+// std::invalid_argument for fewer than two points, numbers that are not finite, bins or range out of range,
+// or instructions that the processor does not have.
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters = {});
 
