@@ -79,7 +79,7 @@ TEST_CASE("the offset of a triangle on the unit sphere is exact to fourth order"
     CHECK(exact(edge) - centroid_offset(edge) == Approx(std::pow(edge, 4) / 72).epsilon(0.1));
 }
 
-TEST_CASE("lifted samples lie on the sphere and torus to fourth order") {
+TEST_CASE("lifted samples approach the sphere to fourth order and the torus to third") {
   const double coarse_flat = largest_distance(lifted(icosphere(2)).flat, off_sphere);
   const double coarse = largest_distance(lifted(icosphere(2)).curved, off_sphere);
   const double fine = largest_distance(lifted(icosphere(3)).curved, off_sphere);
