@@ -54,7 +54,8 @@ struct PairPoints {
   std::size_t count = 0;
   double unit = 1;  // units of the points per working unit
 
-  explicit PairPoints(std::span<const float> points) : count(points.size() / 3) {
+  PairPoints() = default;
+  explicit PairPoints(std::span<const float> points) {
     double longest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       float low = points[k], high = points[k];
@@ -68,11 +69,20 @@ struct PairPoints {
     if (longest > 0) std::frexp(longest, &exponent);
     unit = std::ldexp(1.0, exponent);
     const double factor = std::ldexp(1.0, -exponent);
-    for (auto* coordinates : {&x, &y, &z}) coordinates->resize(2 * count + pair_lanes);
-    for (std::size_t i = 0; i < count; ++i) {
-      x[i] = x[count + i] = static_cast<float>(points[3 * i] * factor);
-      y[i] = y[count + i] = static_cast<float>(points[3 * i + 1] * factor);
-      z[i] = z[count + i] = static_cast<float>(points[3 * i + 2] * factor);
+    for (std::size_t i = 0; i < points.size(); i += 3) {
+      x.push_back(static_cast<float>(points[i] * factor));
+      y.push_back(static_cast<float>(points[i + 1] * factor));
+      z.push_back(static_cast<float>(points[i + 2] * factor));
+    }
+    repeat();
+  }
+
+  // To be called once, when all points are in.
+  void repeat() {
+    count = x.size();
+    for (auto* coordinates : {&x, &y, &z}) {
+      coordinates->resize(2 * count + pair_lanes);
+      std::copy_n(coordinates->begin(), count, coordinates->begin() + static_cast<std::ptrdiff_t>(count));
     }
   }
 
@@ -115,10 +125,49 @@ std::vector<Result> results_of_tasks(std::size_t n, const TaskResult& task_resul
   return results;
 }
 
+// The points that can be an end of a longest pair: with r the distances from the box's centre, those with
+// r + max r at least the length of some pair. Few on most shapes, all on a sphere.
+PairPoints far_points(const PairPoints& points) {
+  const std::size_t n = points.count;
+  const auto middle = [n](const std::vector<float>& values) {
+    const auto [low, high] =
+        std::minmax_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n));
+    return 0.5 * (double{*low} + double{*high});
+  };
+  const double cx = middle(points.x), cy = middle(points.y), cz = middle(points.z);
+  const auto distance_to = [&](std::size_t i, double x, double y, double z) {
+    const double dx = points.x[i] - x, dy = points.y[i] - y, dz = points.z[i] - z;
+    return std::sqrt(dx * dx + dy * dy + dz * dz);
+  };
+  std::vector<double> radius(n);
+  for (std::size_t i = 0; i < n; ++i) radius[i] = distance_to(i, cx, cy, cz);
+  auto end = static_cast<std::size_t>(std::max_element(radius.begin(), radius.end()) - radius.begin());
+  const double most = radius[end];
+  double known = 0;
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    const double x = points.x[end], y = points.y[end], z = points.z[end];
+    for (std::size_t i = 0; i < n; ++i)
+      if (const double d = distance_to(i, x, y, z); d > known) {
+        known = d;
+        end = i;
+      }
+  }
+  PairPoints far;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (radius[i] + most < known * (1 - 1e-5)) continue;  // far more than float distances are off
+    far.x.push_back(points.x[i]);
+    far.y.push_back(points.y[i]);
+    far.z.push_back(points.z[i]);
+  }
+  far.repeat();
+  return far;
+}
+
 double largest_distance(const PairPoints& points, const PairLoops& loops) {
-  const auto largest = results_of_tasks<float>(points.count, [&](std::size_t begin, std::size_t end) {
+  const PairPoints far = far_points(points);
+  const auto largest = results_of_tasks<float>(far.count, [&](std::size_t begin, std::size_t end) {
     float squared = 0;
-    for_each_tile(points, loops, begin, end, [&](const PairLoops& with, const PairTile& tile) {
+    for_each_tile(far, loops, begin, end, [&](const PairLoops& with, const PairTile& tile) {
       squared = std::max(squared, with.largest(tile));
     });
     return squared;

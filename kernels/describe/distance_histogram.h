@@ -43,15 +43,17 @@ struct DistanceHistogram {
 //
 // Distances are float32 with one rounding per operation, the sum behind the mean is of integers (distances in
 // units of 2^-23 of the power of two above the box's longest side), counts are integers: nothing depends on
-// instructions, threads or order. Cost: n^2 / 2 pairs in two passes, 0.2 to 0.5 ns each with vectors,
-// parallel. Throws std::invalid_argument for fewer than two points, numbers that are not finite, bins or
-// range out of range, or instructions that the processor does not have.
+// instructions, threads or order. Cost, per pair of n^2 / 2 on one core of a busy 2.6 GHz EPYC, AVX2 or
+// AVX-512: 0.30 to 0.35 ns for 32 bins of the largest distance (0.45 where all points are as far from the
+// centre, as on a sphere), 0.45 to 0.5 for the mean, 0.1 to 0.2 more above 64 bins; 2 to 5 scalar. Parallel.
+// Throws std::invalid_argument for fewer than two points, numbers that are not finite, bins or range out of
+// range, or instructions that the processor does not have.
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters = {});
 
 // The same with pairs weighted w_i w_j, in double, for ground truths (mesh vertices weighted by their area,
 // ALGORITHMS 13.2). points: 3 n; weights: n, >= 0, finite, two of them positive; points of weight 0 count
-// nowhere. The mean is weighted too. `instructions` must be automatic or scalar. About 3 ns a pair and pass,
+// nowhere. The mean is weighted too. `instructions` must be automatic or scalar. About 4 ns a pair and pass,
 // parallel in fixed blocks: the same bytes for every thread count. Throws std::invalid_argument as above.
 DistanceHistogram weighted_distance_histogram(std::span<const double> points, std::span<const double> weights,
                                               const DistanceHistogramParameters& parameters = {});
