@@ -26,16 +26,16 @@ constexpr PhiloxBlock philox4x32(PhiloxBlock counter, std::array<std::uint32_t, 
 
 // What a draw is for. Streams never share numbers; the values are part of the method version.
 enum class Stream : std::uint32_t {
-  sequence = 1,           // jitter of the 1-D sample set
-  sequence_shift = 2,     // the shared shift and the permutation masks
-  element_key = 3,        // the point whose curve key orders an element
-  element_point = 4,      // the sample inside its element
-  leaf_ray = 5,           // the point of a curve leaf that a ray is cast through
-  test_shapes = 16,       // random shapes that point sets are measured with; no sample depends on them
-  tangent_frame = 24,     // directions of tangent frames on surfaces, in measures
-  surface_probe = 25,     // points at which the distance between two surfaces is measured
-  point_set = 26,         // the point sets that samplings are compared with (kernels/pointset)
-  descriptor_pairs = 27,  // pairs of descriptors that set the scale of a combined distance
+  sequence = 1,        // jitter of the 1-D sample set
+  sequence_shift = 2,  // the shared shift and the permutation masks
+  element_key = 3,     // the point whose curve key orders an element
+  element_point = 4,   // the sample inside its element
+  leaf_ray = 5,        // the point of a curve leaf that a ray is cast through
+  test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
+  tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
+  surface_probe = 25,  // points at which the distance between two surfaces is measured
+  point_set = 26,      // the point sets that samplings are compared with (kernels/pointset)
+  pair_scale = 27,     // pairs of descriptors whose mean distance scales a combined one
 };
 
 // The key of all randomness of one model: the user's seed and the content of the model, nothing else.

@@ -70,16 +70,17 @@ void prepare_row(DistanceKind kind, std::span<const float> from, float* to) {
   }
 }
 
-// One block's distances of rows [begin, end) to the query, added to what is there unless it is the first.
+// One block's distances of rows [begin, begin + count) to the query, added to what is there unless it is the
+// first.
 void add_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                    std::size_t count, float* out) {
   const DescriptorBase::Block& block = base.blocks[number];
   const float* const a = block.values.data() + query * block.stride;
+  const auto factor = static_cast<float>(1 / block.scale);
   const auto run = [&](auto distance) {
     for (std::size_t i = 0; i < count; ++i) {
       const float d = distance(block.values.data() + (begin + i) * block.stride);
-      const float scaled = static_cast<float>(static_cast<double>(d) / block.scale);
-      out[i] = number == 0 ? scaled : out[i] + scaled;
+      out[i] = number == 0 ? d * factor : out[i] + d * factor;
     }
   };
   // The kind is chosen outside the loop over rows.
@@ -111,7 +112,7 @@ double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& bl
   }
   const RandomKey key = make_random_key(0, {});
   for (std::size_t p = 0; p < scale_pairs; ++p) {
-    const UnitPair u = random_pair(key, Stream::descriptor_pairs, p);
+    const UnitPair u = random_pair(key, Stream::pair_scale, p);
     const auto i = static_cast<std::size_t>(u.first * static_cast<double>(n));
     const auto other = static_cast<std::size_t>(u.second * static_cast<double>(n - 1));
     sum += at(i, other < i ? other : other + 1);
