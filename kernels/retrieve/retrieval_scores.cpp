@@ -1,6 +1,7 @@
 #include "kernels/retrieve/retrieval_scores.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -15,10 +16,22 @@ struct TiedPlaces {
   std::size_t rows_before = 0, hits_before = 0, size = 0, hits = 0;
 };
 
-struct Place {
-  float distance;
-  std::uint32_t row;
-};
+// Sorts as the ranked list does: by distance (not negative, so that its bits are in order), then, where ties
+// have an order, by row.
+std::uint64_t place_key(float distance, std::uint32_t row, bool by_row) {
+  return std::uint64_t{std::bit_cast<std::uint32_t>(distance)} << 32 | (by_row ? row : 0);
+}
+
+// std::lower_bound without branches: which half a row falls into cannot be predicted.
+std::size_t first_not_below(std::span<const std::uint64_t> keys, std::uint64_t key) {
+  const std::uint64_t* at = keys.data();
+  for (std::size_t left = keys.size(); left > 1;) {
+    const std::size_t half = left / 2;
+    at = at[half - 1] < key ? at + half : at;
+    left -= half;
+  }
+  return static_cast<std::size_t>(at - keys.data()) + (*at < key ? 1 : 0);
+}
 
 // The places of the hits, from the distances alone: the other rows are only counted between them, so that no
 // list is sorted but that of the hits.
@@ -26,34 +39,34 @@ std::vector<TiedPlaces> places_of_hits(const RetrievalTask& task, std::size_t qu
                                        std::span<const float> distances) {
   const std::uint32_t own = task.label[query];
   const bool by_row = task.psb_compat;
-  const auto before = [&](const Place& a, const Place& b) {
-    return a.distance != b.distance ? a.distance < b.distance : by_row && a.row < b.row;
-  };
-  std::vector<Place> hits;
+  std::vector<std::uint64_t> hits;
   for (const std::uint32_t row : task.members[own])
-    if (row != query) hits.push_back({distances[row], row});
-  std::sort(hits.begin(), hits.end(), before);
-  std::vector<Place> heads;  // the first hit of each group of ties
+    if (row != query) hits.push_back(place_key(distances[row], row, by_row));
+  std::sort(hits.begin(), hits.end());
+  std::vector<std::uint64_t> heads;  // one for each group of ties
   std::vector<TiedPlaces> places;
-  for (const Place& hit : hits) {
-    if (heads.empty() || before(heads.back(), hit)) {
+  for (const std::uint64_t hit : hits) {
+    if (heads.empty() || heads.back() != hit) {
       heads.push_back(hit);
       places.emplace_back();
     }
     ++places.back().hits;
   }
-  // others[g]: rows of other classes behind group g-1 and before group g; tied[g]: level with group g.
-  std::vector<std::size_t> others(heads.size() + 1, 0), tied(heads.size(), 0);
+  // others[g]: rows behind group g-1 and before group g; tied[g]: level with group g. All rows are counted,
+  // then those of the class are taken away again: cheaper than asking for every label.
+  std::vector<std::size_t> others(heads.size() + 1, 0), tied(heads.size() + 1, 0);
+  heads.push_back(~std::uint64_t{0});
   for (std::size_t row = 0; row < distances.size(); ++row) {
-    if (task.label[row] == own || distances[row] > heads.back().distance) continue;
-    const Place place{distances[row], static_cast<std::uint32_t>(row)};
-    const auto g =
-        static_cast<std::size_t>(std::lower_bound(heads.begin(), heads.end(), place, before) - heads.begin());
-    if (g < heads.size() && !before(place, heads[g]))
-      ++tied[g];
-    else
-      ++others[g];
+    const std::uint64_t key = place_key(distances[row], static_cast<std::uint32_t>(row), by_row);
+    const std::size_t g = first_not_below(heads, key);
+    const std::size_t level = heads[g] == key ? 1 : 0;
+    tied[g] += level;
+    others[g] += 1 - level;
   }
+  for (std::size_t g = 0; g < places.size(); ++g) tied[g] -= places[g].hits;
+  const std::uint64_t own_key = place_key(distances[query], static_cast<std::uint32_t>(query), by_row);
+  const std::size_t own_group = first_not_below(heads, own_key);
+  --(heads[own_group] == own_key ? tied : others)[own_group];
   std::size_t rows = 0, found = 0;
   for (std::size_t g = 0; g < places.size(); ++g) {
     rows += others[g];

@@ -63,8 +63,9 @@ struct QueryScores {
   std::vector<std::pair<std::uint32_t, double>> nearest_classes;
 };
 
-// Scores of one query (a row whose class is scored) from its distances to all rows (finite; its own is
-// ignored). O(N log C), besides O(n sqrt(r)) for r hits among n rows at one distance.
+// Scores of one query (a row whose class is scored) from its distances to all rows (finite, not
+// negative; its own does not count). O(N log C), besides O(n sqrt(r)) for r hits among n rows at one
+// distance.
 QueryScores score_query(const RetrievalTask& task, std::size_t query, std::span<const float> distances);
 
 struct RetrievalSummary {
