@@ -62,7 +62,8 @@ void descriptor_distances(const DescriptorBase& base, std::size_t query, std::si
 // ascending order on the calling thread, distances being count x rows, row by row (row q of them belongs to
 // query first + q and holds its distance to every row, itself included). The distances of a block are made in
 // parallel; each equals descriptor_distance bit for bit, for every block size and thread count.
-// block_queries = 0: as many as fit into 32 MiB, at most 256. About 15 ns a pair and core at width 64.
+// block_queries = 0: as many as fit into 32 MiB, at most 256. About 20-30 ns a pair and core at width 64
+// (SSE).
 using DistanceVisitor = std::function<void(std::size_t first, std::span<const float> distances)>;
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries = 0);
 
