@@ -13,4 +13,19 @@ namespace meander {
 void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_whole_file(const std::filesystem::path& path, std::string_view text);
 
+// The same for a file that is made piece by piece, too large for memory. Without finish() nothing is left.
+class WholeFileWriter {
+ public:
+  explicit WholeFileWriter(const std::filesystem::path& path);
+  ~WholeFileWriter();
+  WholeFileWriter(const WholeFileWriter&) = delete;
+  WholeFileWriter& operator=(const WholeFileWriter&) = delete;
+  void append(std::span<const std::byte> bytes);
+  void finish();  // syncs and renames; once, after the last append
+
+ private:
+  std::filesystem::path path_, temporary_;
+  int file_ = -1;
+};
+
 }  // namespace meander

@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include "jobs/classification.h"
+
 namespace meander {
 
 namespace {
@@ -60,32 +62,10 @@ class Collector {
     }
   }
 
-  // `PSB 1`, then `classes models`, then per class: `name parent count` and `count` model numbers. Free white
-  // space.
   void add_classification(const fs::path& file) {
-    std::ifstream in(file);
-    std::string magic, version;
-    std::uint64_t classes = 0, models = 0;
-    if (!(in >> magic >> version >> classes >> models) || magic != "PSB")
-      throw UsageError("`" + file.string() + "` is no Princeton .cla file");
-    std::uint64_t read = 0;
-    for (std::uint64_t c = 0; c < classes; ++c) {
-      std::string name, parent;
-      std::uint64_t members = 0;
-      if (!(in >> name >> parent >> members))
-        throw UsageError("`" + file.string() + "` ends in class " + std::to_string(c + 1) + " of " +
-                         std::to_string(classes));
-      for (std::uint64_t m = 0; m < members; ++m, ++read) {
-        std::string number;
-        if (!(in >> number))
-          throw UsageError("`" + file.string() + "`: class `" + name + "` ends before its " +
-                           std::to_string(members) + " models");
-        found.push_back(model_of(file.parent_path(), number, name));
-      }
-    }
-    if (read != models)
-      throw UsageError("`" + file.string() + "` promises " + std::to_string(models) + " models and lists " +
-                       std::to_string(read));
+    const Classification read = read_classification(file);
+    for (const Classification::Model& model : read.models)
+      found.push_back(model_of(file.parent_path(), model.name, read.classes[model.label]));
   }
 
  private:

@@ -7,6 +7,7 @@
 #include "jobs/command_line.h"
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
+#include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/sample_mesh.h"
 
 namespace meander {
@@ -40,6 +41,12 @@ inline constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::u
                                                       {"mean", DensityKind::mean},
                                                       {"gaussian", DensityKind::gaussian},
                                                       {"max", DensityKind::max}};
+
+inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1},
+                                                        {"l2", DistanceKind::l2},
+                                                        {"emd", DistanceKind::emd},
+                                                        {"chi2", DistanceKind::chi2},
+                                                        {"cosine", DistanceKind::cosine}};
 
 template <class Enum, std::size_t N>
 OneOf one_of(const Word<Enum> (&words)[N]) {

@@ -44,7 +44,8 @@ int run_program(int argc, char** argv, StageHook hook) {
                                          {"export", add_export_job(program)},
                                          {"surface", add_surface_job(program)},
                                          {"measure", add_measure_job(program)},
-                                         {"figures", add_figures_job(program)}};
+                                         {"figures", add_figures_job(program)},
+                                         {"retrieve", add_retrieve_job(program)}};
   for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
   try {
     program.parse(argc, argv);

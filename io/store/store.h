@@ -135,6 +135,9 @@ class StoreReader {
   ItemReport report(std::uint64_t row) const;
   std::int32_t label(std::uint64_t row) const;
   Row read_row(std::uint64_t row) const;  // with samples and descriptors
+  // All rows of a descriptor, M x width, NaN in rows that are not ok. Throws RunError(unusable) when the
+  // store has no descriptor of that name.
+  std::vector<float> read_descriptor(std::string_view name) const;
 
  private:
   struct State;

@@ -32,3 +32,25 @@ TEST_CASE("write_whole_file: replaces, also by nothing, and leaves nothing besid
   CHECK_THROWS_AS(write_whole_file(folder / "taken", "x"), std::system_error);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
 }
+
+TEST_CASE("WholeFileWriter: pieces become one file, but only when it is finished") {
+  const ScratchFolder folder;
+  const auto path = folder / "m.bin";
+  write_whole_file(path, "old");
+  const auto append = [](WholeFileWriter& writer, std::string_view text) {
+    writer.append(std::as_bytes(std::span<const char>(text)));
+  };
+  {
+    WholeFileWriter writer(path);
+    append(writer, "given up");
+  }
+  CHECK(content(path) == "old");
+  WholeFileWriter writer(path);
+  append(writer, "one ");
+  append(writer, "two");
+  CHECK(content(path) == "old");
+  writer.finish();
+  CHECK(content(path) == "one two");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+  CHECK_THROWS_AS(WholeFileWriter(folder / "no/m.bin"), std::system_error);
+}

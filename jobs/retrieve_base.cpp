@@ -1,0 +1,172 @@
+#include "jobs/retrieve_base.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "jobs/classification.h"
+#include "jobs/inputs.h"
+#include "kernels/core/spelling.h"
+
+namespace meander {
+
+namespace {
+
+std::vector<DescriptorSchema> chosen_descriptors(const StoreReader& store, const std::string& wanted) {
+  std::vector<DescriptorSchema> there, chosen;
+  std::vector<std::string> names;
+  std::string list;
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors") continue;
+    there.push_back(schema);
+    names.push_back(schema.name);
+    list += (list.empty() ? "" : ", ") + schema.name;
+  }
+  if (there.empty()) throw UsageError("the store has no descriptors to compare models by");
+  if (wanted.empty()) return {there.front()};
+  for (std::size_t begin = 0; begin <= wanted.size();) {
+    const std::size_t end = std::min(wanted.find('+', begin), wanted.size());
+    const std::string name = wanted.substr(begin, end - begin);
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) {
+      const std::string near = nearest(name, names);
+      throw UsageError(fmt::format("the store has no descriptor `{}`{}; it has {}", name,
+                                   near.empty() ? "" : ", did you mean `" + near + "`?", list));
+    }
+    chosen.push_back(there[static_cast<std::size_t>(at - names.begin())]);
+    begin = end + 1;
+  }
+  return chosen;
+}
+
+// Keeps the candidates that are ok and whose descriptors are finite, and builds the base of them.
+RetrievalBase make_base(const StoreReader& store, const std::string& descriptor, DistanceKind distance,
+                        const std::vector<std::uint64_t>& candidates,
+                        const std::vector<std::uint32_t>& labels) {
+  RetrievalBase result;
+  const std::vector<DescriptorSchema> schemas = chosen_descriptors(store, descriptor);
+  std::vector<std::vector<float>> values;
+  for (const DescriptorSchema& schema : schemas) {
+    result.descriptors.push_back(schema.name);
+    values.push_back(store.read_descriptor(schema.name));
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const std::uint64_t row = candidates[i];
+    if (store.report(row).status != Status::ok) {
+      ++result.not_ok;
+      continue;
+    }
+    bool finite = true;
+    for (std::size_t d = 0; d < schemas.size(); ++d)
+      for (std::uint64_t b = 0; b < schemas[d].width; ++b)
+        finite = finite && std::isfinite(values[d][row * schemas[d].width + b]);
+    if (!finite) {
+      ++result.not_finite;
+      continue;
+    }
+    result.rows.push_back(row);
+    if (!labels.empty()) result.labels.push_back(labels[i]);
+  }
+  if (result.rows.empty()) throw UsageError("no row of the store can be compared: none has its descriptors");
+  std::vector<DescriptorBlock> blocks;
+  for (std::size_t d = 0; d < schemas.size(); ++d) {
+    const std::uint64_t width = schemas[d].width;
+    std::vector<float> kept;
+    kept.reserve(result.rows.size() * width);
+    for (const std::uint64_t row : result.rows)
+      kept.insert(kept.end(), values[d].begin() + static_cast<std::ptrdiff_t>(row * width),
+                  values[d].begin() + static_cast<std::ptrdiff_t>((row + 1) * width));
+    values[d] = std::move(kept);
+    blocks.push_back({values[d], schemas[d].width});
+  }
+  result.base = make_descriptor_base(blocks, distance);
+  return result;
+}
+
+// Rows by all that a .cla may call them.
+class RowNames {
+ public:
+  explicit RowNames(const StoreReader& store) {
+    for (std::uint64_t row = 0; row < store.rows(); ++row) {
+      const std::string id = store.id(row);
+      const std::filesystem::path path(id);
+      std::unordered_set<std::string> names{id, path.filename().string(), path.stem().string()};
+      for (const std::string& name : names) ++rows_.try_emplace(name, Entry{row, 0}).first->second.uses;
+    }
+  }
+  std::optional<std::uint64_t> find(const std::string& model) const {
+    for (const std::string& name : {model, "m" + model}) {
+      const auto at = rows_.find(name);
+      if (at == rows_.end()) continue;
+      if (at->second.uses > 1)
+        throw UsageError(
+            fmt::format("`{}` of the .cla may be any of {} items of the store", model, at->second.uses));
+      return at->second.row;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t row, uses;
+  };
+  std::unordered_map<std::string, Entry> rows_;
+};
+
+}  // namespace
+
+RetrievalBase load_base(const StoreReader& store, const std::string& descriptor, DistanceKind distance) {
+  std::vector<std::uint64_t> all;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) all.push_back(row);
+  return make_base(store, descriptor, distance, all, {});
+}
+
+RetrievalBase load_labelled_base(const StoreReader& store, const std::string& descriptor,
+                                 DistanceKind distance, const std::string& classification) {
+  chosen_descriptors(store, descriptor);  // mistakes in names are told before those in classes
+  std::vector<std::uint64_t> rows;
+  std::vector<std::uint32_t> labels;
+  std::vector<std::string> classes;
+  std::uint64_t not_in_store = 0;
+  if (classification.empty()) {
+    classes = store.label_names();
+    for (std::uint64_t row = 0; row < store.rows(); ++row) {
+      const std::int32_t label = store.label(row);
+      if (label < 0 || static_cast<std::size_t>(label) >= classes.size()) continue;
+      rows.push_back(row);
+      labels.push_back(static_cast<std::uint32_t>(label));
+    }
+    if (rows.empty())
+      throw UsageError(
+          "no row of the store has a class: give --classes FILE.cla, or sample with --label-from-folder");
+  } else {
+    const Classification read = read_classification(classification);
+    classes = read.classes;
+    const RowNames names(store);
+    std::unordered_set<std::uint64_t> taken;
+    for (const Classification::Model& model : read.models) {
+      const std::optional<std::uint64_t> row = names.find(model.name);
+      if (!row) {
+        ++not_in_store;
+        continue;
+      }
+      if (!taken.insert(*row).second)
+        throw UsageError(fmt::format("`{}` lists the model `{}` twice", classification, model.name));
+      rows.push_back(*row);
+      labels.push_back(model.label);
+    }
+    if (rows.empty()) throw UsageError("no model of `" + classification + "` is in the store");
+  }
+  RetrievalBase result = make_base(store, descriptor, distance, rows, labels);
+  result.classes = std::move(classes);
+  result.not_in_store = not_in_store;
+  result.without_class = store.rows() - rows.size();
+  return result;
+}
+
+}  // namespace meander

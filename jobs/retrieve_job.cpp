@@ -1,0 +1,333 @@
+// meander retrieve: similar models of a store by their descriptors, and how well that finds classes.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "io/image/png_writer.h"
+#include "io/json_writer.h"
+#include "io/plot/csv_writer.h"
+#include "io/plot/heat_map.h"
+#include "io/plot/json_table.h"
+#include "io/plot/svg_matrix.h"
+#include "io/plot/svg_plot.h"
+#include "io/plot/text_table.h"
+#include "io/whole_file.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/jobs.h"
+#include "jobs/option_words.h"
+#include "jobs/retrieve_base.h"
+#include "jobs/store_items.h"
+#include "kernels/core/parallel.h"
+#include "kernels/retrieve/nearest_rows.h"
+#include "kernels/retrieve/retrieval_scores.h"
+
+namespace meander {
+
+namespace {
+
+struct RetrieveOptions {
+  std::string store, item, descriptor, distance = "l1", classes;
+  std::uint32_t k = 10;
+  bool psb_compat = false, per_class = false, json = false;
+  std::string csv, matrix, picture, confusion;
+
+  DistanceKind kind() const { return value_of(distance_words, distance); }
+};
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : "+") + name;
+  return text;
+}
+
+// "3 not ok, 1 without a class"; empty when every row is there.
+std::string left_out_text(const RetrievalBase& base) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  };
+  add(base.not_ok, "not ok");
+  add(base.not_finite, "with descriptors that are not finite");
+  add(base.without_class, "without a class");
+  add(base.not_in_store, "of the .cla that the store does not have");
+  return text;
+}
+
+void write_left_out(JsonWriter& json, const RetrievalBase& base) {
+  json.key("left_out");
+  json.begin_object();
+  json.member("not_ok", base.not_ok);
+  json.member("not_finite", base.not_finite);
+  json.member("without_class", base.without_class);
+  json.member("not_in_store", base.not_in_store);
+  json.end_object();
+}
+
+// ---- query -----------------------------------------------------------------------------------------------
+
+int query(const RetrieveOptions& options) {
+  const StoreReader store(options.store);
+  const std::uint64_t row = find_item(store, options.item);
+  const ItemReport report = store.report(row);
+  if (report.status != Status::ok)
+    throw UsageError(
+        fmt::format("`{}` has no descriptors: {}: {}", options.item, name_of(report.status), report.reason));
+  const RetrievalBase base = load_base(store, options.descriptor, options.kind());
+  const auto at = std::lower_bound(base.rows.begin(), base.rows.end(), row);
+  if (at == base.rows.end() || *at != row)
+    throw UsageError(fmt::format("the descriptor of `{}` is not finite", options.item));
+  const std::vector<NearRow> found =
+      nearest_rows(base.base, static_cast<std::size_t>(at - base.rows.begin()), options.k);
+  Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::uint64_t other = base.rows[found[i].row];
+    const std::int32_t label = store.label(other);
+    table.rows.push_back(
+        {i + 1, other, store.id(other),
+         label >= 0 ? TableCell(store.label_names().at(static_cast<std::size_t>(label))) : TableCell(),
+         static_cast<double>(found[i].distance)});
+  }
+  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
+  if (!options.json) {
+    fmt::print("{}", text_table(table));
+    return exit_done;
+  }
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", options.store);
+  json.member("item", store.id(row));
+  json.member("descriptor", joined(base.descriptors));
+  json.member("distance", options.distance);
+  write_left_out(json, base);
+  json.key("results");
+  write_table(json, table);
+  json.end_object();
+  fmt::print("{}\n", json.text());
+  return exit_done;
+}
+
+// ---- evaluate --------------------------------------------------------------------------------------------
+
+// Classes that psbTable leaves out by their name.
+std::vector<std::uint32_t> miscellaneous(const std::vector<std::string>& classes) {
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t c = 0; c < classes.size(); ++c)
+    if (classes[c] == "miscellaneous" || classes[c] == "MISC_CLASS") found.push_back(c);
+  return found;
+}
+
+RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
+                               const std::string& matrix) {
+  std::optional<WholeFileWriter> file;
+  if (!matrix.empty()) file.emplace(matrix);
+  const std::size_t n = task.rows();
+  std::vector<QueryScores> queries(n);
+  visit_distances(base.base, [&](std::size_t first, std::span<const float> distances) {
+    parallel_tasks(distances.size() / n, [&](std::size_t q) {
+      if (task.scores(first + q))
+        queries[first + q] = score_query(task, first + q, distances.subspan(q * n, n));
+    });
+    if (file) file->append(std::as_bytes(distances));
+  });
+  if (file) file->finish();
+  return summarise(task, queries);
+}
+
+std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
+  return {name,        models, s.nearest_neighbour, s.first_tier, s.second_tier,
+          s.e_measure, s.dcg,  s.average_precision};
+}
+
+Table score_table(const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
+                  bool per_class) {
+  Table table{{{"class"}, {"models"}, {"NN"}, {"1st tier"}, {"2nd tier"}, {"E-measure"}, {"DCG"}, {"mAP"}},
+              {}};
+  if (summary.queries > 0) {
+    table.rows.push_back(score_cells("(micro)", summary.queries, summary.micro));
+    table.rows.push_back(score_cells("(macro)", summary.queries, summary.macro));
+  }
+  if (!per_class) return table;
+  for (std::size_t c = 0; c < base.classes.size(); ++c) {
+    const std::size_t models = task.members[c].size();
+    if (models == 0) continue;
+    if (task.scored[c])
+      table.rows.push_back(score_cells(base.classes[c], models, summary.by_class[c]));
+    else
+      table.rows.push_back({base.classes[c], models});  // no scores
+  }
+  return table;
+}
+
+PlotSeries precision_series(const std::string& name, const RetrievalScores& scores) {
+  PlotSeries series{.name = name};
+  for (std::size_t i = 0; i < recall_levels; ++i) {
+    series.x.push_back(recall_level(i));
+    series.y.push_back(scores.precision[i]);
+  }
+  return series;
+}
+
+Plot precision_plot(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalTask& task,
+                    const RetrievalSummary& summary) {
+  Plot plot{.title = joined(base.descriptors) + ", " + options.distance,
+            .x = {.label = "recall", .lower = 0, .upper = 1},
+            .y = {.label = "precision", .lower = 0, .upper = 1}};
+  plot.series.push_back(precision_series("mean over queries", summary.micro));
+  plot.series.push_back(precision_series("mean over classes", summary.macro));
+  if (options.per_class)
+    for (std::size_t c = 0; c < base.classes.size(); ++c) {
+      if (!task.scored[c]) continue;
+      plot.series.push_back(precision_series(base.classes[c], summary.by_class[c]));
+      plot.series.back().style = SeriesStyle::line;
+      plot.series.back().line_width = 1;
+    }
+  return plot;
+}
+
+void draw_confusion(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalTask& task,
+                    const RetrievalSummary& summary) {
+  // Scored classes down, all that have models across.
+  NamedMatrix matrix{.title = "Class of the nearest model, %",
+                     .row_label = "class of the query",
+                     .column_label = "class of the nearest"};
+  const std::size_t classes = base.classes.size();
+  std::vector<std::size_t> across;
+  for (std::size_t c = 0; c < classes; ++c)
+    if (!task.members[c].empty()) {
+      across.push_back(c);
+      matrix.columns.push_back(base.classes[c]);
+    }
+  for (std::size_t c = 0; c < classes; ++c) {
+    if (!task.scored[c]) continue;
+    matrix.rows.push_back(base.classes[c]);
+    for (const std::size_t other : across) matrix.values.push_back(summary.confusion[c * classes + other]);
+  }
+  if (options.confusion.ends_with(".svg")) {
+    write_whole_file(options.confusion, svg_matrix(matrix));
+    return;
+  }
+  HeatMapParameters look;
+  look.colours = ColourMap::inverse;
+  look.lower = 0;
+  look.upper = 1;
+  look.pixels = std::clamp<std::uint32_t>(
+      static_cast<std::uint32_t>(512 / std::max<std::size_t>(across.size(), 1)), 1, 64);
+  write_png(options.confusion, heat_map(matrix.values, static_cast<std::uint32_t>(across.size()),
+                                        static_cast<std::uint32_t>(matrix.rows.size()), look));
+}
+
+constexpr const char* usual_rules =
+    "scores of ties are expected values under random order; classes of one model are not scored";
+constexpr const char* psb_rules =
+    "as psbTable: ties by row; classes of one or two models and the miscellaneous one are in no average";
+
+void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
+  json.key(name);
+  json.begin_array();
+  for (const double precision : scores.precision) json.value(precision);
+  json.end_array();
+}
+
+void print_json(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
+                const Table& table) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", options.store);
+  json.member("descriptor", joined(base.descriptors));
+  json.member("distance", options.distance);
+  json.member("psb_compat", options.psb_compat);
+  json.member("rules", options.psb_compat ? psb_rules : usual_rules);
+  json.member("models", std::uint64_t{base.rows.size()});
+  json.member("queries", std::uint64_t{summary.queries});
+  json.member("classes", std::uint64_t{summary.classes});
+  write_left_out(json, base);
+  json.key("results");
+  write_table(json, table);
+  json.key("recall");
+  json.begin_array();
+  for (std::size_t i = 0; i < recall_levels; ++i) json.value(recall_level(i));
+  json.end_array();
+  write_precision(json, "precision_micro", summary.micro);
+  write_precision(json, "precision_macro", summary.macro);
+  json.end_object();
+  fmt::print("{}\n", json.text());
+}
+
+int evaluate(const RetrieveOptions& options) {
+  if (!options.picture.empty() && !options.picture.ends_with(".svg"))
+    throw UsageError("--picture draws SVG: `" + options.picture + "` should end in .svg");
+  if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
+      !options.confusion.ends_with(".png"))
+    throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
+  const StoreReader store(options.store);
+  const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
+  const RetrievalTask task =
+      make_retrieval_task(base.labels, base.classes.size(), options.psb_compat, miscellaneous(base.classes));
+  if (std::count(task.scored.begin(), task.scored.end(), 1) == 0)
+    throw UsageError(fmt::format("nothing can be scored: no class has {} models or more",
+                                 options.psb_compat ? "three" : "two"));
+  const RetrievalSummary summary = evaluate_base(base, task, options.matrix);
+  const Table table = score_table(base, task, summary, options.per_class);
+  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
+  if (!options.picture.empty())
+    write_whole_file(options.picture, svg_plot(precision_plot(options, base, task, summary)));
+  if (!options.confusion.empty()) draw_confusion(options, base, task, summary);
+  if (options.json) {
+    print_json(options, base, summary, table);
+    return exit_done;
+  }
+  fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}\n", base.rows.size(),
+             summary.queries, summary.classes, joined(base.descriptors), options.distance);
+  const std::string left_out = left_out_text(base);
+  if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
+  fmt::print("rules: {}\n{}", options.psb_compat ? psb_rules : usual_rules, text_table(table));
+  return exit_done;
+}
+
+void add_common_options(CLI::App& command, RetrieveOptions& options) {
+  command.add_option("STORE", options.store, "The store")->required();
+  command.add_option("--descriptor", options.descriptor,
+                     "Its name in the store; several as a+b, each scaled by its mean distance (default: the "
+                     "first of the store)");
+  command.add_option("--distance", options.distance, "Between descriptors")
+      ->capture_default_str()
+      ->check(one_of(distance_words));
+  command.add_flag("--json", options.json, "As JSON");
+  command.add_option("--csv", options.csv, "The table as a CSV file as well");
+}
+
+}  // namespace
+
+JobFunction add_retrieve_job(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "retrieve", "Similar models of a store by their descriptors, and how well that finds classes");
+  command->require_subcommand(1);
+  auto options = std::make_shared<RetrieveOptions>();
+  CLI::App* ask = command->add_subcommand("query", "The models most similar to one of the store");
+  add_common_options(*ask, *options);
+  ask->add_option("ITEM", options->item, "An id or a row number")->required();
+  ask->add_option("-k,--count", options->k, "How many, 1 to 1000000")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
+  CLI::App* judge =
+      command->add_subcommand("evaluate", "Every model as a query: scores, precision over recall, confusion");
+  add_common_options(*judge, *options);
+  judge->add_option("--classes", options->classes,
+                    "Princeton .cla file (default: the labels of the store); its order is that of --matrix");
+  judge->add_flag("--psb-compat", options->psb_compat,
+                  "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
+  judge->add_flag("--per-class", options->per_class, "A line for every class, in the picture too");
+  judge->add_option("--matrix", options->matrix,
+                    "File for all distances: N x N float32 without header, row by row");
+  judge->add_option("--picture", options->picture, "SVG file: precision over recall");
+  judge->add_option("--confusion", options->confusion,
+                    "SVG or PNG file: classes of the nearest models by class of the query");
+  return [options, ask] { return ask->parsed() ? query(*options) : evaluate(*options); };
+}
+
+}  // namespace meander

@@ -1,0 +1,62 @@
+#include "kernels/retrieve/nearest_rows.h"
+
+#include <algorithm>
+#include <span>
+#include <stdexcept>
+
+#include "kernels/core/parallel.h"
+
+namespace meander {
+
+namespace {
+
+bool nearer(const NearRow& a, const NearRow& b) {
+  return a.distance != b.distance ? a.distance < b.distance : a.row < b.row;
+}
+
+// out.size() is the number wanted, at most distances.size() - 1.
+void pick_nearest(std::span<const float> distances, std::size_t query, std::span<NearRow> out) {
+  if (out.empty()) return;
+  // A heap of the best so far, the worst on top: most rows fail one comparison.
+  std::size_t held = 0;
+  for (std::size_t row = 0; row < distances.size(); ++row) {
+    if (row == query) continue;
+    const NearRow candidate{static_cast<std::uint32_t>(row), distances[row]};
+    if (held < out.size()) {
+      out[held++] = candidate;
+      std::push_heap(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(held), nearer);
+    } else if (nearer(candidate, out.front())) {
+      std::pop_heap(out.begin(), out.end(), nearer);
+      out.back() = candidate;
+      std::push_heap(out.begin(), out.end(), nearer);
+    }
+  }
+  std::sort_heap(out.begin(), out.end(), nearer);
+}
+
+}  // namespace
+
+std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k) {
+  if (query >= base.rows) throw std::invalid_argument("there is no such row in the base");
+  std::vector<float> distances(base.rows);
+  parallel_blocks(base.rows, 4096, [&](std::size_t begin, std::size_t end) {
+    descriptor_distances(base, query, begin, std::span(distances).subspan(begin, end - begin));
+  });
+  std::vector<NearRow> result(std::min(k, base.rows - 1));
+  pick_nearest(distances, query, result);
+  return result;
+}
+
+std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k) {
+  const std::size_t n = base.rows, kept = n == 0 ? 0 : std::min(k, n - 1);
+  std::vector<NearRow> result(n * kept);
+  visit_distances(base, [&](std::size_t first, std::span<const float> distances) {
+    parallel_tasks(distances.size() / n, [&](std::size_t q) {
+      pick_nearest(distances.subspan(q * n, n), first + q,
+                   std::span(result).subspan((first + q) * kept, kept));
+    });
+  });
+  return result;
+}
+
+}  // namespace meander

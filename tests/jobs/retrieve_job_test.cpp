@@ -1,0 +1,273 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult retrieve(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {program, "retrieve"});
+  return run_process(arguments);
+}
+
+// Cells of the line of a CSV file that begins with this cell.
+std::vector<std::string> csv_line(const std::filesystem::path& path, const std::string& first) {
+  std::istringstream lines(read_file(path));
+  std::string line;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::vector<std::string> row;
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+    if (!row.empty() && row[0] == first) return row;
+  }
+  return {};
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// Rows on a line: the descriptor `place` is (x, 0, 0, 0), `flat` is the same for all, `wide` is 10 x.
+struct Item {
+  std::string id;
+  std::int32_t label;
+  float x;
+  Status status = Status::ok;
+};
+// Class 0 lies around 0, class 1 around 10 but for one stray, class 2 has two rows, class 3 one.
+const std::vector<Item> items = {
+    {"db/0/m10/m10.off", 0, 0.0f},  {"db/0/m11/m11.off", 0, 0.1f},
+    {"db/0/m12/m12.off", 0, 0.3f},  {"db/0/m13/m13.off", 1, 10},
+    {"db/0/m14/m14.off", 1, 10.1f}, {"db/0/m15/m15.off", 1, 0.7f},
+    {"db/0/m16/m16.off", 2, 20},    {"db/0/m17/m17.off", 2, 21},
+    {"db/0/m18/m18.off", 3, 30},    {"db/0/m19/m19.off", 0, 0, Status::unreadable},
+    {"db/0/m20/m20.off", -1, 0.05f}};
+
+void write_items(const std::filesystem::path& store, bool with_descriptors = true, bool with_labels = true,
+                 bool with_gap = false) {
+  StoreHeader header;
+  header.samples = 1;
+  header.parameters_json = "{}";
+  header.label_names = {"ant", "bee", "cat", "dog"};
+  if (with_descriptors) header.descriptors = {{"place", 4, {}}, {"flat", 3, {}}, {"wide", 1, {}}};
+  header.descriptors.push_back({"error", 1, {}, "certificate"});
+  for (const Item& item : items) {
+    header.ids.push_back(item.id);
+    header.labels.push_back(with_labels ? item.label : -1);
+  }
+  RunDirectory run(store, header);
+  for (std::uint64_t i = 0; i < items.size(); ++i) {
+    Row row;
+    row.label = header.labels[i];
+    row.report.status = items[i].status;
+    if (items[i].status != Status::ok) {
+      row.report.reason = "made so";
+    } else {
+      row.report.method = Method::direct;
+      row.report.vertices = 3;
+      row.report.faces = 1;
+      row.samples.points = row.samples.normals = {0, 0, 1};
+      row.samples.face = {0};
+      row.samples.corners = {0, 1, 2};
+      row.samples.barycentric = {0.25f, 0.25f};
+      row.samples.curve_rank = {0};
+      row.samples.density = {1};
+      const float x = items[i].x;
+      const float wide = with_gap && i == 3 ? std::numeric_limits<float>::infinity() : 10 * x;
+      if (with_descriptors)
+        row.descriptors = {{"place", {x, 0, 0, 0}}, {"flat", {1, 2, 3}}, {"wide", {wide}}};
+      row.descriptors.push_back({"error", {1}});
+    }
+    run.begin_item(i);
+    run.end_item(encode_row(header, i, row));
+  }
+  run.finish();
+}
+
+}  // namespace
+
+TEST_CASE("read_descriptor: all rows, NaN where a row is not ok") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  const StoreReader store(scratch / "s.h5");
+  const std::vector<float> values = store.read_descriptor("place");
+  REQUIRE(values.size() == 4 * items.size());
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].status == Status::ok)
+      CHECK(std::vector<float>(values.begin() + static_cast<std::ptrdiff_t>(4 * i),
+                               values.begin() + static_cast<std::ptrdiff_t>(4 * i + 4)) ==
+            std::vector<float>{items[i].x, 0, 0, 0});
+    else
+      CHECK(std::isnan(values[4 * i]));
+  CHECK(store.read_descriptor("error")[0] == 1);
+  CHECK_THROWS_AS(store.read_descriptor("plaice"), RunError);
+}
+
+TEST_CASE("retrieve query: the nearest models, themselves and rows that are not ok left out") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  const ProcessResult result =
+      retrieve({"query", scratch / "s.h5", "db/0/m10/m10.off", "-k", "3", "--csv", scratch / "q.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(csv_line(scratch / "q.csv", "1")[2] == "db/0/m20/m20.off");
+  CHECK(csv_line(scratch / "q.csv", "1")[3].empty());  // no class
+  CHECK(csv_line(scratch / "q.csv", "2")[2] == "db/0/m11/m11.off");
+  CHECK(csv_line(scratch / "q.csv", "3")[2] == "db/0/m12/m12.off");
+  CHECK(csv_line(scratch / "q.csv", "3")[3] == "ant");
+  CHECK(std::stod(csv_line(scratch / "q.csv", "3")[4]) == Approx(0.3));
+  CHECK(csv_line(scratch / "q.csv", "4").empty());
+  // By row number, as JSON; ties by row.
+  const ProcessResult json =
+      retrieve({"query", scratch / "s.h5", "4", "-k", "2", "--descriptor", "flat", "--json"});
+  REQUIRE(json.exit_code == 0);
+  CHECK(contains(json.out, R"("item":"db/0/m14/m14.off")"));
+  CHECK(contains(json.out, R"("not_ok":1)"));
+  CHECK(contains(json.out, R"("id":"db/0/m10/m10.off")"));
+  CHECK(contains(json.out, R"("id":"db/0/m11/m11.off")"));
+  CHECK_FALSE(contains(json.out, R"("id":"db/0/m12/m12.off")"));
+}
+
+TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  const ProcessResult result =
+      retrieve({"evaluate", scratch / "s.h5", "--per-class", "--csv", scratch / "e.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "9 models, 8 queries of 3 classes; descriptor place, distance l1"));
+  CHECK(contains(result.out, "left out: 1 not ok, 1 without a class"));
+  // Nearest: all of ant right; of bee the stray finds ant; both cats right.
+  CHECK(std::stod(csv_line(scratch / "e.csv", "(micro)")[2]) == Approx(7.0 / 8));
+  CHECK(std::stod(csv_line(scratch / "e.csv", "(macro)")[2]) == Approx((1 + 2.0 / 3 + 1) / 3));
+  CHECK(std::stod(csv_line(scratch / "e.csv", "bee")[2]) == Approx(2.0 / 3));
+  CHECK(std::stod(csv_line(scratch / "e.csv", "ant")[3]) == 1);
+  // First tier of bee: m13 finds m14, then m15 (9.3 away, ants 9.7); m14 the same; the stray nothing.
+  CHECK(std::stod(csv_line(scratch / "e.csv", "bee")[3]) == Approx(2.0 / 3));
+  CHECK(csv_line(scratch / "e.csv", "dog")[1] == "1");  // counted, not scored
+  CHECK(csv_line(scratch / "e.csv", "dog")[2].empty());
+
+  const ProcessResult psb = retrieve({"evaluate", scratch / "s.h5", "--psb-compat", "--json"});
+  REQUIRE(psb.exit_code == 0);
+  CHECK(contains(psb.out, R"("queries":6,"classes":2)"));
+  CHECK(contains(psb.out, "as psbTable"));
+
+  // Without any information every place is a matter of chance: NN of a class of 3 among 8 is 2/8.
+  const ProcessResult flat = retrieve(
+      {"evaluate", scratch / "s.h5", "--descriptor", "flat", "--per-class", "--csv", scratch / "f.csv"});
+  REQUIRE(flat.exit_code == 0);
+  CHECK(std::stod(csv_line(scratch / "f.csv", "ant")[2]) == Approx(0.25));
+  CHECK(std::stod(csv_line(scratch / "f.csv", "cat")[3]) == Approx(0.125));
+}
+
+TEST_CASE("retrieve evaluate: combined descriptors, rows that are not finite, every distance") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5", true, true, true);
+  for (const std::string distance : {"l1", "l2", "emd", "chi2", "cosine"}) {
+    const ProcessResult result = retrieve(
+        {"evaluate", scratch / "s.h5", "--descriptor", "place+wide", "--distance", distance, "--json"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(contains(result.out, R"("descriptor":"place+wide","distance":")" + distance + "\""));
+    CHECK(contains(result.out, R"("not_finite":1)"));
+    CHECK(contains(result.out, R"("models":8)"));
+  }
+  // wide is ten times place: combined they order as either does.
+  write_items(scratch / "t.h5");
+  const auto scores = [&](const std::string& descriptor) {
+    REQUIRE(retrieve({"evaluate", scratch / "t.h5", "--descriptor", descriptor, "--csv", scratch / "c.csv"})
+                .exit_code == 0);
+    return csv_line(scratch / "c.csv", "(micro)");
+  };
+  CHECK(scores("place+wide") == scores("place"));
+}
+
+TEST_CASE("retrieve evaluate: the matrix and the classes of a .cla file, in its order") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  write_file(scratch / "x.cla",
+             "PSB 1\n3 8\n\nfar 0 3\n18\n17\n16\n\ninsect 0 0\n\nnear insect 5\n13 14 m15\n10 999\n");
+  const ProcessResult result =
+      retrieve({"evaluate", scratch / "s.h5", "--classes", scratch / "x.cla", "--matrix", scratch / "m.bin",
+                "--per-class", "--csv", scratch / "e.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "7 models, 7 queries of 2 classes"));
+  CHECK(contains(result.out, "4 without a class, 1 of the .cla that the store does not have"));
+  CHECK(csv_line(scratch / "e.csv", "far")[1] == "3");
+  CHECK(csv_line(scratch / "e.csv", "insect").empty());
+  const std::string bytes = read_file(scratch / "m.bin");
+  const std::vector<float> at{30, 21, 20, 10, 10.1f, 0.7f, 0};
+  REQUIRE(bytes.size() == 4 * at.size() * at.size());
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (std::size_t j = 0; j < at.size(); ++j) {
+      float value;
+      std::memcpy(&value, bytes.data() + 4 * (i * at.size() + j), 4);
+      CHECK(value == std::abs(at[i] - at[j]));
+    }
+  // psbTable leaves the miscellaneous class out of the averages.
+  write_file(scratch / "y.cla", "PSB 1\n2 6\nmiscellaneous 0 3\n16 17 18\nnear 0 3\n10 11 12\n");
+  const ProcessResult psb =
+      retrieve({"evaluate", scratch / "s.h5", "--classes", scratch / "y.cla", "--psb-compat"});
+  REQUIRE(psb.exit_code == 0);
+  CHECK(contains(psb.out, "6 models, 3 queries of 1 classes"));
+}
+
+TEST_CASE("retrieve evaluate: pictures") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  const ProcessResult result = retrieve({"evaluate", scratch / "s.h5", "--per-class", "--picture",
+                                         scratch / "pr.svg", "--confusion", scratch / "c.svg"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(read_file(scratch / "pr.svg"), "mean over queries"));
+  CHECK(contains(read_file(scratch / "pr.svg"), ">cat<"));
+  const std::string confusion = read_file(scratch / "c.svg");
+  CHECK(contains(confusion, ">67<"));  // two of three bees find a bee
+  CHECK(contains(confusion, ">33<"));
+  CHECK(contains(confusion, ">100<"));
+  REQUIRE(retrieve({"evaluate", scratch / "s.h5", "--confusion", scratch / "c.png"}).exit_code == 0);
+  CHECK(read_file(scratch / "c.png").starts_with("\x89PNG"));
+}
+
+TEST_CASE("retrieve: mistakes are explained") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  write_items(scratch / "bare.h5", false);
+  write_items(scratch / "unlabelled.h5", true, false);
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
+    const ProcessResult result = retrieve(arguments);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  CHECK(contains(refusal({"evaluate", scratch / "bare.h5"}), "has no descriptors"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--descriptor", "plaec"}),
+                 "did you mean `place`?; it has place, flat, wide"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--descriptor", "place+"}), "no descriptor ``"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--descriptor", "error"}), "no descriptor `error`"));
+  CHECK(contains(refusal({"evaluate", scratch / "unlabelled.h5"}), "--classes FILE.cla"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--distance", "chi3"}), "did you mean `chi2`?"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--confusion", "c.gif"}), ".png or .svg"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--picture", "c.png"}), ".svg"));
+  CHECK(contains(refusal({"evaluate", scratch / "absent.h5"}), "there is no store"));
+  CHECK(contains(refusal({"query", scratch / "s.h5", "m99"}), "no item `m99`"));
+  CHECK(contains(refusal({"query", scratch / "s.h5", "9"}), "unreadable"));
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--per-clas"}), "did you mean `--per-class`?"));
+  write_file(scratch / "none.cla", "PSB 1\n1 1\nfar 0 1\n777\n");
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "none.cla"}), "no model of"));
+  write_file(scratch / "twice.cla", "PSB 1\n1 2\nfar 0 2\n16 m16\n");
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "twice.cla"}), "twice"));
+  write_file(scratch / "lone.cla", "PSB 1\n1 1\nfar 0 1\n16\n");
+  CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "lone.cla"}),
+                 "no class has two models"));
+}
