@@ -36,7 +36,7 @@ enum class Stream : std::uint32_t {
   surface_probe = 25,  // points at which the distance between two surfaces is measured
   point_set = 26,      // the point sets that samplings are compared with (kernels/pointset)
   shape_tuple = 27,    // the random triangles and tetrahedra of shape functions
-  pair_scale = 27,     // pairs of descriptors whose mean distance scales a combined one
+  pair_scale = 28,     // pairs of descriptors whose mean distance scales a combined one
 };
 
 // The key of all randomness of one model: the user's seed and the content of the model, nothing else.

@@ -51,11 +51,11 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
     const std::uint32_t polygon = samples.face[i];
     result[i] = triangles[begin[polygon]];
     for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k) {
-      std::uint32_t matches = 0;
-      for (std::size_t c = 0; c < 3; ++c)
-        matches +=
-            file.corners[mesh.corner_slot[3 * std::size_t{triangles[k]} + c]] == samples.corners[3 * i + c];
-      if (matches == 3) result[i] = triangles[k];
+      const std::uint32_t* const slots = mesh.corner_slot.data() + 3 * std::size_t{triangles[k]};
+      const std::uint32_t* const corners = samples.corners.data() + 3 * i;
+      if (file.corners[slots[0]] == corners[0] && file.corners[slots[1]] == corners[1] &&
+          file.corners[slots[2]] == corners[2])
+        result[i] = triangles[k];
     }
   }
   return result;

@@ -1,0 +1,88 @@
+// run --describe: descriptors in the same pass.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <numeric>
+
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult run(const ScratchFolder& scratch, const std::string& store, std::vector<std::string> more) {
+  std::vector<std::string> arguments = {program, "run", scratch / "in", "-o", store, "-n", "400"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run_process(arguments);
+}
+
+}  // namespace
+
+TEST_CASE("run --describe: every ok row has histograms of sum 1, the same bytes for any threads") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  write_mesh(scratch / "in/ball.off", icosphere(3));
+  write_mesh(scratch / "in/ring.off", torus(24, 12));
+  write_mesh(scratch / "in/cube.off", cube());  // squares: polygons of two triangles
+  write_mesh(scratch / "in/two.off", merged(icosphere(2), moved(icosphere(2), 1, 5, 0, 0)));
+  write_file(scratch / "in/broken.off", "OFF\n3 1 0\n0 0\n");
+  const std::string a = scratch / "a.h5", b = scratch / "b.h5";
+  const std::vector<std::string> describe = {"--describe", "d2,a3,d1,d3,d4,geodesic", "--bins", "16"};
+  auto with = [&](const char* threads) {
+    std::vector<std::string> more = describe;
+    more.insert(more.end(), {"-j", threads});
+    return more;
+  };
+  const ProcessResult result = run(scratch, a, with("1"));
+  INFO(result.err);
+  REQUIRE(result.exit_code == 3);
+  REQUIRE(run(scratch, b, with("2")).exit_code == 3);
+  CHECK(read_file(a) == read_file(b));
+  CHECK(verify_store(a).problems.empty());
+  const StoreReader reader(a);
+  REQUIRE(reader.descriptors().size() == 6);
+  for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+    const Row content = reader.read_row(row);
+    if (content.report.status != Status::ok) continue;
+    REQUIRE(content.descriptors.size() == 6);
+    for (const DescriptorRow& descriptor : content.descriptors) {
+      INFO(reader.id(row) << " " << descriptor.name);
+      CHECK(std::accumulate(descriptor.values.begin(), descriptor.values.end(), 0.0) ==
+            Approx(1).epsilon(1e-5));
+    }
+  }
+  // On a sphere chords have a density that grows linearly to the diameter, 3/2 of their mean.
+  const std::vector<float> chords = reader.read_row(*reader.find("ball.off")).descriptors[0].values;
+  for (std::size_t bin = 0; bin < 8; ++bin)
+    CHECK(chords[bin] == Approx((2.0 * static_cast<double>(bin) + 1) / 64).margin(0.004));
+  // Two spheres have geodesics within each only: those of one sphere.
+  const auto one = reader.read_row(*reader.find("ball.off")).descriptors[5].values,
+             two = reader.read_row(*reader.find("two.off")).descriptors[5].values;
+  double difference = 0;
+  for (std::size_t bin = 0; bin < one.size(); ++bin) difference += std::abs(one[bin] - two[bin]);
+  CHECK(difference < 0.2);
+}
+
+TEST_CASE("run --describe: mistakes are usage errors") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  write_mesh(scratch / "in/ball.off", icosphere(1));
+  const auto error_of = [&](const std::vector<std::string>& more) {
+    const ProcessResult result = run(scratch, scratch / "s.h5", more);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  CHECK(error_of({"--describe", "d2,geodsic"}).find("did you mean `geodesic`?") != std::string::npos);
+  CHECK(error_of({"--bins", "64"}).find("--describe") != std::string::npos);
+  CHECK(error_of({"--describe", "d2", "--bins", "4"}).find("must be 8 to 1024") != std::string::npos);
+  const ProcessResult few =
+      run_process({program, "run", scratch / "in", "-o", scratch / "s.h5", "-n", "3", "--describe", "d2"});
+  CHECK(few.exit_code == 2);
+  CHECK(few.err.find("at least 4 samples") != std::string::npos);
+  CHECK(error_of({"--density-floor", "0.1"}).find("curvature") != std::string::npos);
+}
