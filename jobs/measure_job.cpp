@@ -45,6 +45,7 @@ struct MeasureOptions {
   std::string surface, csv, picture;
   std::uint32_t shapes = 0;  // 0: the measure's own default
   std::uint64_t seed = 1;
+  bool seed_given = false;
   std::uint64_t samples = 0;  // of distance, on each surface; 0: 100,000
   bool json = false;
 };
@@ -484,23 +485,24 @@ struct Measure {
   const char* name;
   const char* help;
   Table (*table)(PointSets&, MeasuredSurfaces&, const MeasureOptions&);
-  bool draws, shapes;
+  bool draws, shapes, random;  // which of --picture, --shapes, --seed mean something
 };
 constexpr Measure measures[] = {
     {"boxes", "error over random rotated boxes with exact areas, relative to random points (meshes)",
-     measure_boxes, false, true},
+     measure_boxes, false, true, true},
     {"rings", "discrepancy over patches grown ring by ring, the survey's (meshes)", measure_rings, false,
-     true},
+     true, true},
     {"spacing", "nearest-neighbour distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
-     false},
+     false, true},
     {"discrepancy", "boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
-     measure_discrepancy, false, true},
-    {"integral", "integration error over n and its slope (plane, meshes)", measure_integral, false, false},
+     measure_discrepancy, false, true, true},
+    {"integral", "integration error over n and its slope (plane, meshes)", measure_integral, false, false,
+     false},
     {"spectrum", "radially averaged power and anisotropy over all sets (plane)", measure_spectrum, true,
-     false},
+     false, false},
     {"differences", "differential domain analysis over all sets (plane, meshes)", measure_differences, true,
-     false},
-    {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false},
+     false, true},
+    {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false, true},
 };
 
 int measure(const MeasureOptions& options) {
@@ -510,6 +512,8 @@ int measure(const MeasureOptions& options) {
     throw UsageError("measure " + options.what + " draws nothing: leave --picture out");
   if (options.samples > 0 && chosen.table != nullptr)
     throw UsageError("measure " + options.what + " takes the points that it is given: leave --samples out");
+  if (options.seed_given && !chosen.random)
+    throw UsageError("measure " + options.what + " draws nothing at random: leave --seed out");
   if (options.shapes > 0 && !chosen.shapes)
     throw UsageError("measure " + options.what + " has no shapes: leave --shapes out");
   Table table;
@@ -579,7 +583,10 @@ JobFunction add_measure_job(CLI::App& program) {
   command->add_option("--csv", options->csv, "Write the table to this file too");
   command->add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
   command->add_flag("--json", options->json, "The table as JSON");
-  return [options] { return measure(*options); };
+  return [options, command] {
+    options->seed_given = command->count("--seed") > 0;
+    return measure(*options);
+  };
 }
 
 }  // namespace meander

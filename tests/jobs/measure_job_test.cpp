@@ -204,6 +204,8 @@ TEST_CASE("measure: what cannot be measured is a usage error that says why") {
         std::string::npos);
   CHECK(error_of({"boxes", points, "--surface", mesh, "--seed", "-1"}).find("whole number") !=
         std::string::npos);
+  CHECK(error_of({"integral", scratch / "inside.xyz", "--surface", "plane", "--seed", "2"}).find("--seed") !=
+        std::string::npos);
   write_file(scratch / "deep.xyz", "0.5 0.5 0.1\n");
   CHECK(
       error_of({"discrepancy", scratch / "deep.xyz", "--surface", "plane"}).find("not in the unit square") !=
