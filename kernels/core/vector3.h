@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
 namespace meander {
 
@@ -18,5 +19,13 @@ constexpr Vector3 cross(Vector3 a, Vector3 b) {
 inline double norm(Vector3 a) { return std::sqrt(dot(a, a)); }
 inline double distance(Vector3 a, Vector3 b) { return norm(a - b); }
 inline double triangle_area(Vector3 a, Vector3 b, Vector3 c) { return 0.5 * norm(cross(b - a, c - a)); }
+// Area from three lengths, stable for needles (Kahan 2014); 0 where the lengths form no triangle.
+inline double area_from_lengths(double a, double b, double c) {
+  if (a < b) std::swap(a, b);
+  if (b < c) std::swap(b, c);
+  if (a < b) std::swap(a, b);
+  const double product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
+  return product > 0 ? 0.25 * std::sqrt(product) : 0.0;
+}
 
 }  // namespace meander

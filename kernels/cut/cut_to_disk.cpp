@@ -29,6 +29,15 @@ std::uint32_t outermost_vertex(const PreparedMesh& mesh, const SeamGraph& graph)
   return best;
 }
 
+// Of a component, in the metric of its lengths.
+double measured_area(const PreparedMesh& mesh, const Component& component) {
+  if (mesh.metric_length.empty()) return component.area;
+  double area = 0;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
+    area += area_from_lengths(mesh.length(3 * t), mesh.length(3 * t + 1), mesh.length(3 * t + 2));
+  return area;
+}
+
 // The first seam of a closed sphere: a shortest path between two mutually far vertices, at least two edges.
 std::vector<std::uint32_t> opening_path(const PreparedMesh& mesh, const SeamGraph& graph,
                                         const CancelToken& cancel) {
@@ -46,15 +55,15 @@ std::vector<std::uint32_t> opening_path(const PreparedMesh& mesh, const SeamGrap
 // Paths from the farthest vertices to everything cut before.
 class ExtremitySeams {
  public:
-  ExtremitySeams(const PreparedMesh& mesh, const SeamGraph& graph, double area, const CancelToken& cancel)
+  ExtremitySeams(const PreparedMesh& mesh, const Component& component, const SeamGraph& graph,
+                 const CancelToken& cancel)
       : mesh_(mesh), graph_(graph), cancel_(cancel), paths_(graph) {
     // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface with a rim at least half
     // as long as a disk's gets seams beyond that distance only; others need seams to open at all.
     double rim = 0;
     for (std::uint32_t h = 0; h < graph.opposite.size(); ++h)
-      if (graph.opposite[h] == no_index)
-        rim += edge_length(mesh, graph.source_vertex[graph.origin(h)], graph.source_vertex[graph.target(h)]);
-    const double radius = std::sqrt(area / std::numbers::pi);
+      if (graph.opposite[h] == no_index) rim += mesh.length(3 * component.triangle_begin + h);
+    const double radius = std::sqrt(measured_area(mesh, component) / std::numbers::pi);
     shortest_seam_ = rim >= std::numbers::pi * radius ? radius : 0.5 * radius;
     for (const std::uint32_t v : graph.loop_vertices) paths_.add_source(v);
     boundary_edges_ = static_cast<std::uint32_t>(graph.loop_vertices.size());
@@ -108,7 +117,7 @@ CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const
                      const CancelToken& cancel) {
   SeamGraph graph = make_seam_graph(mesh, component);
   cancel.check();
-  ExtremitySeams seams(mesh, graph, component.area, cancel);
+  ExtremitySeams seams(mesh, component, graph, cancel);
   seams.add(find_topology_seams(graph, cancel));
   if (graph.triangle_count() > 1) seams.grow(parameters.extremity_seams);
 
@@ -153,8 +162,7 @@ bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_ver
     std::uint32_t h = first;
     do {
       const std::uint32_t other = chart.triangles[next_half_edge(h)];
-      const double d =
-          entry.key + edge_length(mesh, chart.source_vertex[entry.value], chart.source_vertex[other]);
+      const double d = entry.key + mesh.length(3 * chart.triangle_begin + h);
       if (d < distance[other]) {
         distance[other] = d;
         arrival[other] = h;

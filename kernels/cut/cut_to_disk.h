@@ -39,9 +39,9 @@ struct CutChart {
 CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 
-// Adds one more seam: the shortest path from `chart_vertex` (interior) to the boundary of the chart, edge
-// lengths in 3-D, never through another boundary vertex. Returns false (chart unchanged) when the vertex is
-// on the boundary.
+// Adds one more seam: the shortest path from `chart_vertex` (interior) to the boundary of the chart by
+// PreparedMesh::length, never through another boundary vertex. Returns false (chart unchanged) when the
+// vertex is on the boundary.
 bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_vertex,
               const CancelToken& cancel = {});
 

@@ -15,7 +15,7 @@ namespace meander {
 struct SeamArc {
   std::uint32_t vertex;     // the other end
   std::uint32_t half_edge;  // runs from this vertex to the other one
-  double length;            // >= 0, working units
+  double length;            // >= 0, PreparedMesh::length
 };
 
 // A component (or a chart) with T triangles and V vertices, both counted from 0. Arcs of vertex v:
@@ -43,9 +43,6 @@ struct SeamGraph {
 
 // The component with its own numbering, arcs and boundary loops. O(T).
 SeamGraph make_seam_graph(const PreparedMesh& mesh, const Component& component);
-
-// Length of a half-edge between working vertices of the mesh.
-double edge_length(const PreparedMesh& mesh, std::uint32_t from, std::uint32_t to);
 
 // Distances along edges from a growing set of sources (Dijkstra). Adding sources later only visits what they
 // improve. Deterministic: ties fall by the order in which vertices were reached.

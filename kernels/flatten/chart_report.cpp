@@ -85,7 +85,8 @@ ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart) {
   for (std::size_t t = 0; t < count; ++t) {
     const double* l = &geometry.length[3 * t];
     const double longest = std::max({l[0], l[1], l[2]});
-    geometry.area[t] = mesh.area[chart.triangle_begin + t];
+    geometry.area[t] = mesh.metric_length.empty() ? mesh.area[chart.triangle_begin + t]
+                                                  : area_from_lengths(l[0], l[1], l[2]);
     geometry.counts[t] = geometry.area[t] > thinnest * longest * longest;
     if (geometry.counts[t]) geometry.total_area += geometry.area[t];
   }

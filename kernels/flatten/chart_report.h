@@ -9,10 +9,11 @@
 
 namespace meander {
 
-// 3-D side of a chart, the same for every try on it. A triangle counts when its area is above 1e-12 of its
-// longest edge squared: thinner ones have no direction in double.
+// The surface's side of a chart, the same for every try on it, in the metric of PreparedMesh::length. A
+// triangle counts when its area is above 1e-12 of its longest edge squared: thinner ones have no direction in
+// double.
 struct ChartGeometry {
-  std::vector<double> length;        // 3 T edge lengths in space, not mollified
+  std::vector<double> length;        // 3 T edge lengths, not mollified
   std::vector<double> area;          // T
   std::vector<std::uint8_t> counts;  // T: 1 where the triangle counts
   double total_area = 0;             // of the triangles that count

@@ -18,7 +18,8 @@ struct FlattenParameters {
   double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
 };
 
-// What the map does; weights are 3-D areas, triangles of no area do not count.
+// What the map does, measured against PreparedMesh::length (in space, unless a metric is given); weights are
+// areas, triangles of no area do not count.
 struct ChartReport {
   Method method = Method::none;  // conformal or mean_value; none when nothing worked
   std::uint32_t triangles = 0;
@@ -32,7 +33,7 @@ struct ChartReport {
   double min_uv_edge = 0;                // shortest UV edge
   std::uint32_t extra_seams = 0;         // seams that were added on the way
   std::uint32_t repaired_triangles = 0;  // triangles of re-solved mean-value patches
-  double area = 0;                       // 3-D area of the chart, working units squared
+  double area = 0;                       // of the chart, working units squared
 };
 
 // UV of every chart vertex, in [0, 1]^2: uniformly scaled, rotated to the minimum-area rectangle, never

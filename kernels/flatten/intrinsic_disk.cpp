@@ -17,8 +17,7 @@ std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart&
       length[h] = length[other];
       continue;
     }
-    length[h] = distance(mesh.position(chart.source_vertex[chart.triangles[h]]),
-                         mesh.position(chart.source_vertex[chart.triangles[next_half_edge(h)]]));
+    length[h] = mesh.length(3 * chart.triangle_begin + h);
   }
   return length;
 }
@@ -38,14 +37,6 @@ double mollify(std::span<double> length) {
   if (missing > 0)
     for (double& l : length) l += missing;
   return missing;
-}
-
-double area_from_lengths(double a, double b, double c) {
-  if (a < b) std::swap(a, b);
-  if (b < c) std::swap(b, c);
-  if (a < b) std::swap(a, b);
-  const double product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
-  return product > 0 ? 0.25 * std::sqrt(product) : 0.0;
 }
 
 CornerGeometry corner_geometry(std::span<const double> length) {

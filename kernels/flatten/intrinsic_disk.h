@@ -30,7 +30,7 @@ struct IntrinsicDisk {
 // The name where no disk is meant.
 using IntrinsicSurface = IntrinsicDisk;
 
-// Edge lengths of the chart in space, working units.
+// Edge lengths of the chart: PreparedMesh::length.
 std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart);
 
 // Adds the smallest uniform length to all edges so that every triangle inequality holds with a margin of
@@ -45,9 +45,6 @@ struct CornerGeometry {
   std::vector<double> half_cotangent;  // 3 T, of the corner opposite half-edge h
 };
 CornerGeometry corner_geometry(std::span<const double> length);
-
-// Area from three lengths, stable for needles (Kahan 2014); 0 where the lengths form no triangle.
-double area_from_lengths(double a, double b, double c);
 
 // Boundary half-edges in order round the disk, starting with the smallest number.
 std::vector<std::uint32_t> boundary_half_edges(std::span<const std::uint32_t> triangles,

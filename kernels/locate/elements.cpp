@@ -17,10 +17,11 @@ namespace {
 // any run asks.
 constexpr std::uint32_t deepest_path = 1u << 30;
 
-// A piece while it is being bisected: barycentric weights and 3-D positions of its corners.
+// A piece while it is being bisected: barycentric weights of its corners, and where they lie in the triangle
+// whose longest edge decides.
 struct WorkPiece {
   Piece weights;
-  Vector3 corner[3];
+  std::array<Vector3, 3> corner;
   std::uint32_t path;
 };
 
@@ -52,11 +53,13 @@ std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
   return children;
 }
 
-WorkPiece whole_triangle(Vector3 a, Vector3 b, Vector3 c) { return {{{0, 1, 0}, {0, 0, 1}}, {a, b, c}, 1}; }
+WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
+  return {{{0, 1, 0}, {0, 0, 1}}, corners, 1};
+}
 
 // What one triangle contributes: its mass, how fine it is cut, and where its curve keys come from.
 struct TriangleSource {
-  Vector3 corner[3];
+  std::array<Vector3, 3> corner;  // in space
   double density[3];
   double area;
   bool uniform;  // density 1 everywhere
@@ -103,10 +106,10 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
 // Depth-first bisection of one triangle until every piece weighs at most `limit` and there are at least
 // `wanted` of them; `emit` is called in path order.
 template <class Emit>
-void cut_triangle(const TriangleSource& source, double limit, std::uint32_t wanted,
-                  std::vector<WorkPiece>& stack, const Emit& emit) {
+void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& shape, double limit,
+                  std::uint32_t wanted, std::vector<WorkPiece>& stack, const Emit& emit) {
   const int least = wanted > 1 ? std::bit_width(wanted - 1) : 0;
-  const WorkPiece whole = whole_triangle(source.corner[0], source.corner[1], source.corner[2]);
+  const WorkPiece whole = whole_triangle(shape);
   const double whole_mass = piece_mass(source, whole.weights, 0);
   if (!(whole_mass > 0)) return;
   if (whole_mass <= limit && least == 0) {  // most triangles of a fine mesh
@@ -180,7 +183,8 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       }
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
-      cut_triangle(source, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
+      const std::array<Vector3, 3> shape = bisection_corners(mesh, static_cast<std::uint32_t>(t));
+      cut_triangle(source, shape, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
         const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
                                   ? centroid(piece.weights)
                                   : random_point(piece.weights, t, piece.path, key);
@@ -256,8 +260,19 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
 
 }  // namespace
 
-Piece piece_of(Vector3 a, Vector3 b, Vector3 c, std::uint32_t path) {
-  WorkPiece piece = whole_triangle(a, b, c);
+std::array<Vector3, 3> bisection_corners(const PreparedMesh& mesh, std::uint32_t triangle) {
+  const std::uint32_t h = 3 * triangle;
+  if (mesh.metric_length.empty())
+    return {mesh.position(mesh.triangles[h]), mesh.position(mesh.triangles[h + 1]),
+            mesh.position(mesh.triangles[h + 2])};
+  const double a = mesh.length(h), b = mesh.length(h + 1), c = mesh.length(h + 2);
+  if (!(a > 0)) return {Vector3{}, Vector3{}, Vector3{b, 0, 0}};
+  const double x = 0.5 * (a + (c - b) * (c + b) / a), y = 2 * area_from_lengths(a, b, c) / a;
+  return {Vector3{}, Vector3{a, 0, 0}, Vector3{x, y, 0}};
+}
+
+Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path) {
+  WorkPiece piece = whole_triangle(corners);
   for (int bit = std::bit_width(path) - 2; bit >= 0; --bit) piece = bisect(piece)[path >> bit & 1u];
   return piece.weights;
 }

@@ -2,6 +2,7 @@
 // section 5.1).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,8 +35,11 @@ struct CurveElements {
 struct Piece {
   double b1[3], b2[3];
 };
-// a, b, c: corner positions of the triangle. O(bisections).
-Piece piece_of(Vector3 a, Vector3 b, Vector3 c, std::uint32_t path);
+// corners: bisection_corners of the triangle. O(bisections).
+Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path);
+// The triangle whose longest edge is bisected: the one in space, or, where the mesh has a metric, a flat one
+// of those lengths.
+std::array<Vector3, 3> bisection_corners(const PreparedMesh& mesh, std::uint32_t triangle);
 
 struct ElementParameters {
   std::uint64_t samples = 2048;    // N, >= 1
@@ -52,13 +56,13 @@ struct TriangleHints {
       sheet;  // T: sheet number 0..15 of its chart; sheets are visited one after the other
 };
 
-// Bisects every triangle of positive mass by its longest 3-D edge until each piece is light enough, keys
-// every piece by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key
-// of the chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when
-// `charts` is empty: the method `direct`, without regard to components) are ordered by the 3-D Hilbert key
-// of their pieces' centroids alone. The masses of a triangle's elements sum to its exact mass. O(E log E); 40
-// bytes an element at the peak. Throws ItemError(zero_density) when the total is zero. Deterministic for
-// every thread count.
+// Bisects every triangle of positive mass by its longest edge (PreparedMesh::length) until each piece is
+// light enough, keys every piece by a uniformly random point of it (its curve vertex) and sorts: by
+// component, sheet, curve key of the chart, 3-D Hilbert key, triangle, path. Components whose chart is
+// Method::none (and all, when `charts` is empty: the method `direct`, without regard to components) are
+// ordered by the 3-D Hilbert key of their pieces' centroids alone. The masses of a triangle's elements sum to
+// its exact mass. O(E log E); 40 bytes an element at the peak. Throws ItemError(zero_density) when the total
+// is zero. Deterministic for every thread count.
 CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel = {});

@@ -42,9 +42,7 @@ struct Placer {
 
   Piece piece(std::size_t element) const {
     const std::uint32_t t = elements.triangle[element];
-    return piece_of(mesh.position(mesh.triangles[3 * std::size_t{t}]),
-                    mesh.position(mesh.triangles[3 * std::size_t{t} + 1]),
-                    mesh.position(mesh.triangles[3 * std::size_t{t} + 2]), elements.path[element]);
+    return piece_of(bisection_corners(mesh, t), elements.path[element]);
   }
 
   // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.

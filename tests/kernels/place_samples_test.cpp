@@ -84,7 +84,7 @@ TEST_CASE("piece_of: the pieces of one depth tile the triangle") {
   for (int depth = 0; depth < 7; ++depth) {
     double area = 0;
     for (std::uint32_t path = 1u << depth; path < 2u << depth; ++path) {
-      const Piece p = piece_of(a, b, c, path);
+      const Piece p = piece_of({a, b, c}, path);
       const double twice =
           (p.b1[1] - p.b1[0]) * (p.b2[2] - p.b2[0]) - (p.b1[2] - p.b1[0]) * (p.b2[1] - p.b2[0]);
       CHECK(std::abs(twice) == std::ldexp(1.0, -depth));

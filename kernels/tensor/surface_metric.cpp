@@ -1,0 +1,56 @@
+#include "kernels/tensor/surface_metric.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace meander {
+
+namespace {
+
+constexpr double margin = 1e-3;  // of the longest side
+constexpr int most_rounds = 100;
+
+}  // namespace
+
+MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field) {
+  MetricReport report;
+  mesh.metric_length = metric_edge_lengths(mesh, field);
+  const std::vector<double> wanted = mesh.metric_length;
+  std::vector<double>& length = mesh.metric_length;
+  const auto change = [&](std::uint32_t h, double by) {
+    length[h] += by;
+    if (mesh.opposite[h] != no_index) length[mesh.opposite[h]] = length[h];
+  };
+  std::vector<std::uint8_t> mended(mesh.triangle_count(), 0);
+  bool broken = true;
+  for (int round = 0; broken && round < most_rounds; ++round) {
+    broken = false;
+    for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+      // A needle of space cannot be asked for more slack than it has there.
+      const std::uint32_t h = 3 * t;
+      std::uint32_t longest = h;
+      for (std::uint32_t k = h + 1; k < h + 3; ++k)
+        if (length[k] > length[longest]) longest = k;
+      const std::uint32_t b = next_half_edge(longest), c = previous_half_edge(longest);
+      const double in_space =
+          mesh.length_in_space(b) + mesh.length_in_space(c) - mesh.length_in_space(longest);
+      const double slack = std::min(margin, 0.5 * in_space / mesh.length_in_space(longest)) * length[longest];
+      const double excess = length[longest] - length[b] - length[c] + slack;
+      if (!(mesh.area[t] > 0) || !(excess > 0) || !(slack > 0)) continue;
+      broken = true;
+      mended[t] = 1;
+      // A little more than needed, so that rounding does not ask for another round.
+      change(longest, -0.50001 * excess);
+      change(b, 0.250005 * excess);
+      change(c, 0.250005 * excess);
+    }
+  }
+  report.mended_triangles = static_cast<std::uint64_t>(std::count(mended.begin(), mended.end(), 1));
+  for (std::size_t h = 0; h < length.size(); ++h)
+    if (wanted[h] > 0)
+      report.largest_change = std::max(report.largest_change, std::abs(length[h] - wanted[h]) / wanted[h]);
+  return report;
+}
+
+}  // namespace meander

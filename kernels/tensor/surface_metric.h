@@ -1,0 +1,24 @@
+// The metric of a tensor field as edge lengths, for everything that works on lengths alone: seams, charts and
+// pieces (ALGORITHMS 7.4 B).
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/tensor/tensor_field.h"
+
+namespace meander {
+
+struct MetricReport {
+  std::uint64_t mended_triangles = 0;  // lengths that formed no triangle; see below
+  double largest_change = 0;           // of a length, relative
+};
+
+// Sets mesh.metric_length to the field's lengths (metric_edge_lengths). Where a field changes much within a
+// triangle, its lengths may break the triangle inequality: the long side gives and the short ones take, a
+// quarter of the excess each, in rounds over the mesh until every triangle stands with a margin of 1e-3 of
+// its longest side, or 100 rounds are over (flattening mollifies what is left). Triangles that have no area
+// in space are left alone. O(T) a round; deterministic.
+MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field);
+
+}  // namespace meander
