@@ -1,0 +1,78 @@
+// The tensor field that anisotropic sampling follows, from a user's parameters.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/tensor/tensor_field.h"
+
+namespace meander {
+
+enum class TensorKind : std::uint8_t {
+  curvature,         // long spacings along the direction of least absolute curvature
+  isotropic,         // S = 1
+  vertex_attribute,  // attributes of the file, by name
+  face_attribute,
+  constant,  // one ambient tensor
+  table      // one row per vertex of the file, given by the caller
+};
+
+// What six numbers mean: S (wanted spacings) or G = S^-2.
+enum class TensorForm : std::uint8_t { spacing, metric };
+
+// V rows of `columns` numbers each: 6 (xx, xy, xz, yy, yz, zz) or 3 (a vector), see make_tensor_field.
+struct TensorTable {
+  unsigned columns = 6;
+  std::vector<double> values;
+
+  std::size_t row_count() const { return values.size() / columns; }
+};
+
+struct TensorParameters {
+  TensorKind kind = TensorKind::curvature;
+  std::string attribute;                                // NAME of the attribute kinds
+  TensorForm form = TensorForm::spacing;                // of six numbers; three are always a vector
+  double max_ratio = 8;                                 // largest s1 / s2; 1..64
+  bool adaptive = false;                                // curvature: density follows the curvature
+  double epsilon = 0.02;                                // curvature: what counts as flat, 1 / diagonal
+  unsigned smoothing = 3;                               // curvature: rounds; 0..64
+  std::array<double, 6> constant = {1, 0, 0, 1, 0, 1};  // xx, xy, xz, yy, yz, zz, positive definite
+  std::shared_ptr<const TensorTable> table;             // for the kind table
+};
+
+// One sentence per value that is out of its range; a `constant` that is not positive definite, an attribute
+// without a name and a missing table are problems too (of their kinds alone).
+std::vector<std::string> validate(const TensorParameters& parameters);
+
+struct TensorFieldReport {
+  std::uint64_t clamped_triangles = 0;  // of positive area, with a corner whose ratio exceeded max_ratio
+  double mean_ratio = 1;                // s1 / s2 over the area (corner means), after clamping
+  double max_ratio = 1;                 // largest s1 / s2 at a corner, after clamping
+};
+
+// The field on the working triangles, ratio clamped to max_ratio (s1 s2 is kept), then normalised
+// (normalise_spacings: mean density 1).
+//
+// Attributes and tables, in file axes, either
+//   six numbers NAME_xx NAME_xy NAME_xz NAME_yy NAME_yz NAME_zz: a symmetric tensor in the given form, which
+//   is restricted to the tangent plane and must be positive definite there, or
+//   three numbers NAME_x NAME_y NAME_z: a vector along the primary direction, its length the ratio s1 / s2 >=
+//   1; s1 s2 = 1. Its part in the tangent plane gives the direction (none: isotropic).
+// Values at vertices hold in the plane of the vertex normal (vertex_frames) and are transported into the
+// triangles, values on faces hold in the plane of each triangle. The constant is treated as a vertex value.
+// Curvature: curvature_field.
+// Throws ItemError(unreadable) for attributes that are not there, tables of another length than the file's
+// vertices, and values that are not finite or not positive definite at a used element: the sentence names the
+// attribute and the first bad element. std::invalid_argument when `validate` finds a problem. O(T), curvature
+// O(T + W log W); deterministic for every thread count, thread-safe.
+TensorField make_tensor_field(const PolygonMesh& file, const PreparedMesh& mesh,
+                              const TensorParameters& parameters, const CancelToken& cancel = {},
+                              TensorFieldReport* report = nullptr);
+
+}  // namespace meander
