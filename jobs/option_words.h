@@ -18,7 +18,8 @@ struct Word {
   Enum value;
 };
 inline constexpr Word<MethodChoice> method_words[] = {{"conformal", MethodChoice::conformal},
-                                                      {"direct", MethodChoice::direct}};
+                                                      {"direct", MethodChoice::direct},
+                                                      {"anisotropic", MethodChoice::anisotropic}};
 inline constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
                                                      {"elements", LocatorKind::elements},
                                                      {"first-hit", LocatorKind::first_hit}};

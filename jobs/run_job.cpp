@@ -84,6 +84,7 @@ DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& para
 StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   StoreHeader header;
   header.samples = options.sample.place.samples;
+  if (options.sample.method == MethodChoice::anisotropic) header.content = StoreContent::anisotropic_meshes;
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";

@@ -9,6 +9,7 @@
 #include "jobs/command_line.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/tensor_options.h"
 
 namespace meander {
 
@@ -78,7 +79,8 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(points);
   command
       .add_option("--method", texts.method,
-                  "How the curve is laid: over a conformal chart, or 3-D Hilbert order")
+                  "How the curve is laid: over a conformal chart, in 3-D Hilbert order, or over a chart"
+                  " conformal in the metric of a tensor field")
       ->capture_default_str()
       ->check(one_of(method_words))
       ->group(points);
@@ -130,6 +132,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->capture_default_str()
       ->check(one_of(normalize_words))
       ->group(points);
+  add_tensor_options(command, texts.tensor, options.sample);
   const char* collection = "Collection";
   command
       .add_option("--describe", texts.describe,
@@ -219,6 +222,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   sample.locator.curve.kind = value_of(curve_words, texts.curve);
   sample.elements.curve = sample.locator.curve.kind;
   set_samples(sample, texts.samples);
+  resolve_tensor_options(texts.tensor, sample, problems);
   resolve_density(texts.density, sample.density, problems);
   const DensityKind density = sample.density.kind;
   if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
@@ -292,6 +296,14 @@ std::string parameters_json(const SampleParameters& p, Compression compression) 
   json.member("samples", p.place.samples);
   json.member("seed", p.seed);
   json.member("sequence", text_of(sequence_words, p.place.sequence));
+  if (p.method == MethodChoice::anisotropic) {
+    json.member("tensor", tensor_text(p.tensor));
+    json.member("tensor_density", p.tensor.adaptive ? "follow" : "keep");
+    json.member("tensor_epsilon", p.tensor.epsilon);
+    json.member("tensor_form", p.tensor.form == TensorForm::metric ? "metric" : "spacing");
+    json.member("tensor_ratio", p.tensor.max_ratio);
+    json.member("tensor_smoothing", p.tensor.smoothing);
+  }
   json.end_object();
   return json.text();
 }

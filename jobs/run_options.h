@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/tensor_options.h"
 #include "kernels/sample_mesh.h"
 
 namespace CLI {
@@ -38,6 +39,7 @@ struct RunOptionTexts {
               order = "progressive", curve = "hilbert", normalize = "none", describe = "none",
               compress = "default", memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
+  TensorOptionTexts tensor;
   std::string descriptor_scale = "mean";
   bool shapes_descriptors = false;  // --bins, --descriptor-scale or --geodesic-sources was given
   bool shapes_density = false;      // --density-floor or --density-exponent was given

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <new>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/tensor/surface_metric.h"
 
 namespace meander {
 
@@ -20,7 +22,7 @@ namespace {
 // The report of the whole model from those of its charts: the weakest method, sums, and area-weighted means.
 void summarise_charts(ModelState& model) {
   ItemReport& report = model.row.report;
-  report.method = Method::conformal;
+  report.method = Method::conformal;  // or anisotropic, when every chart is conformal in the metric
   double weight = 0, overlap = 0, distortion = 0;
   for (std::size_t c = 0; c < model.charts.size(); ++c) {
     const double area = model.mesh.components[c].area;
@@ -37,6 +39,37 @@ void summarise_charts(ModelState& model) {
   if (weight > 0) {
     report.overlap = overlap / weight;
     report.distortion = distortion / weight;
+  }
+}
+
+// The density of samples is one over the area of a cell of the tensor, times what the user asked for.
+void multiply(Density& density, std::vector<double> factor) {
+  if (!density.uniform())
+    for (std::size_t h = 0; h < factor.size(); ++h) factor[h] *= density.corner[h];
+  density.corner = std::move(factor);
+}
+
+// Direction and wanted spacings at the samples. One sample of density d owns the area M s1 s2 / (N d), M the
+// measure of the surface.
+void add_tensors(ModelState& model, const OutputFrame& frame) {
+  Samples& samples = model.row.samples;
+  const std::vector<std::uint32_t> triangles = sample_triangles(model.file, model.mesh, samples);
+  const double measure = blocked_sum(model.masses) / static_cast<double>(samples.count());
+  const double unit = model.mesh.unit / frame.scale;
+  samples.tensor_direction.resize(3 * samples.count());
+  samples.tensor_spacing.resize(2 * samples.count());
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const double b1 = samples.barycentric[2 * i], b2 = samples.barycentric[2 * i + 1];
+    const TensorAxes axes = spacings_of(interpolate(model.tensor, triangles[i], {1 - b1 - b2, b1, b2}));
+    const TangentFrame plane = triangle_frame(model.mesh, triangles[i]);
+    const Vector3 direction = axes.x * plane.x + axes.y * plane.y;
+    const double user = static_cast<double>(samples.density[i]) * axes.first * axes.second;
+    const double size = unit * std::sqrt(measure / user);
+    samples.tensor_direction[3 * i] = static_cast<float>(direction.x);
+    samples.tensor_direction[3 * i + 1] = static_cast<float>(direction.y);
+    samples.tensor_direction[3 * i + 2] = static_cast<float>(direction.z);
+    samples.tensor_spacing[2 * i] = static_cast<float>(size * axes.first);
+    samples.tensor_spacing[2 * i + 1] = static_cast<float>(size * axes.second);
   }
 }
 
@@ -65,6 +98,10 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
   if (!p.describe.descriptors.empty() && p.place.samples < 4)
     problems.push_back("descriptors need at least 4 samples");
+  if (p.method == MethodChoice::anisotropic)
+    for (const std::string& problem : validate(p.tensor)) problems.push_back(problem);
+  if (p.certify && p.method == MethodChoice::anisotropic)
+    problems.push_back("certify compares samples with area: the method anisotropic does not follow it");
   if (p.certify && p.density.kind != DensityKind::uniform)
     problems.push_back("certify compares samples with area: it needs the uniform density");
   if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
@@ -103,6 +140,15 @@ void prepare_model(ModelState& model, const SampleParameters& parameters) {
   report.measure = blocked_sum(model.masses) * unit_area;
 }
 
+void follow_tensor_model(ModelState& model, const SampleParameters& parameters) {
+  if (parameters.method != MethodChoice::anisotropic) return;
+  model.tensor = make_tensor_field(model.file, model.mesh, parameters.tensor, model.cancel);
+  multiply(model.density, tensor_density(model.tensor));
+  model.masses = triangle_masses(model.mesh, model.density);
+  model.row.report.measure = blocked_sum(model.masses) * model.mesh.unit * model.mesh.unit;
+  set_surface_metric(model.mesh, model.tensor);
+}
+
 void cut_model(ModelState& model, const SampleParameters& parameters) {
   if (parameters.method == MethodChoice::direct) return;
   model.cuts.resize(model.mesh.components.size());
@@ -124,6 +170,9 @@ void flatten_model(ModelState& model, const SampleParameters& parameters) {
   });
   model.cuts.clear();
   summarise_charts(model);
+  Method& method = model.row.report.method;
+  if (parameters.method == MethodChoice::anisotropic && method == Method::conformal)
+    method = Method::anisotropic;
 }
 
 void build_model_curves(ModelState& model, const SampleParameters& parameters) {
@@ -157,6 +206,7 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.scale = frame.scale;
   model.row.samples = place_samples(model.file, model.mesh, model.density, model.elements, model.key,
                                     parameters.place, frame, report.repairs, model.cancel);
+  if (parameters.method == MethodChoice::anisotropic) add_tensors(model, frame);
   report.status = Status::ok;
 }
 
@@ -220,6 +270,7 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
       model.file.polygon_begin.push_back(static_cast<std::uint32_t>(f));
     model.key = make_random_key(parameters.seed, content);
     prepare_model(model, parameters);
+    follow_tensor_model(model, parameters);
     cut_model(model, parameters);
     flatten_model(model, parameters);
     std::optional<EmbreeDevice> device;

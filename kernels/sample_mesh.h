@@ -14,10 +14,11 @@
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/samples.h"
+#include "kernels/tensor/make_tensor_field.h"
 
 namespace meander {
 
-enum class MethodChoice : std::uint8_t { conformal, direct };
+enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.
@@ -32,7 +33,8 @@ struct SampleParameters {
   DensityParameters density;
   PlaceParameters place;
   DescribeParameters describe;
-  bool certify = false;  // measure the samples of every model; needs the uniform density
+  TensorParameters tensor;  // of the method anisotropic
+  bool certify = false;     // measure the samples of every model; needs the uniform density
 };
 
 // What certify_model measures, as names of descriptors.
@@ -56,7 +58,8 @@ struct ModelState {
   RandomKey key;
   CancelToken cancel;
   PreparedMesh mesh;
-  Density density;
+  TensorField tensor;  // of the method anisotropic
+  Density density;     // of the samples: the user's, over s1 s2 of the tensor
   std::vector<double> masses;
   std::vector<CutChart> cuts;
   std::vector<FlatChart> charts;
@@ -65,6 +68,8 @@ struct ModelState {
   Row row;
 };
 void prepare_model(ModelState& model, const SampleParameters& parameters);
+// The tensor field, the density and the metric that follow from it; nothing for isotropic methods.
+void follow_tensor_model(ModelState& model, const SampleParameters& parameters);
 void cut_model(ModelState& model, const SampleParameters& parameters);
 void flatten_model(ModelState& model, const SampleParameters& parameters);
 void build_model_curves(ModelState& model, const SampleParameters& parameters);

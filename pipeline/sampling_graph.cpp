@@ -312,6 +312,7 @@ GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevi
   return {{"read_mesh",
            [&parameters, reuse = std::move(reuse)](GraphItem& item) { read_item(item, parameters, reuse); }},
           {"prepare_mesh", on_model(prepare_model)},
+          {"follow_tensor", on_model(follow_tensor_model)},
           {"cut_to_disk", on_model(cut_model)},
           {"flatten_chart", on_model(flatten_model)},
           {"build_curve", on_model(build_model_curves)},

@@ -1,6 +1,6 @@
 // The flow graph: from a plan of files to rows in a sink.
 //
-//   admit_items -> read_mesh -> prepare_mesh -> cut_to_disk -> flatten_chart -> build_curve ->
+//   admit_items -> read_mesh -> prepare_mesh -> follow_tensor -> cut_to_disk -> flatten_chart -> build_curve ->
 //   locate_vertices
 //               -> place_samples -> encode_row -> write_row (serial) -> admit_items ...
 //

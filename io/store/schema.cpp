@@ -84,6 +84,14 @@ std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
   }
   add(sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
   add(sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
+  if (content == StoreContent::anisotropic_meshes) {
+    add(sample_array<&S::tensor_direction>(
+        "/tensor/direction", f32, 3, "1",
+        "anisotropic samples only: unit vector along the long spacing, of any sign"));
+    add(sample_array<&S::tensor_spacing>(
+        "/tensor/spacing", f32, 2, "length / scale",
+        "anisotropic samples only: wanted spacings along and across the direction"));
+  }
   return datasets;
 }
 
@@ -134,9 +142,9 @@ const std::vector<DatasetSpec>& fixed_datasets(StoreContent content) {
     for (DatasetSpec& spec : make_item_datasets()) table.push_back(std::move(spec));
     return table;
   };
-  static const std::vector<DatasetSpec> meshes = make(StoreContent::meshes),
-                                        surfaces = make(StoreContent::surfaces);
-  return content == StoreContent::meshes ? meshes : surfaces;
+  static const std::array<std::vector<DatasetSpec>, 3> tables = {
+      make(StoreContent::meshes), make(StoreContent::surfaces), make(StoreContent::anisotropic_meshes)};
+  return tables[static_cast<std::size_t>(content)];
 }
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
@@ -286,7 +294,7 @@ std::string layout_markdown() {
     table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
                          shape, fill_text(spec), spec.unit, spec.doc);
   };
-  for (const DatasetSpec& spec : fixed_datasets(StoreContent::meshes)) {
+  for (const DatasetSpec& spec : fixed_datasets(StoreContent::anisotropic_meshes)) {
     add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }

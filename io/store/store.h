@@ -2,6 +2,7 @@
 // a run is under way (DESIGN section 6, STORAGE sections 4 and 5). No HDF5 type leaves io/store.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -48,7 +49,10 @@ struct DescriptorSchema {
 
 // What the rows of a store are: models of files, whose points name their polygon, or parametric surfaces,
 // whose points name their parameters.
-enum class StoreContent : std::uint8_t { meshes, surfaces };
+// Anisotropic samples of meshes carry their tensors too.
+enum class StoreContent : std::uint8_t { meshes, surfaces, anisotropic_meshes };
+inline constexpr std::array<std::string_view, 3> store_content_names = {"meshes", "surfaces",
+                                                                        "anisotropic meshes"};
 
 // Everything that must be equal for a run to be continued, and that the root attributes of the store record.
 // Nothing here depends on threads, memory, shards, time or host.

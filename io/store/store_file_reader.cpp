@@ -117,8 +117,13 @@ void StoreFileReader::read_facts() {
   facts_.format_version = static_cast<std::uint32_t>(read_number(id, "format_version"));
   facts_.method_version = static_cast<std::uint32_t>(read_number(id, "method_version"));
   facts_.tool_version = read_text_attribute(id, "tool_version");
-  if (has_attribute(id, "content") && read_text_attribute(id, "content") == "surfaces")
-    facts_.content = StoreContent::surfaces;  // older stores hold meshes and do not say so
+  if (has_attribute(id, "content")) {  // older stores hold meshes and do not say so
+    const std::string content = read_text_attribute(id, "content");
+    const auto at = std::find(store_content_names.begin(), store_content_names.end(), content);
+    if (at == store_content_names.end())
+      throw Hdf5Error(path_.string() + " holds `" + content + "`, which this version does not know");
+    facts_.content = static_cast<StoreContent>(at - store_content_names.begin());
+  }
   facts_.seed = read_number(id, "seed");
   facts_.samples = static_cast<std::uint32_t>(read_number(id, "samples"));
   facts_.rows = read_number(id, "rows");

@@ -54,7 +54,8 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   write_attribute(root.get(), "format_version", store_format_version);
   write_attribute(root.get(), "method_version", store_method_version);
   write_attribute(root.get(), "tool_version", tool_version());
-  write_attribute(root.get(), "content", header.content == StoreContent::meshes ? "meshes" : "surfaces");
+  write_attribute(root.get(), "content",
+                  std::string(store_content_names[static_cast<std::size_t>(header.content)]));
   write_attribute(root.get(), "seed", header.seed);
   write_attribute(root.get(), "samples", layout.samples);
   write_attribute(root.get(), "rows", layout.rows);
@@ -115,6 +116,8 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
   const bool certified = std::any_of(header.descriptors.begin(), header.descriptors.end(),
                                      [](const DescriptorSchema& d) { return d.group == "certificate"; });
   const Hdf5Group certificate = certified ? make_group(file_, "/certificate") : Hdf5Group();
+  const Hdf5Group tensor =
+      header.content == StoreContent::anisotropic_meshes ? make_group(file_, "/tensor") : Hdf5Group();
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {
     const Hdf5Type type = make_type(dataset);

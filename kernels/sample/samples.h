@@ -21,6 +21,8 @@ struct Samples {
   std::vector<float> uv;                  // N x 2 parameters in [0, 1]
   std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
   std::vector<float> density;             // N density values at the samples
+  std::vector<float> tensor_direction;  // N x 3 unit vectors along the long spacing; anisotropic samples only
+  std::vector<float> tensor_spacing;    // N x 2 wanted spacings along and across it, in units of the points
 
   std::size_t count() const { return points.size() / 3; }
 };

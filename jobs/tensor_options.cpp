@@ -1,0 +1,127 @@
+#include "jobs/tensor_options.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <string_view>
+
+#include "jobs/command_line.h"
+#include "jobs/option_words.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::string_view kinds =
+    "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ";
+constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
+
+bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::string_view number = text.substr(0, text.find(','));
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), numbers[i]);
+    if (error != std::errc{} || end != number.data() + number.size()) return false;
+    if (number.size() == text.size()) return i + 1 == numbers.size();
+    text.remove_prefix(number.size() + 1);
+  }
+  return false;
+}
+
+void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector<std::string>& problems) {
+  constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:";
+  if (text == "curvature") {
+    tensor.kind = TensorKind::curvature;
+  } else if (text == "isotropic") {
+    tensor.kind = TensorKind::isotropic;
+  } else if (text.starts_with(vertex)) {
+    tensor.kind = TensorKind::vertex_attribute;
+    tensor.attribute = text.substr(vertex.size());
+  } else if (text.starts_with(face)) {
+    tensor.kind = TensorKind::face_attribute;
+    tensor.attribute = text.substr(face.size());
+  } else if (text.starts_with(constant)) {
+    tensor.kind = TensorKind::constant;
+    if (!parse_six(std::string_view(text).substr(constant.size()), tensor.constant))
+      problems.push_back("--tensor: `" + text + "` needs six numbers XX,XY,XZ,YY,YZ,ZZ");
+  } else {
+    problems.push_back(fmt::format("--tensor: `{}` is none of {}", text, kinds));
+  }
+}
+
+}  // namespace
+
+void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters) {
+  const char* const group = "Anisotropic";
+  const auto note = [&texts](const char* name) {
+    return [&texts, name](const std::string&) {
+      if (texts.given.empty()) texts.given = name;
+    };
+  };
+  command
+      .add_option("--tensor", texts.tensor, fmt::format("Wanted spacings of --method anisotropic: {}", kinds))
+      ->capture_default_str()
+      ->each(note("--tensor"))
+      ->group(group);
+  command.add_option("--tensor-form", texts.form, "Six numbers are spacings S, or a metric G = S^-2")
+      ->capture_default_str()
+      ->check(one_of(form_words))
+      ->each(note("--tensor-form"))
+      ->group(group);
+  command
+      .add_option("--tensor-ratio", parameters.tensor.max_ratio, "Largest ratio of the two spacings, 1 to 64")
+      ->capture_default_str()
+      ->each(note("--tensor-ratio"))
+      ->group(group);
+  command
+      .add_option("--tensor-density", texts.density,
+                  "curvature: keep the density (only shapes vary), or follow the curvature")
+      ->capture_default_str()
+      ->check(OneOf({"keep", "follow"}))
+      ->each(note("--tensor-density"))
+      ->group(group);
+  command
+      .add_option("--tensor-smoothing", parameters.tensor.smoothing,
+                  "curvature: rounds of smoothing, 0 to 64")
+      ->capture_default_str()
+      ->each(note("--tensor-smoothing"))
+      ->group(group);
+}
+
+void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
+                            std::vector<std::string>& problems) {
+  if (parameters.method != MethodChoice::anisotropic) {
+    if (!texts.given.empty()) problems.push_back(texts.given + " is for --method anisotropic");
+    return;
+  }
+  TensorParameters& tensor = parameters.tensor;
+  resolve_kind(texts.tensor, tensor, problems);
+  tensor.form = value_of(form_words, texts.form);
+  tensor.adaptive = texts.density == "follow";
+  const bool curved = tensor.kind == TensorKind::curvature;
+  if (!curved && (tensor.adaptive || tensor.smoothing != TensorParameters{}.smoothing))
+    problems.push_back("--tensor-density and --tensor-smoothing shape --tensor curvature only");
+  const bool isotropic = tensor.kind == TensorKind::isotropic;
+  if ((curved || isotropic) && tensor.form != TensorForm::spacing)
+    problems.push_back("--tensor-form says what given tensors mean; " + texts.tensor + " has none");
+}
+
+std::string tensor_text(const TensorParameters& tensor) {
+  switch (tensor.kind) {
+    case TensorKind::curvature:
+      return "curvature";
+    case TensorKind::isotropic:
+      return "isotropic";
+    case TensorKind::vertex_attribute:
+      return "attribute:" + tensor.attribute;
+    case TensorKind::face_attribute:
+      return "face-attribute:" + tensor.attribute;
+    case TensorKind::constant:
+      return fmt::format("constant:{}", fmt::join(tensor.constant, ","));
+    case TensorKind::table:
+      return "file";
+  }
+  return "";
+}
+
+}  // namespace meander

@@ -1,0 +1,30 @@
+// The options of the method anisotropic: where its tensor field comes from.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/sample_mesh.h"
+
+namespace CLI {
+class App;
+}
+
+namespace meander {
+
+struct TensorOptionTexts {
+  std::string tensor = "curvature", form = "spacing", density = "keep";
+  std::string given;  // the first of these options that was given; empty: none
+};
+
+// Adds the options of the group "Anisotropic".
+void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters);
+
+// Fills parameters.tensor and adds what is wrong to `problems`, also options that the method does not take.
+void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
+                            std::vector<std::string>& problems);
+
+// "curvature", "attribute:NAME", "constant:1,0,0,1,0,1", ...: as the user would give it.
+std::string tensor_text(const TensorParameters& tensor);
+
+}  // namespace meander
