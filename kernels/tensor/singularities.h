@@ -1,6 +1,7 @@
 // Where a tensor field has no direction: indices, singularities, and cuts that join them (ALGORITHMS 7.3).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -41,12 +41,16 @@ inline TensorAxes tensor_axes(TangentTensor a) {
   const double half = 0.5 * (a.xx - a.yy), radius = std::hypot(half, a.xy), middle = 0.5 * (a.xx + a.yy);
   TensorAxes axes{middle + radius, middle - radius, 1, 0};
   if (!(radius > 0)) return axes;
-  // cos and sin of half the angle of (half, xy): no trigonometry, the same bits everywhere.
-  const double c = half / radius;
-  axes.x = std::sqrt(std::max(0.0, 0.5 * (1 + c)));
-  axes.y = std::sqrt(std::max(0.0, 0.5 * (1 - c)));
-  if (a.xy < 0) axes.y = -axes.y;
-  if (axes.x <= 0) axes = {axes.first, axes.second, 0, 1};
+  // cos and sin of half the angle of (half, xy), the larger one first: no trigonometry, no cancellation.
+  const double c = half / radius, s = a.xy / radius;
+  if (c >= 0) {
+    axes.x = std::sqrt(0.5 * (1 + c));
+    axes.y = 0.5 * s / axes.x;
+  } else {
+    axes.y = std::copysign(std::sqrt(0.5 * (1 - c)), s);
+    axes.x = 0.5 * s / axes.y;
+    if (!(axes.x > 0)) axes = {axes.first, axes.second, 0, 1};
+  }
   return axes;
 }
 inline TangentTensor tensor_of(TensorAxes axes) {

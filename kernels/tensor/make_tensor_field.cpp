@@ -1,0 +1,1 @@
+#include "kernels/tensor/make_tensor_field.h"

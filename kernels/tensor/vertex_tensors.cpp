@@ -1,0 +1,128 @@
+// Gathers at every vertex from the triangles around it, so that no two threads add to one number.
+#include "kernels/tensor/vertex_tensors.h"
+
+#include "kernels/core/parallel.h"
+#include "kernels/tensor/vertex_corners.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t vertex_block = 2048;
+constexpr int fill_rounds = 64;
+// Sums of normals shorter than this share of their terms are rounding.
+constexpr double least_sum = 1e-9;
+
+struct NormalSum {
+  Vector3 sum;
+  double weight = 0;  // what the sum would measure if all normals agreed
+
+  void add(Vector3 v, double w) {
+    sum = sum + v;
+    weight += w;
+  }
+  bool known() const { return norm(sum) > least_sum * weight && weight > 0; }
+};
+
+NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> corners) {
+  NormalSum normal;
+  for (const std::uint32_t h : corners) {
+    if (!(mesh.area[h / 3] > 0)) continue;
+    const Vector3 p = mesh.position(mesh.triangles[h]);
+    const Vector3 q = mesh.position(mesh.triangles[next_half_edge(h)]) - p;
+    const Vector3 r = mesh.position(mesh.triangles[previous_half_edge(h)]) - p;
+    const double scale = dot(q, q) * dot(r, r);
+    const Vector3 twice = cross(q, r);
+    if (!(scale > 0) || !(norm(twice) > 0)) continue;
+    normal.add((1 / scale) * twice, norm(twice) / scale);
+  }
+  return normal;
+}
+
+}  // namespace
+
+TangentTensor tangent_part(const AmbientTensor& a, const TangentFrame& frame) {
+  const auto times = [&](Vector3 v) {
+    return Vector3{a.xx * v.x + a.xy * v.y + a.xz * v.z, a.xy * v.x + a.yy * v.y + a.yz * v.z,
+                   a.xz * v.x + a.yz * v.y + a.zz * v.z};
+  };
+  const Vector3 x = times(frame.x), y = times(frame.y);
+  return {dot(frame.x, x), dot(frame.y, x), dot(frame.y, y)};
+}
+
+AmbientTensor ambient_tensor(TangentTensor t, const TangentFrame& frame) {
+  const Vector3 x = t.xx * frame.x + t.xy * frame.y, y = t.xy * frame.x + t.yy * frame.y;
+  const Vector3 u = frame.x, v = frame.y;
+  return {x.x * u.x + y.x * v.x, x.x * u.y + y.x * v.y, x.x * u.z + y.x * v.z,
+          x.y * u.y + y.y * v.y, x.y * u.z + y.y * v.z, x.z * u.z + y.z * v.z};
+}
+
+std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
+  const VertexCorners around(mesh);
+  const std::size_t vertices = mesh.vertex_count();
+  std::vector<TangentFrame> frames(vertices);
+  std::vector<std::uint8_t> known(vertices, 0);
+  const auto set = [&](std::size_t v, Vector3 sum) { frames[v] = frame_of_normal((1 / norm(sum)) * sum); };
+  parallel_blocks(vertices, vertex_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const NormalSum normal = max_normal(mesh, around.of(v));
+      if (!normal.known()) continue;
+      set(v, normal.sum);
+      known[v] = 1;
+    }
+  });
+  std::vector<std::uint32_t> unknown;
+  for (std::uint32_t v = 0; v < vertices; ++v)
+    if (!known[v]) unknown.push_back(v);
+  std::vector<NormalSum> sums;
+  for (int round = 0; round < fill_rounds && !unknown.empty(); ++round) {
+    sums.assign(unknown.size(), {});
+    for (std::size_t i = 0; i < unknown.size(); ++i)
+      for (const std::uint32_t h : around.of(unknown[i]))
+        for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)})
+          if (const std::uint32_t w = mesh.triangles[other]; known[w]) sums[i].add(frames[w].normal, 1);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < unknown.size(); ++i) {
+      const std::uint32_t v = unknown[i];
+      if (!sums[i].known()) {
+        unknown[left++] = v;
+        continue;
+      }
+      set(v, sums[i].sum);
+      known[v] = 1;
+    }
+    if (left == unknown.size()) break;
+    unknown.resize(left);
+  }
+  for (const std::uint32_t v : unknown) frames[v] = frame_of_normal({0, 0, 1});
+  return frames;
+}
+
+void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
+                    std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel) {
+  if (rounds == 0) return;
+  const VertexCorners around(mesh);
+  std::vector<TangentTensor> before(log_spacing.size());
+  for (unsigned round = 0; round < rounds; ++round) {
+    cancel.check();
+    std::copy(log_spacing.begin(), log_spacing.end(), before.begin());
+    parallel_blocks(before.size(), vertex_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        TangentTensor sum;
+        double weight = 0;
+        for (const std::uint32_t h : around.of(v)) {
+          const double area = mesh.area[h / 3];
+          if (!(area > 0)) continue;
+          for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
+            const std::uint32_t w = mesh.triangles[other];
+            sum = sum + area * transport(before[w], frames[w], frames[v]);
+            weight += area;
+          }
+        }
+        if (weight > 0) log_spacing[v] = 0.5 * before[v] + (0.5 / weight) * sum;
+      }
+    });
+  }
+}
+
+}  // namespace meander
