@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t triangle_block = 1 << 12;
 constexpr std::size_t batch_size = 16;       // right-hand sides per pass over the factor
-constexpr double least_weight = 1e-10;       // of the largest weight of a component
+constexpr double least_weight = 1e-8;        // of the largest weight of a component
 constexpr double equal_probability = 1e-12;  // closer ones are a tie: rounding decides nothing
 
 // One side of an edge, in the frame whose x axis is that side's half-edge and y points into the triangle: the

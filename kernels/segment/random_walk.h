@@ -33,8 +33,8 @@ struct TriangleSteps {
 // edge's length in the metric and mean the mean of c over the component; thus nothing depends on how the
 // surface lies in space except through the metric, and a field of S = 1 gives Euclidean lengths. b in [0, 1]
 // is sin^2 of the angle between the primary directions on both sides, times the smaller 1 - s2 / s1 of both
-// (directions of isotropic tensors are noise). Weights below 1e-10 of the component's largest are raised to
-// that: the linear systems keep six digits. A triangle without area takes the tensor of its neighbour.
+// (directions of isotropic tensors are noise). Weights below 1e-8 of the component's largest are raised to
+// that: the linear systems keep enough digits. A triangle without area takes the tensor of its neighbour.
 // Throws std::invalid_argument for parameters out of range. O(T), parallel.
 TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
                              const RandomWalkParameters& parameters = {});
