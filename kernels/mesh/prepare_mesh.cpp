@@ -4,11 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 
 #include "kernels/core/parallel.h"
-#include "kernels/curve/curve_key.h"
+#include "kernels/mesh/components.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/triangulate_polygon.h"
 
@@ -245,34 +244,6 @@ bool consistently_wound(const Soup& soup, std::span<const std::uint32_t> opposit
   return true;
 }
 
-// Breadth-first over the edges: component number of every triangle. Returns how many there are.
-std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
-                              const CancelToken& cancel) {
-  const std::size_t count = opposite.size() / 3;
-  component.assign(count, no_index);
-  std::vector<std::uint32_t> queue(count);
-  std::size_t queued = 0;
-  std::uint32_t components = 0;
-  for (std::uint32_t seed = 0; queued < count; ++seed) {
-    if (component[seed] != no_index) continue;
-    std::size_t at = queued;
-    queue[queued++] = seed;
-    component[seed] = components;
-    for (; at < queued; ++at) {
-      if (at % 65536 == 0) cancel.check();
-      for (std::uint32_t h = 3 * queue[at]; h < 3 * queue[at] + 3; ++h) {
-        if (opposite[h] == no_index) continue;
-        const std::uint32_t neighbour = opposite[h] / 3;
-        if (component[neighbour] != no_index) continue;
-        component[neighbour] = components;
-        queue[queued++] = neighbour;
-      }
-    }
-    ++components;
-  }
-  return components;
-}
-
 // Breadth-first over the edges: component number of every triangle, consistent winding, conflicting edges
 // cut.
 std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
@@ -331,28 +302,12 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
                                             std::span<const std::uint32_t> component,
                                             std::uint32_t components) {
   if (components == 1) return {0};
-  std::vector<Vector3> moment(components), middle(components);
-  std::vector<double> weight(components, 0.0);
-  std::vector<std::uint32_t> members(components, 0);
-  for (std::size_t t = 0; t < component.size(); ++t) {
-    const std::uint32_t c = component[t];
-    const Vector3 centroid = (1.0 / 3) * (working_position(mesh, frame, soup.triangles[3 * t]) +
-                                          working_position(mesh, frame, soup.triangles[3 * t + 1]) +
-                                          working_position(mesh, frame, soup.triangles[3 * t + 2]));
-    moment[c] = moment[c] + area[t] * centroid;
-    middle[c] = middle[c] + centroid;
-    weight[c] += area[t];
-    ++members[c];
-  }
-  std::vector<std::uint64_t> key(components);
-  for (std::uint32_t c = 0; c < components; ++c)
-    key[c] = hilbert_key_3d(weight[c] > 0 ? (1 / weight[c]) * moment[c] : (1.0 / members[c]) * middle[c]);
-  std::vector<std::uint32_t> order(components), place(components);
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });
-  for (std::uint32_t i = 0; i < components; ++i) place[order[i]] = i;
-  return place;
+  std::vector<CentroidSum> sums(components);
+  for (std::size_t t = 0; t < component.size(); ++t)
+    sums[component[t]].add(area[t], (1.0 / 3) * (working_position(mesh, frame, soup.triangles[3 * t]) +
+                                                 working_position(mesh, frame, soup.triangles[3 * t + 1]) +
+                                                 working_position(mesh, frame, soup.triangles[3 * t + 2])));
+  return places_along_curve(sums);
 }
 
 // Triangles grouped by component (file order inside), half-edges renumbered to match.
@@ -420,38 +375,6 @@ void split_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
   }
   out.repairs[Repair::split_vertices] += fans - distinct;
   out.triangles = std::move(fan);
-}
-
-void describe_components(PreparedMesh& out) {
-  std::vector<std::uint8_t> visited(out.opposite.size(), 0);
-  std::uint32_t next_vertex = 0;
-  for (Component& c : out.components) {
-    c.vertex_begin = next_vertex;
-    std::uint32_t boundary = 0;
-    double area = 0;
-    for (std::uint32_t t = c.triangle_begin; t < c.triangle_end; ++t) {
-      area += out.area[t];
-      for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-        next_vertex = std::max(next_vertex, out.triangles[h] + 1);  // fans are numbered in triangle order
-        if (out.opposite[h] != no_index) continue;
-        ++boundary;
-        if (visited[h]) continue;
-        ++c.boundary_loops;
-        for (std::uint32_t at = h; !visited[at]; at = next_boundary_half_edge(out.opposite, at))
-          visited[at] = 1;
-      }
-    }
-    c.vertex_end = next_vertex;
-    c.area = area;
-    const std::int64_t faces = c.triangle_end - c.triangle_begin, edges = (3 * faces + boundary) / 2;
-    const std::int64_t euler = std::int64_t{c.vertex_end} - c.vertex_begin - edges + faces;
-    const std::int64_t twice_genus = 2 - std::int64_t{c.boundary_loops} - euler;
-    if (twice_genus < 0 || twice_genus % 2 != 0)
-      throw ItemError(Status::internal, "a component of Euler number " + std::to_string(euler) + " with " +
-                                            std::to_string(c.boundary_loops) +
-                                            " boundary loops is no oriented surface");
-    c.genus = static_cast<std::uint32_t>(twice_genus / 2);
-  }
 }
 
 }  // namespace

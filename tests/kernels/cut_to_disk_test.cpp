@@ -99,37 +99,6 @@ PolygonMesh annulus(std::uint32_t around) {
   return mesh;
 }
 
-// A slab with `holes` square tunnels: a closed surface of that genus.
-PolygonMesh slab_with_tunnels(std::uint32_t holes) {
-  const std::uint32_t nx = 2 * holes + 1, ny = 3;
-  std::vector<double> xyz;
-  for (std::uint32_t k = 0; k < 2; ++k)
-    for (std::uint32_t j = 0; j <= ny; ++j)
-      for (std::uint32_t i = 0; i <= nx; ++i) xyz.insert(xyz.end(), {1.0 * i, 1.0 * j, 1.0 * k});
-  const auto at = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
-    return (k * (ny + 1) + j) * (nx + 1) + i;
-  };
-  const auto solid = [&](int i, int j) {
-    if (i < 0 || j < 0 || i >= static_cast<int>(nx) || j >= static_cast<int>(ny)) return false;
-    return !(i % 2 == 1 && j == 1);
-  };
-  std::vector<std::vector<std::uint32_t>> faces;
-  for (std::uint32_t j = 0; j < ny; ++j)
-    for (std::uint32_t i = 0; i < nx; ++i) {
-      const int si = static_cast<int>(i), sj = static_cast<int>(j);
-      if (!solid(si, sj)) continue;
-      faces.push_back({at(i, j, 1), at(i + 1, j, 1), at(i + 1, j + 1, 1), at(i, j + 1, 1)});
-      faces.push_back({at(i, j, 0), at(i, j + 1, 0), at(i + 1, j + 1, 0), at(i + 1, j, 0)});
-      if (!solid(si, sj - 1)) faces.push_back({at(i, j, 0), at(i + 1, j, 0), at(i + 1, j, 1), at(i, j, 1)});
-      if (!solid(si, sj + 1))
-        faces.push_back({at(i + 1, j + 1, 0), at(i, j + 1, 0), at(i, j + 1, 1), at(i + 1, j + 1, 1)});
-      if (!solid(si - 1, sj)) faces.push_back({at(i, j + 1, 0), at(i, j, 0), at(i, j, 1), at(i, j + 1, 1)});
-      if (!solid(si + 1, sj))
-        faces.push_back({at(i + 1, j, 0), at(i + 1, j + 1, 0), at(i + 1, j + 1, 1), at(i + 1, j, 1)});
-    }
-  return polygon_mesh(std::move(xyz), std::move(faces));
-}
-
 }  // namespace
 
 TEST_CASE("cut_to_disk: closed spheres become one disk") {

@@ -25,6 +25,8 @@ PolygonMesh two_sided_plate(std::uint32_t n,
 // grid_plane(folds * n, n, folds, 1) folded up like an accordion: the same vertices and faces, in `folds`
 // layers of 1 x 1 that lie about `gap` above each other
 PolygonMesh folded_sheet(std::uint32_t folds, std::uint32_t n, double gap);
+// a slab of unit cells with `holes` square tunnels: a closed surface of that genus
+PolygonMesh slab_with_tunnels(std::uint32_t holes);
 PolygonMesh polygon_mesh(std::vector<double> xyz, std::vector<std::vector<std::uint32_t>> faces);
 PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b);  // vertices and faces of b after those of a
 // xyz -> rotation (fixed, generic) * scale + shift

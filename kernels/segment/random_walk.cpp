@@ -1,0 +1,332 @@
+#include "kernels/segment/random_walk.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "kernels/core/parallel.h"
+#include "kernels/flatten/elimination_order.h"
+#include "kernels/flatten/sparse_cholesky.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t triangle_block = 1 << 12;
+constexpr std::size_t batch_size = 16;       // right-hand sides per pass over the factor
+constexpr double least_weight = 1e-8;        // of the largest weight of a component
+constexpr double equal_probability = 1e-12;  // closer ones are a tie: rounding decides nothing
+
+// One side of an edge, in the frame whose x axis is that side's half-edge and y points into the triangle: the
+// step from the centroid to the middle of the edge, and the mean log S of the triangle. The other side's
+// frame is this one turned by 180 degrees, so steps of both sides add up and tensors agree.
+struct HalfStep {
+  double x = 0, y = 0;
+  TangentTensor log_spacing;
+  bool has_tensor = false;
+};
+
+std::array<HalfStep, 3> half_steps(const PreparedMesh& mesh, const TensorField& field, std::uint32_t t) {
+  const Vector3 origin = mesh.position(mesh.triangles[3 * t]);
+  const Vector3 e1 = mesh.position(mesh.triangles[3 * t + 1]) - origin;
+  const Vector3 e2 = mesh.position(mesh.triangles[3 * t + 2]) - origin;
+  const bool has_area = mesh.area[t] > 0;
+  std::array<std::array<double, 2>, 3> corner{};
+  if (has_area) {
+    const TangentFrame frame = triangle_frame(mesh, t);
+    corner[1] = {dot(e1, frame.x), dot(e1, frame.y)};
+    corner[2] = {dot(e2, frame.x), dot(e2, frame.y)};
+  } else {  // its corners lie on a line
+    const double length = norm(e1);
+    corner[1] = {length, 0};
+    corner[2] = {length > 0 ? dot(e2, e1) / length : norm(e2), 0};
+  }
+  const TangentTensor mean =
+      (1.0 / 3) * (field.corner[3 * t] + field.corner[3 * t + 1] + field.corner[3 * t + 2]);
+  const double centre_x = (corner[1][0] + corner[2][0]) / 3, centre_y = (corner[1][1] + corner[2][1]) / 3;
+  std::array<HalfStep, 3> steps;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& a = corner[k];
+    const auto& b = corner[(k + 1) % 3];
+    double dx = b[0] - a[0], dy = b[1] - a[1];
+    const double length = std::hypot(dx, dy);
+    dx = length > 0 ? dx / length : 1;
+    dy = length > 0 ? dy / length : 0;
+    const double mx = 0.5 * (a[0] + b[0]) - centre_x, my = 0.5 * (a[1] + b[1]) - centre_y;
+    steps[k] = {mx * dx + my * dy, dx * my - dy * mx, {}, has_area};
+    if (has_area) steps[k].log_spacing = in_turned_frame(mean, dx, dy);
+  }
+  return steps;
+}
+
+TangentTensor mean_tensor(const HalfStep& a, const HalfStep& b) {
+  if (a.has_tensor != b.has_tensor) return a.has_tensor ? a.log_spacing : b.log_spacing;
+  return 0.5 * (a.log_spacing + b.log_spacing);
+}
+
+double bend(const HalfStep& a, const HalfStep& b) {
+  if (!a.has_tensor || !b.has_tensor) return 0;
+  const TensorAxes p = tensor_axes(a.log_spacing), q = tensor_axes(b.log_spacing);
+  const double cosine = p.x * q.x + p.y * q.y;
+  const double directed = std::min(1 - std::exp(p.second - p.first), 1 - std::exp(q.second - q.first));
+  return std::max(0.0, 1 - cosine * cosine) * directed;
+}
+
+// The walk on one component: its unseeded triangles are the unknowns.
+class WalkSystem {
+ public:
+  WalkSystem(const PreparedMesh& mesh, const Component& component, std::span<const double> weight,
+             std::span<const std::uint32_t> seeds, const CancelToken& cancel)
+      : mesh_(mesh), component_(component), weight_(weight), seeds_(seeds) {
+    const std::uint32_t triangles = component.triangle_end - component.triangle_begin;
+    if (seeds.empty()) throw std::invalid_argument("random walk: a component without a seed");
+    seed_.assign(triangles, no_index);
+    for (std::uint32_t l = 0; l < seeds.size(); ++l) {
+      if (seeds[l] < component.triangle_begin || seeds[l] >= component.triangle_end)
+        throw std::invalid_argument("random walk: a seed outside its component");
+      std::uint32_t& entry = seed_[seeds[l] - component.triangle_begin];
+      if (entry != no_index) throw std::invalid_argument("random walk: two seeds in one triangle");
+      entry = l;
+    }
+    unknown_.assign(triangles, no_index);
+    for (std::uint32_t i = 0; i < triangles; ++i) {
+      if (seed_[i] != no_index) continue;
+      unknown_[i] = static_cast<std::uint32_t>(triangle_.size());
+      triangle_.push_back(i);
+    }
+    if (seeds.size() > 1 && !triangle_.empty()) factorise(cancel);
+  }
+
+  // Unknowns, as triangles counted from the component's first.
+  std::span<const std::uint32_t> triangles() const { return triangle_; }
+  std::size_t batches() const { return (seeds_.size() + batch_size - 1) / batch_size; }
+
+  // Probabilities of the seeds of a batch: those of unknown u at result[u * columns(batch)].
+  std::size_t columns(std::size_t batch) const {
+    const std::size_t count = std::min(batch_size, seeds_.size() - batch * batch_size);
+    return count > 8 ? 16 : count > 4 ? 8 : count > 2 ? 4 : count;
+  }
+  std::vector<double> solve(std::size_t batch) const {
+    const std::size_t width = columns(batch);
+    std::vector<double> values(triangle_.size() * width, 0.0);
+    const std::size_t end = std::min(seeds_.size(), (batch + 1) * batch_size);
+    for (std::size_t l = batch * batch_size; l < end; ++l)
+      for (std::uint32_t h = 3 * seeds_[l]; h < 3 * seeds_[l] + 3; ++h) {
+        const std::uint32_t neighbour = neighbour_of(h);
+        if (neighbour == no_index || unknown_[neighbour] == no_index) continue;
+        values[unknown_[neighbour] * width + l - batch * batch_size] += weight_[h];
+      }
+    cholesky_.solve_many(values, width);
+    return values;
+  }
+
+ private:
+  // The triangle across h, counted from the component's first.
+  std::uint32_t neighbour_of(std::uint32_t h) const {
+    const std::uint32_t other = mesh_.opposite[h];
+    if (other == no_index || other / 3 == h / 3) return no_index;
+    return other / 3 - component_.triangle_begin;
+  }
+
+  void factorise(const CancelToken& cancel) {
+    UnknownGraph graph;
+    std::vector<double> values, diagonal(triangle_.size(), 0.0);
+    graph.begin.reserve(triangle_.size() + 1);
+    graph.begin.push_back(0);
+    for (std::size_t u = 0; u < triangle_.size(); ++u) {
+      const std::uint32_t t = component_.triangle_begin + triangle_[u];
+      for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+        const std::uint32_t neighbour = neighbour_of(h);
+        if (neighbour == no_index) continue;
+        diagonal[u] += weight_[h];
+        if (unknown_[neighbour] == no_index) continue;
+        graph.neighbours.push_back(unknown_[neighbour]);
+        values.push_back(-weight_[h]);
+      }
+      graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbours.size()));
+    }
+    const std::vector<std::uint32_t> order = elimination_order(graph);
+    cancel.check();
+    // Where rounding makes a pivot that is not positive, walks that may stop on the way stand in.
+    for (const double stop : {0.0, 1e-14, 1e-12, 1e-9}) {
+      std::vector<double> raised = diagonal;
+      for (double& d : raised) d *= 1 + stop;
+      cholesky_.factorise(graph, values, raised, order, cancel);
+      if (cholesky_.succeeded()) return;
+    }
+    throw ItemError(Status::internal, "the random walk over " + std::to_string(triangle_.size()) +
+                                          " triangles cannot be factorised");
+  }
+
+  const PreparedMesh& mesh_;
+  const Component& component_;
+  std::span<const double> weight_;
+  std::span<const std::uint32_t> seeds_;
+  std::vector<std::uint32_t> seed_;      // by triangle: its number, no_index where unseeded
+  std::vector<std::uint32_t> unknown_;   // by triangle: its unknown, no_index where seeded
+  std::vector<std::uint32_t> triangle_;  // by unknown
+  SparseCholesky cholesky_;
+};
+
+// Writes numbers[l] of the most probable seed l for every triangle of the component.
+void label_component(const PreparedMesh& mesh, const Component& component, std::span<const double> weight,
+                     std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> numbers,
+                     std::span<std::uint32_t> label, const CancelToken& cancel) {
+  if (seeds.size() == 1) {
+    std::fill(label.begin(), label.end(), numbers[0]);
+    return;
+  }
+  const WalkSystem system(mesh, component, weight, seeds, cancel);
+  for (std::size_t l = 0; l < seeds.size(); ++l) label[seeds[l] - component.triangle_begin] = numbers[l];
+  struct Best {
+    double probability = -1;
+    std::uint32_t seed = 0;
+  };
+  const std::size_t unknowns = system.triangles().size();
+  std::vector<std::vector<Best>> best(system.batches());
+  parallel_tasks(system.batches(), [&](std::size_t batch) {
+    cancel.check();
+    const std::vector<double> values = system.solve(batch);
+    const std::size_t width = system.columns(batch), first = batch * batch_size;
+    const std::size_t used = std::min(width, seeds.size() - first);
+    best[batch].resize(unknowns);
+    for (std::size_t u = 0; u < unknowns; ++u)
+      for (std::size_t c = 0; c < used; ++c)
+        if (values[u * width + c] > best[batch][u].probability + equal_probability)
+          best[batch][u] = {values[u * width + c], static_cast<std::uint32_t>(first + c)};
+  });
+  for (std::size_t u = 0; u < unknowns; ++u) {
+    Best chosen;
+    for (const std::vector<Best>& candidates : best)
+      if (candidates[u].probability > chosen.probability + equal_probability) chosen = candidates[u];
+    label[system.triangles()[u]] = numbers[chosen.seed];
+  }
+}
+
+void require_half_edges(const PreparedMesh& mesh, std::size_t values) {
+  if (values != mesh.triangles.size())
+    throw std::invalid_argument("random walk: one weight for every half-edge is needed");
+}
+
+}  // namespace
+
+TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
+                             const RandomWalkParameters& parameters) {
+  if (!(parameters.sigma > 0) || !std::isfinite(parameters.sigma))
+    throw std::invalid_argument("random walk: sigma must be a positive number");
+  if (!(parameters.bending >= 0) || !std::isfinite(parameters.bending))
+    throw std::invalid_argument("random walk: bending must not be negative");
+  const std::size_t half_edges = mesh.triangles.size();
+  if (field.corner.size() != half_edges)
+    throw std::invalid_argument("random walk: the field is that of another mesh");
+  std::vector<HalfStep> half(half_edges);
+  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::array<HalfStep, 3> steps = half_steps(mesh, field, static_cast<std::uint32_t>(t));
+      std::copy(steps.begin(), steps.end(), half.begin() + static_cast<std::ptrdiff_t>(3 * t));
+    }
+  });
+  TriangleSteps steps;
+  steps.length.assign(half_edges, 0.0);
+  steps.weight = metric_edge_lengths(mesh, field);
+  // Each edge once, at its lower half-edge.
+  const auto for_each_edge = [&](std::size_t begin, std::size_t end, const auto& body) {
+    for (std::size_t h = begin; h < end; ++h) {
+      const std::uint32_t other = mesh.opposite[h];
+      if (other != no_index && h < other) body(h, other);
+    }
+  };
+  parallel_blocks(half_edges, 3 * triangle_block, [&](std::size_t begin, std::size_t end) {
+    for_each_edge(begin, end, [&](std::size_t h, std::uint32_t other) {
+      const HalfStep &a = half[h], &b = half[other];
+      const TangentTensor metric = metric_of(mean_tensor(a, b));
+      steps.length[h] = std::sqrt(std::max(0.0, quadratic(metric, a.x + b.x, a.y + b.y)));
+    });
+  });
+  std::vector<double> inverse_mean(mesh.components.size());
+  for (std::size_t c = 0; c < inverse_mean.size(); ++c) {
+    double sum = 0;
+    std::size_t edges = 0;
+    for_each_edge(3 * std::size_t{mesh.components[c].triangle_begin},
+                  3 * std::size_t{mesh.components[c].triangle_end}, [&](std::size_t h, std::uint32_t other) {
+                    steps.length[other] = steps.length[h];
+                    sum += steps.length[h];
+                    ++edges;
+                  });
+    inverse_mean[c] = sum > 0 ? static_cast<double>(edges) / sum : 0;
+  }
+  for (std::size_t c = 0; c < inverse_mean.size(); ++c) {
+    const std::size_t first = 3 * std::size_t{mesh.components[c].triangle_begin};
+    const std::size_t count = 3 * std::size_t{mesh.components[c].triangle_end} - first;
+    parallel_blocks(count, 3 * triangle_block, [&](std::size_t begin, std::size_t end) {
+      for_each_edge(first + begin, first + end, [&](std::size_t h, std::uint32_t other) {
+        double cost = steps.length[h] * inverse_mean[c];
+        if (parameters.bending > 0) cost += parameters.bending * bend(half[h], half[other]);
+        steps.weight[h] *= std::exp(-cost / parameters.sigma);
+      });
+    });
+    double largest = 0;
+    for_each_edge(first, first + count,
+                  [&](std::size_t h, std::uint32_t) { largest = std::max(largest, steps.weight[h]); });
+    const double scale = largest > 0 ? 1 / largest : 0;
+    for_each_edge(first, first + count, [&](std::size_t h, std::uint32_t other) {
+      const double w = scale > 0 ? steps.weight[h] * scale : 1;
+      steps.weight[h] = steps.weight[other] = w >= least_weight ? w : least_weight;
+    });
+    for (std::size_t h = first; h < first + count; ++h)
+      if (mesh.opposite[h] == no_index) steps.weight[h] = 0;
+  }
+  return steps;
+}
+
+std::vector<double> random_walk_probabilities(const PreparedMesh& mesh, const Component& component,
+                                              std::span<const double> weight,
+                                              std::span<const std::uint32_t> seeds,
+                                              const CancelToken& cancel) {
+  require_half_edges(mesh, weight.size());
+  const WalkSystem system(mesh, component, weight, seeds, cancel);
+  const std::size_t count = seeds.size();
+  std::vector<double> probability((component.triangle_end - component.triangle_begin) * count,
+                                  count == 1 ? 1.0 : 0.0);
+  if (count == 1) return probability;
+  for (std::size_t l = 0; l < count; ++l) probability[(seeds[l] - component.triangle_begin) * count + l] = 1;
+  parallel_tasks(system.batches(), [&](std::size_t batch) {
+    cancel.check();
+    const std::vector<double> values = system.solve(batch);
+    const std::size_t width = system.columns(batch), first = batch * batch_size;
+    for (std::size_t u = 0; u < system.triangles().size(); ++u)
+      for (std::size_t c = 0; c < std::min(width, count - first); ++c)
+        probability[system.triangles()[u] * count + first + c] = values[u * width + c];
+  });
+  return probability;
+}
+
+std::vector<std::uint32_t> random_walk_labels(const PreparedMesh& mesh, std::span<const double> weight,
+                                              std::span<const std::uint32_t> seeds,
+                                              const CancelToken& cancel) {
+  require_half_edges(mesh, weight.size());
+  std::vector<std::uint32_t> component_of(mesh.triangle_count());
+  for (std::uint32_t c = 0; c < mesh.components.size(); ++c)
+    std::fill(component_of.begin() + mesh.components[c].triangle_begin,
+              component_of.begin() + mesh.components[c].triangle_end, c);
+  std::vector<std::vector<std::uint32_t>> own(mesh.components.size()), numbers(mesh.components.size());
+  for (std::uint32_t l = 0; l < seeds.size(); ++l) {
+    if (seeds[l] >= component_of.size()) throw std::invalid_argument("random walk: no such seed triangle");
+    own[component_of[seeds[l]]].push_back(seeds[l]);
+    numbers[component_of[seeds[l]]].push_back(l);
+  }
+  for (const auto& list : own)
+    if (list.empty()) throw std::invalid_argument("random walk: a component without a seed");
+  std::vector<std::uint32_t> label(mesh.triangle_count());
+  parallel_tasks(own.size(), [&](std::size_t c) {
+    const Component& component = mesh.components[c];
+    const std::uint32_t count = component.triangle_end - component.triangle_begin;
+    label_component(mesh, component, weight, own[c], numbers[c],
+                    std::span(label).subspan(component.triangle_begin, count), cancel);
+  });
+  return label;
+}
+
+}  // namespace meander

@@ -1,0 +1,61 @@
+// Segmentation of a surface by random walks between its triangles (ALGORITHMS section 7.2).
+//
+// Lai, Hu, Martin, Rosin 2009, "Rapid and effective segmentation of 3D models using random walks": triangles
+// are nodes, neighbours are joined by edges with a weight, and a triangle belongs to the seed that a walk
+// from it most probably meets first. Here the weights follow a tensor field: steps that cross few spacings
+// are likely.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/tensor/tensor_field.h"
+
+namespace meander {
+
+struct RandomWalkParameters {
+  double sigma = 1;    // how fast the weight falls with the length of a step, in mean lengths; > 0
+  double bending = 0;  // beta >= 0: what a right-angled turn of e1 adds to a step, in mean lengths
+};
+
+// The dual graph of a mesh: what a step across each half-edge costs. Both half-edges of an edge agree bit for
+// bit.
+struct TriangleSteps {
+  std::vector<double> length;  // 3 T: spacings between the two centroids; 0 at boundaries
+  std::vector<double> weight;  // 3 T: > 0, 0 at boundaries; the largest of every component is 1
+};
+
+// Length c: the two triangles unfolded over their edge, the step w between their centroids in the metric of
+// the mean of their log S: sqrt(w^T G w). Weight: |e| exp(-(c / mean + beta b) / sigma), where |e| is the
+// edge's length in the metric and mean the mean of c over the component; thus nothing depends on how the
+// surface lies in space except through the metric, and a field of S = 1 gives Euclidean lengths. b in [0, 1]
+// is sin^2 of the angle between the primary directions on both sides, times the smaller 1 - s2 / s1 of both
+// (directions of isotropic tensors are noise). Weights below 1e-8 of the component's largest are raised to
+// that: the linear systems keep enough digits. A triangle without area takes the tensor of its neighbour.
+// Throws std::invalid_argument for parameters out of range. O(T), parallel.
+TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
+                             const RandomWalkParameters& parameters = {});
+
+// Probability that a walk from triangle i of the component meets seed l before any other seed: entry
+// i * seeds.size() + l, i counted from the component's first triangle; rows sum to 1 up to rounding. Seeds:
+// different triangles (numbers of the mesh) of this component, at least one, else std::invalid_argument.
+// One sparse Cholesky factorisation (about 2 us a triangle), then one back-substitution for 16 seeds each.
+// Same bits for every thread count. Throws timeout / RunCancelled; ItemError(internal) when the system cannot
+// be factorised.
+std::vector<double> random_walk_probabilities(const PreparedMesh& mesh, const Component& component,
+                                              std::span<const double> weight,
+                                              std::span<const std::uint32_t> seeds,
+                                              const CancelToken& cancel = {});
+
+// For all triangles of the mesh: the number (position in `seeds`) of the seed with the highest probability,
+// the lower number where several are equally probable. Every component needs a seed, else
+// std::invalid_argument. Components are independent; one with a single seed costs nothing. Otherwise as
+// above, with O(T) memory beside the factor.
+std::vector<std::uint32_t> random_walk_labels(const PreparedMesh& mesh, std::span<const double> weight,
+                                              std::span<const std::uint32_t> seeds,
+                                              const CancelToken& cancel = {});
+
+}  // namespace meander

@@ -1,0 +1,123 @@
+#include "kernels/segment/seeds.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "kernels/cut/radix_heap.h"
+
+namespace meander {
+
+namespace {
+
+constexpr double unreached = std::numeric_limits<double>::infinity();
+
+Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
+  return (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) + mesh.position(mesh.triangles[3 * t + 1]) +
+                      mesh.position(mesh.triangles[3 * t + 2]));
+}
+
+// The triangle whose centroid lies farthest from the component's area centroid: a tip, near enough.
+std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
+  Vector3 moment, middle;
+  double weight = 0;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
+    moment = moment + mesh.area[t] * centroid(mesh, t);
+    middle = middle + centroid(mesh, t);
+    weight += mesh.area[t];
+  }
+  const Vector3 centre = weight > 0 ? (1 / weight) * moment
+                                    : (1.0 / (component.triangle_end - component.triangle_begin)) * middle;
+  std::uint32_t best = component.triangle_begin;
+  double longest = -1;
+  for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
+    const Vector3 d = centroid(mesh, t) - centre;
+    if (dot(d, d) > longest) {
+      longest = dot(d, d);
+      best = t;
+    }
+  }
+  return best;
+}
+
+// Distances to the nearest of the sources given so far (Dijkstra 1959), within a range of triangles that no
+// edge leaves.
+class NearestSource {
+ public:
+  NearestSource(const PreparedMesh& mesh, std::uint32_t begin, std::uint32_t end,
+                std::span<const double> length, const CancelToken& cancel)
+      : mesh_(mesh), length_(length), cancel_(cancel), begin_(begin), distance_(end - begin, unreached) {}
+
+  void add(std::uint32_t source) {
+    heap_.restart();
+    distance_[source - begin_] = 0;
+    heap_.push(0, source);
+    while (!heap_.empty()) {
+      if (++steps_ % 65536 == 0) cancel_.check();
+      const RadixHeap::Entry entry = heap_.pop();
+      if (entry.key > distance_[entry.value - begin_]) continue;
+      for (std::uint32_t h = 3 * entry.value; h < 3 * entry.value + 3; ++h) {
+        const std::uint32_t other = mesh_.opposite[h];
+        if (other == no_index) continue;
+        const double through = entry.key + length_[h];
+        if (!(through < distance_[other / 3 - begin_])) continue;
+        distance_[other / 3 - begin_] = through;
+        heap_.push(through, other / 3);
+      }
+    }
+  }
+
+  // The component's first seed; farthest-point search goes on from there.
+  std::uint32_t add_first(const Component& component) {
+    add(outermost_triangle(mesh_, component));
+    const std::uint32_t seed = farthest(component.triangle_begin, component.triangle_end);
+    std::fill(at(component.triangle_begin), at(component.triangle_end), unreached);
+    add(seed);
+    return seed;
+  }
+
+  void add_farthest(std::uint32_t count, std::vector<std::uint32_t>& seeds) {
+    const auto end = begin_ + static_cast<std::uint32_t>(distance_.size());
+    while (seeds.size() < count) {
+      const std::uint32_t seed = farthest(begin_, end);
+      if (!(distance_[seed - begin_] > 0)) break;
+      seeds.push_back(seed);
+      add(seed);
+    }
+  }
+
+ private:
+  std::vector<double>::iterator at(std::uint32_t triangle) { return distance_.begin() + (triangle - begin_); }
+  std::uint32_t farthest(std::uint32_t begin, std::uint32_t end) {
+    return begin_ + static_cast<std::uint32_t>(std::max_element(at(begin), at(end)) - distance_.begin());
+  }
+
+  const PreparedMesh& mesh_;
+  std::span<const double> length_;
+  const CancelToken& cancel_;
+  std::uint32_t begin_;
+  std::vector<double> distance_;
+  RadixHeap heap_;
+  std::size_t steps_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> farthest_seeds(const PreparedMesh& mesh, std::span<const double> length,
+                                          std::uint32_t count, const CancelToken& cancel) {
+  NearestSource nearest(mesh, 0, static_cast<std::uint32_t>(mesh.triangle_count()), length, cancel);
+  std::vector<std::uint32_t> seeds;
+  for (const Component& component : mesh.components) seeds.push_back(nearest.add_first(component));
+  nearest.add_farthest(count, seeds);
+  return seeds;
+}
+
+std::vector<std::uint32_t> farthest_seeds(const PreparedMesh& mesh, const Component& component,
+                                          std::span<const double> length, std::uint32_t count,
+                                          const CancelToken& cancel) {
+  NearestSource nearest(mesh, component.triangle_begin, component.triangle_end, length, cancel);
+  std::vector<std::uint32_t> seeds = {nearest.add_first(component)};
+  nearest.add_farthest(count, seeds);
+  return seeds;
+}
+
+}  // namespace meander
