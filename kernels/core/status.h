@@ -41,8 +41,9 @@ inline constexpr std::array<std::string_view, 13> status_names = {"ok",
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.
-enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3 };
-inline constexpr std::array<std::string_view, 4> method_names = {"none", "conformal", "mean-value", "direct"};
+enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3, gradient = 4 };
+inline constexpr std::array<std::string_view, 5> method_names = {"none", "conformal", "mean-value", "direct",
+                                                                 "gradient"};
 constexpr std::string_view name_of(Method method) { return method_names[static_cast<std::size_t>(method)]; }
 
 // An item that cannot go on: its status and one sentence that says what is wrong and where. The run goes on.
