@@ -7,7 +7,6 @@
 #include "kernels/core/parallel.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/fit_square.h"
-#include "kernels/flatten/intrinsic_disk.h"
 #include "kernels/tensor/comb_directions.h"
 
 namespace meander {
@@ -72,7 +71,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
                                      const TensorField& field, std::span<const double> u,
                                      std::span<const double> v) {
   const ChartGeometry geometry = chart_geometry(mesh, chart);
-  const UnfoldedTriangles unfolded = unfold_triangles(geometry, geometry.length);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
   const std::size_t count = chart.triangle_count();
   TriangleAlignment result;
   result.angle.assign(count, 0);

@@ -160,24 +160,28 @@ class Comber {
 
 }  // namespace
 
-UnfoldedTriangles unfold_triangles(const ChartGeometry& geometry, std::span<const double> mollified) {
+UnfoldedTriangles unfold_triangles(const ChartGeometry& geometry) {
   UnfoldedTriangles unfolded;
   const std::size_t count = geometry.counts.size();
-  unfolded.x.resize(3 * count);
-  unfolded.y.resize(3 * count);
+  unfolded.x.assign(3 * count, 0);
+  unfolded.y.assign(3 * count, 0);
   for (std::size_t t = 0; t < count; ++t) {
-    const double* l = geometry.counts[t] ? &geometry.length[3 * t] : &mollified[3 * t];
-    // Corner 2 from corner 0, the first edge along x.
-    const double x = 0.5 * (l[0] + (l[2] - l[1]) * (l[2] + l[1]) / l[0]);
-    const double y = 2 * area_from_lengths(l[0], l[1], l[2]) / l[0];
+    const double* l = &geometry.length[3 * t];
+    std::size_t base = 0;
+    if (!geometry.counts[t]) base = static_cast<std::size_t>(std::max_element(l, l + 3) - l);
+    const std::size_t second = (base + 1) % 3, third = (base + 2) % 3;
+    const double a = l[base], b = l[second], c = l[third];
+    if (!(a > 0)) continue;  // a point
+    // The corner off the base, seen from where the base begins.
+    const double x = 0.5 * (a + (c - b) * (c + b) / a);
+    const double y = 2 * area_from_lengths(a, b, c) / a;
     double* ex = &unfolded.x[3 * t];
     double* ey = &unfolded.y[3 * t];
-    ex[0] = l[0];
-    ey[0] = 0;
-    ex[1] = x - l[0];
-    ey[1] = y;
-    ex[2] = -x;
-    ey[2] = -y;
+    ex[base] = a;
+    ex[second] = x - a;
+    ey[second] = y;
+    ex[third] = -x;
+    ey[third] = -y;
   }
   return unfolded;
 }
@@ -197,9 +201,7 @@ CombedDirections comb_directions(const CutChart& chart, const ChartGeometry& geo
 CombedDirections comb_directions(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
                                  const CombParameters& parameters, const CancelToken& cancel) {
   const ChartGeometry geometry = chart_geometry(mesh, chart);
-  std::vector<double> mollified = geometry.length;
-  mollify(mollified);
-  return comb_directions(chart, geometry, unfold_triangles(geometry, mollified), field, parameters, cancel);
+  return comb_directions(chart, geometry, unfold_triangles(geometry), field, parameters, cancel);
 }
 
 }  // namespace meander

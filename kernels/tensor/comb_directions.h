@@ -13,13 +13,12 @@
 namespace meander {
 
 // The edge vectors of every triangle in its own plane: x along its half-edge 0, y to the left. That is
-// triangle_frame() for triangles that count; the others, which have no frame, are laid out from mollified
-// lengths.
+// triangle_frame() for triangles that count; the others, which have no frame, have x along their longest
+// edge.
 struct UnfoldedTriangles {
   std::vector<double> x, y;  // 3 T, of the half-edge with the same number
 };
-// `mollified` = geometry.length after mollify(). O(T).
-UnfoldedTriangles unfold_triangles(const ChartGeometry& geometry, std::span<const double> mollified);
+UnfoldedTriangles unfold_triangles(const ChartGeometry& geometry);  // O(T)
 
 struct CombParameters {
   double isotropic_ratio = 1.05;        // s1 / s2 below which a triangle has no direction of its own; >= 1

@@ -147,7 +147,7 @@ FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const Tensor
   space.length = geometry.length;
   space.vertex_count = static_cast<std::uint32_t>(chart.vertex_count());
   mollify(space.length);
-  const UnfoldedTriangles unfolded = unfold_triangles(geometry, space.length);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
   const CombedDirections directions =
       comb_directions(chart, geometry, unfolded, field, parameters.comb, cancel);
   result.inconsistent_edges = directions.inconsistent_edges;

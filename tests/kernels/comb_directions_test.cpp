@@ -50,7 +50,7 @@ TEST_CASE("comb_directions: triangle frames and unfolded edges agree") {
   const PreparedMesh mesh = prepare_mesh(turned_corners(torus(14, 9)));
   const CutChart chart = cut(mesh);
   const ChartGeometry geometry = chart_geometry(mesh, chart);
-  const UnfoldedTriangles unfolded = unfold_triangles(geometry, geometry.length);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
   for (std::uint32_t t = 0; t < chart.triangle_count(); ++t) {
     const TangentFrame frame = triangle_frame(mesh, chart.triangle_begin + t);
     for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {

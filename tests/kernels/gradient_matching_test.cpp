@@ -124,22 +124,18 @@ TEST_CASE("gradient_matching: slivers of no area, single triangles and strips ar
   check_exact(flatten(strip, field_by_formula(strip, field)));
 }
 
-TEST_CASE("gradient_matching: a helix on a cylinder, the better the finer") {
-  double before = 1;
-  for (const std::uint32_t n : {16u, 32u, 64u}) {
+TEST_CASE("gradient_matching: a helix on a cylinder") {
+  // The field turns with the facets: unrolled, it is constant but for the azimuth's projection into the
+  // facet, which is the same for all.
+  for (const std::uint32_t n : {8u, 32u}) {
     const PreparedMesh mesh = prepare_mesh(bent_sheet(3 * n, n, [](double x, double y) {
       return Vector3{std::cos(5 * x), std::sin(5 * x), 2 * y};
     }));
-    const FieldChart chart = flatten(mesh, field_by_formula(mesh, [](Vector3 p, Vector3) {
-                                       return WantedSpacing{{-0.8 * p.y, 0.8 * p.x, 0.6}, 4, 1};
-                                     }));
-    check_sound(chart);
-    CHECK(is_accepted(chart.alignment, AlignmentForm::gradient));
-    CHECK(chart.residual < 0.6 * before);
-    before = chart.residual;
-    CHECK(chart.alignment.stretch_95 < 0.05);
+    check_exact(flatten(mesh, field_by_formula(mesh, [](Vector3 p, Vector3) {
+                          const double r = std::hypot(p.x, p.y);
+                          return WantedSpacing{{-0.8 * p.y / r, 0.8 * p.x / r, 0.6}, 4, 1};
+                        })));
   }
-  CHECK(before < 0.01);
 }
 
 TEST_CASE("gradient_matching: a constant field on an unrolled cone, the better the finer") {
