@@ -15,6 +15,9 @@ namespace {
 constexpr double square_margin = 0x1p-12;  // that of fit_square()
 constexpr double least_weight = 1e-6;      // of a half-edge, where cotangents defeat the factorisation
 
+// More bad triangles than this say that the chart folds as a whole: patches would take long and mend nothing.
+std::size_t most_repaired(std::size_t triangles) { return std::max<std::size_t>(16, triangles / 50); }
+
 // Scale and shift into the unit square. Returns the scale.
 double fit_unrotated(std::span<double> u, std::span<double> v) {
   if (u.empty()) return 0;
@@ -76,7 +79,7 @@ FieldMap try_weights(const FieldDisk& disk, const IntrinsicDisk& lengths, const 
   if (!map.match.finite) return map;
   std::vector<double>&u = map.match.u, &v = map.match.v;
   MapScan scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
-  if (!scan.bad.empty()) {
+  if (!scan.bad.empty() && scan.bad.size() <= most_repaired(disk.cut.triangle_count())) {
     map.repaired = repair_flips(disk.metric, disk.geometry, scan.bad, u, v, cancel);
     scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
   }
