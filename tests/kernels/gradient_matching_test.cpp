@@ -7,7 +7,10 @@
 #include <functional>
 #include <numbers>
 
+#include "io/mesh/mapped_file.h"
+#include "io/mesh/mesh_reader.h"
 #include "kernels/cut/cut_to_disk.h"
+#include "kernels/flatten/chart_report.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/direction_field.h"
 #include "support/hand_charts.h"
@@ -181,7 +184,6 @@ TEST_CASE("gradient_matching: an annulus cut open") {
     const auto [left, right] = std::minmax_element(chart.flat.u.begin(), chart.flat.u.end());
     const auto [low, high] = std::minmax_element(chart.flat.v.begin(), chart.flat.v.end());
     if (n < 16) continue;
-    // In working units the radii are smaller by mesh.unit, and so the spacings' numbers larger.
     CHECK((*right - *left) / (*high - *low) == Approx(10 * pi / (20 * std::log(2.5))).epsilon(0.05));
     CHECK(is_accepted(chart.alignment, AlignmentForm::gradient));
   }
@@ -219,6 +221,89 @@ TEST_CASE("gradient_matching: a map that must fold is reported") {
   CHECK(wedge.odd_vertices == 1);
   CHECK(wedge.inconsistent_edges > 0);
   CHECK(!is_accepted(wedge.alignment, AlignmentForm::gradient));
+}
+
+TEST_CASE("gradient_matching: the solution is the minimum of the energy over triangles") {
+  const PreparedMesh mesh =
+      prepare_mesh(wavy_grid(7, 6, 0.3, [](double x, double y) { return 0.2 * std::sin(4 * x * y); }));
+  const CutChart cut = cut_to_disk(mesh, mesh.components[0], {0});
+  const TensorField field = field_by_formula(mesh, [](Vector3 p, Vector3) {
+    return WantedSpacing{{std::cos(2 * p.x), std::sin(2 * p.x), 0}, 0.5 + p.y, 0.2};
+  });
+  const ChartGeometry geometry = chart_geometry(mesh, cut);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
+  const CombedDirections combed = comb_directions(cut, geometry, unfolded, field);
+  const IntrinsicDisk disk{
+      cut.triangles, cut.opposite, geometry.length, static_cast<std::uint32_t>(cut.vertex_count()), {}};
+  GradientMatch match =
+      match_gradients(disk, corner_geometry(disk.length).half_cotangent, target_steps(unfolded, combed));
+  REQUIRE(match.finite);
+  // sum A (|grad u - e1 / s1|^2 + |grad v - e2 / s2|^2) from the gradients themselves.
+  const auto energy = [&](const std::vector<double>& u, const std::vector<double>& v) {
+    double sum = 0;
+    for (std::size_t t = 0; t < cut.triangle_count(); ++t) {
+      const std::uint32_t* c = &cut.triangles[3 * t];
+      const double x1 = unfolded.x[3 * t], x2 = -unfolded.x[3 * t + 2], y2 = -unfolded.y[3 * t + 2];
+      const double ux = (u[c[1]] - u[c[0]]) / x1, uy = (u[c[2]] - u[c[0]] - ux * x2) / y2;
+      const double vx = (v[c[1]] - v[c[0]]) / x1, vy = (v[c[2]] - v[c[0]] - vx * x2) / y2;
+      const double ex = combed.x[t], ey = combed.y[t], s1 = combed.first[t], s2 = combed.second[t];
+      sum += geometry.area[t] * (std::pow(ux - ex / s1, 2) + std::pow(uy - ey / s1, 2) +
+                                 std::pow(vx + ey / s2, 2) + std::pow(vy - ex / s2, 2));
+    }
+    return sum;
+  };
+  const std::vector<double> zero(cut.vertex_count(), 0);
+  const double least = energy(match.u, match.v);
+  CHECK(match.residual > 0.1);
+  CHECK(match.residual == Approx(std::sqrt(least / energy(zero, zero))).epsilon(1e-9));
+  for (std::vector<double>* x : {&match.u, &match.v})
+    for (double& value : *x) {
+      const double old = value;
+      // The slope vanishes: both ways up, by the same amount.
+      value = old + 1e-3;
+      const double up = energy(match.u, match.v) - least;
+      value = old - 1e-3;
+      const double down = energy(match.u, match.v) - least;
+      value = old;
+      REQUIRE(up > 0);
+      REQUIRE(up == Approx(down).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("gradient_matching: a few flips are mended by patches in the metric") {
+  const PreparedMesh mesh = prepare_mesh(wavy_grid(30, 30, 0.2, [](double, double) { return 0.0; }));
+  // A small whirl in a constant field: the direction turns by 3 radians and back within a few triangles.
+  const TensorField field = field_by_formula(mesh, [](Vector3 p, Vector3) {
+    const double x = p.x - 0.5, y = p.y - 0.5, angle = 3 * std::exp(-(x * x + y * y) / 0.002);
+    return WantedSpacing{{std::cos(angle), std::sin(angle), 0}, 2, 1};
+  });
+  const CutChart cut = cut_to_disk(mesh, mesh.components[0], {0});
+  const ChartGeometry geometry = chart_geometry(mesh, cut);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
+  const IntrinsicDisk disk{
+      cut.triangles, cut.opposite, geometry.length, static_cast<std::uint32_t>(cut.vertex_count()), {}};
+  const GradientMatch plain =
+      match_gradients(disk, corner_geometry(disk.length).half_cotangent,
+                      target_steps(unfolded, comb_directions(cut, geometry, unfolded, field)));
+  REQUIRE(!flipped_triangles(cut.triangles, geometry.counts, plain.u, plain.v).empty());
+  const FieldChart mended = flatten_to_field(mesh, cut, field);
+  check_sound(mended);
+  CHECK(mended.flat.report.method == Method::gradient);
+  CHECK(mended.flat.report.repaired_triangles > 0);
+}
+
+TEST_CASE("gradient_matching: a whole real surface on one chart is refused, not crashed on") {
+  MEANDER_NEEDS_SHARED_DATA();
+  for (const char* name : {"paper/bunny_closed.off", "paper/fandisk.off"}) {
+    const MappedFile file(shared_data(name));
+    const PreparedMesh mesh = prepare_mesh(read_mesh(file.bytes(), MeshFormat::off));
+    const FieldChart chart = flatten(mesh, field_by_formula(mesh, [](Vector3, Vector3) {
+                                       return WantedSpacing{{0.3, 0.1, 0.9}, 4, 1};
+                                     }));
+    check_sound(chart);
+    CHECK(chart.flat.report.method == Method::none);
+    CHECK(!is_accepted(chart.alignment, AlignmentForm::gradient));
+  }
 }
 
 TEST_CASE("gradient_matching: rotation, shift and scale change nothing but rounding") {
