@@ -41,8 +41,7 @@ inline constexpr std::array<std::string_view, 13> status_names = {"ok",
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.
-// `anisotropic`: conformal in
-// the metric of a tensor field, or along its directions.
+// Anisotropic: over charts that are conformal in the metric of a tensor field, or follow its directions.
 enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3, anisotropic = 4 };
 inline constexpr std::array<std::string_view, 5> method_names = {"none", "conformal", "mean-value", "direct",
                                                                  "anisotropic"};

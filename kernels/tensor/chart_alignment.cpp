@@ -1,0 +1,150 @@
+#include "kernels/tensor/chart_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+#include "kernels/flatten/chart_report.h"
+#include "kernels/flatten/fit_square.h"
+#include "kernels/tensor/comb_directions.h"
+
+namespace meander {
+
+namespace {
+
+constexpr double largest_ratio = 1e12;  // what a collapsed triangle is reported as
+constexpr double isotropic_ratio = 1.05;
+constexpr std::size_t triangle_block = 1 << 12;
+
+// d(u, v) / d(x, y).
+struct Jacobian {
+  double ux = 0, uy = 0, vx = 0, vy = 0;
+};
+
+double singular_ratio(const Jacobian& j) {
+  const double conformal = std::hypot(j.ux + j.vy, j.vx - j.uy);
+  const double anti = std::hypot(j.ux - j.vy, j.vx + j.uy);
+  const double large = conformal + anti, small = std::abs(conformal - anti);
+  return large < largest_ratio * small ? large / small : largest_ratio;
+}
+
+Jacobian operator*(const Jacobian& j, TangentTensor s) {
+  return {j.ux * s.xx + j.uy * s.xy, j.ux * s.xy + j.uy * s.yy, j.vx * s.xx + j.vy * s.xy,
+          j.vx * s.xy + j.vy * s.yy};
+}
+
+// Between the line on which v is constant and e1.
+double angle_to(const Jacobian& j, double e1x, double e1y) {
+  const double x = j.vy, y = -j.vx;  // J^-1 (1, 0) up to a factor
+  if (!(std::hypot(x, y) > 0)) return 0.5 * std::numbers::pi;
+  return std::atan2(std::abs(x * e1y - y * e1x), std::abs(x * e1x + y * e1y));
+}
+
+struct Shares {
+  double mean, quantile_95;
+};
+// Of values weighed by `weight`; `order` is scratch.
+Shares shares_of(std::span<const double> value, std::span<const double> weight,
+                 std::vector<std::uint32_t>& order) {
+  order.clear();
+  std::vector<double> terms(value.size());
+  for (std::uint32_t t = 0; t < value.size(); ++t) {
+    terms[t] = weight[t] * value[t];
+    if (weight[t] > 0) order.push_back(t);
+  }
+  const double total = blocked_sum(weight);
+  if (order.empty() || !(total > 0)) return {0, 0};
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return value[a] > value[b] || (value[a] == value[b] && a < b);
+  });
+  double above = 0;
+  std::size_t i = 0;
+  // Down from the largest value while what lies above is within the 5 %.
+  while (i + 1 < order.size() && above + weight[order[i]] <= 0.05 * total) above += weight[order[i++]];
+  return {blocked_sum(terms) / total, value[order[i]]};
+}
+
+}  // namespace
+
+TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& chart,
+                                     const TensorField& field, std::span<const double> u,
+                                     std::span<const double> v) {
+  const ChartGeometry geometry = chart_geometry(mesh, chart);
+  const UnfoldedTriangles unfolded = unfold_triangles(geometry);
+  const std::size_t count = chart.triangle_count();
+  TriangleAlignment result;
+  result.angle.assign(count, 0);
+  result.stretch.assign(count, 0);
+  result.ratio.assign(count, 1);
+  result.weight.assign(count, 0);
+  parallel_blocks(count, triangle_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!geometry.counts[t]) continue;
+      result.weight[t] = geometry.area[t];
+      const std::uint32_t* c = &chart.triangles[3 * t];
+      const double* ex = &unfolded.x[3 * t];
+      const double* ey = &unfolded.y[3 * t];
+      const double u1 = u[c[1]] - u[c[0]], u2 = u[c[2]] - u[c[0]];
+      const double v1 = v[c[1]] - v[c[0]], v2 = v[c[2]] - v[c[0]];
+      Jacobian j;
+      j.ux = u1 / ex[0];
+      j.vx = v1 / ex[0];
+      j.uy = (u2 + j.ux * ex[2]) / -ey[2];
+      j.vy = (v2 + j.vx * ex[2]) / -ey[2];
+      const std::size_t h = 3 * (chart.triangle_begin + t);
+      const TensorAxes spacing =
+          spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      const double wanted = spacing.first / spacing.second;
+      if (wanted >= isotropic_ratio) result.angle[t] = angle_to(j, spacing.x, spacing.y);
+      result.stretch[t] = std::abs(std::log(singular_ratio(j) / wanted));
+      result.ratio[t] = singular_ratio(j * tensor_of(spacing));
+    }
+  });
+  return result;
+}
+
+AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
+                                std::span<const double> u, std::span<const double> v) {
+  const TriangleAlignment each = triangle_alignment(mesh, chart, field, u, v);
+  AlignmentReport report;
+  std::vector<std::uint32_t> order;
+  report.area = blocked_sum(each.weight);
+  if (report.area > 0) {
+    const Shares angle = shares_of(each.angle, each.weight, order);
+    const Shares stretch = shares_of(each.stretch, each.weight, order);
+    const Shares ratio = shares_of(each.ratio, each.weight, order);
+    report.mean_angle = angle.mean;
+    report.angle_95 = angle.quantile_95;
+    report.mean_stretch = stretch.mean;
+    report.stretch_95 = stretch.quantile_95;
+    report.mean_ratio = ratio.mean;
+    report.ratio_95 = ratio.quantile_95;
+    std::vector<double> anisotropic(each.weight.size(), 0);
+    for (std::size_t t = 0; t < anisotropic.size(); ++t) {
+      const std::size_t h = 3 * (chart.triangle_begin + t);
+      const TensorAxes log_spacing =
+          tensor_axes((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
+      if (std::exp(log_spacing.first - log_spacing.second) >= isotropic_ratio)
+        anisotropic[t] = each.weight[t];
+    }
+    report.anisotropic_share = blocked_sum(anisotropic) / report.area;
+  }
+  std::vector<std::uint8_t> counts(each.weight.size());
+  for (std::size_t t = 0; t < counts.size(); ++t) counts[t] = each.weight[t] > 0;
+  report.flips = static_cast<std::uint32_t>(flipped_triangles(chart.triangles, counts, u, v).size());
+  if (chart.triangle_count() > 1) {
+    std::vector<double> square_u(u.begin(), u.end()), square_v(v.begin(), v.end());
+    fit_square(square_u, square_v);
+    report.overlap = overlap_share(chart.triangles, square_u, square_v);
+  }
+  return report;
+}
+
+bool is_accepted(const AlignmentReport& report, AlignmentForm form, const AlignmentLimits& limits) {
+  if (report.flips > 0 || report.overlap > limits.overlap) return false;
+  if (form == AlignmentForm::metric) return report.ratio_95 <= limits.ratio;
+  return report.angle_95 <= limits.angle && report.stretch_95 <= limits.stretch;
+}
+
+}  // namespace meander

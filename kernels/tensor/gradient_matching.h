@@ -1,0 +1,61 @@
+// Flattening a chart so that u and v count sample spacings along and across a field's primary direction
+// (ALGORITHMS section 7.4, form A).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/flatten/flatten_chart.h"
+#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/tensor/chart_alignment.h"
+#include "kernels/tensor/comb_directions.h"
+
+namespace meander {
+
+// What u and v should grow by along every half-edge, 3 T each: e1 . edge / s1 and e2 . edge / s2 of the
+// triangle that the half-edge belongs to (the two sides of an edge may differ).
+struct TargetSteps {
+  std::vector<double> along, across;
+};
+TargetSteps target_steps(const UnfoldedTriangles& unfolded, const CombedDirections& directions);
+
+struct GradientMatch {
+  bool finite = false;       // false: the solver failed
+  std::vector<double> u, v;  // V, in spacings; vertex 0 at the origin
+  double residual = 0;       // sqrt(energy at the solution / energy of a constant map); 0 = matched, <= 1
+};
+// Minimises sum over half-edges of w_h ((u_j - u_i - along_h)^2 + (v_j - v_i - across_h)^2). With w = half
+// cotangents that is sum_t A_t (|grad u - e1 / s1|^2 + |grad v - e2 / s2|^2): two Poisson problems on one
+// sparse Cholesky factorisation, vertex 0 pinned (the solution does not depend on which). O(V^1.5).
+GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double> weights,
+                              const TargetSteps& steps, const CancelToken& cancel = {});
+
+struct FieldFlattenParameters {
+  CombParameters comb;
+};
+
+// What made the map.
+enum class FieldMapSource : std::uint8_t { space_weights, metric_weights };
+
+struct FieldChart {
+  // UV in the unit square as from fit_square(), but not rotated: u runs along e1. report.method is anisotropic
+  // when nothing is flipped and no vertex is wound round more than once, else none (u and v stand all the
+  // same); its distortions are those against space.
+  FlatChart flat;
+  double spacing = 0;   // length of one spacing in UV
+  double residual = 0;  // see GradientMatch
+  FieldMapSource source = FieldMapSource::space_weights;
+  std::uint32_t inconsistent_edges = 0, odd_vertices = 0;  // see CombedDirections
+  AlignmentReport alignment;
+};
+
+// Combs the field, matches gradients; where that flips a few triangles (2 %), patches round them are
+// re-solved with mean-value weights in the field's metric, and if flips stay, the whole chart is solved again
+// with the cotangents of the metric (errors count in spacings, not in space) and mended in the same way: the
+// map with fewer flips is kept. Never aborts: a chart that comes back with Method::none is to be divided, or
+// flattened by form B. Throws timeout / RunCancelled from `cancel`.
+FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const TensorField& field,
+                            const FieldFlattenParameters& parameters = {}, const CancelToken& cancel = {});
+
+}  // namespace meander
