@@ -92,6 +92,18 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   header.label_names = inputs.label_names;
   for (const Descriptor descriptor : options.sample.describe.descriptors)
     header.descriptors.push_back(schema_of(descriptor, options.sample.describe));
+  if (options.sample.method == MethodChoice::anisotropic) {
+    constexpr std::array<const char*, anisotropy_names.size()> meanings = {
+        "segments that the surface was charted in",
+        "share of the area whose chart follows the tensor within the limits",
+        "mean angle between the chart's first axis and the primary direction, radians; charts in the metric "
+        "are turned freely",
+        "mean ratio of the chart's singular values in the tensor's metric; 1 is conformal",
+        "mean ratio of the two wanted spacings",
+        "share of the triangles whose ratio was cut to the largest allowed"};
+    for (std::size_t i = 0; i < meanings.size(); ++i)
+      header.descriptors.push_back({anisotropy_names[i], 1, {{"meaning", meanings[i]}}, "anisotropy"});
+  }
   if (options.sample.certify) {
     header.descriptors.push_back(
         {certificate_box_error,

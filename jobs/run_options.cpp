@@ -298,10 +298,13 @@ std::string parameters_json(const SampleParameters& p, Compression compression) 
   json.member("sequence", text_of(sequence_words, p.place.sequence));
   if (p.method == MethodChoice::anisotropic) {
     json.member("tensor", tensor_text(p.tensor));
+    json.member("tensor_bisections", p.tensor_charts.max_bisections);
+    json.member("tensor_charts", p.tensor_charts.form == AlignmentForm::metric ? "metric" : "gradient");
     json.member("tensor_density", p.tensor.adaptive ? "follow" : "keep");
     json.member("tensor_epsilon", p.tensor.epsilon);
     json.member("tensor_form", p.tensor.form == TensorForm::metric ? "metric" : "spacing");
     json.member("tensor_ratio", p.tensor.max_ratio);
+    json.member("tensor_segments", p.tensor_charts.segment.count);
     json.member("tensor_smoothing", p.tensor.smoothing);
   }
   json.end_object();

@@ -16,6 +16,8 @@ namespace {
 constexpr std::string_view kinds =
     "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ";
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
+constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
+                                                          {"gradient", AlignmentForm::gradient}};
 
 bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -86,6 +88,21 @@ void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParam
       ->capture_default_str()
       ->each(note("--tensor-smoothing"))
       ->group(group);
+  command
+      .add_option("--parameterisation", texts.parameterisation,
+                  "Charts conformal in the tensor's metric, or along its directions (gradient)")
+      ->capture_default_str()
+      ->check(one_of(parameterisation_words))
+      ->each(note("--parameterisation"))
+      ->group(group);
+  command
+      .add_option("--segments", parameters.tensor_charts.segment.count,
+                  "Segments to begin with (random walks), at least one a component; default: 1, gradient 16")
+      ->each([&texts, mark = note("--segments")](const std::string& text) {
+        mark(text);
+        texts.chooses_segments = true;
+      })
+      ->group(group);
 }
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
@@ -98,6 +115,9 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
   resolve_kind(texts.tensor, tensor, problems);
   tensor.form = value_of(form_words, texts.form);
   tensor.adaptive = texts.density == "follow";
+  parameters.tensor_charts.form = value_of(parameterisation_words, texts.parameterisation);
+  if (!texts.chooses_segments && parameters.tensor_charts.form == AlignmentForm::gradient)
+    parameters.tensor_charts.segment.count = 16;
   const bool curved = tensor.kind == TensorKind::curvature;
   if (!curved && (tensor.adaptive || tensor.smoothing != TensorParameters{}.smoothing))
     problems.push_back("--tensor-density and --tensor-smoothing shape --tensor curvature only");

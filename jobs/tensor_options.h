@@ -13,7 +13,8 @@ class App;
 namespace meander {
 
 struct TensorOptionTexts {
-  std::string tensor = "curvature", form = "spacing", density = "keep";
+  std::string tensor = "curvature", form = "spacing", density = "keep", parameterisation = "metric";
+  bool chooses_segments = false;
   std::string given;  // the first of these options that was given; empty: none
 };
 

@@ -13,7 +13,7 @@
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "kernels/tensor/surface_metric.h"
+#include "kernels/sample_tensor.h"
 
 namespace meander {
 
@@ -22,13 +22,20 @@ namespace {
 // The report of the whole model from those of its charts: the weakest method, sums, and area-weighted means.
 void summarise_charts(ModelState& model) {
   ItemReport& report = model.row.report;
-  report.method = Method::conformal;  // or anisotropic, when every chart is conformal in the metric
+  const auto weakness = [](Method method) {
+    return method == Method::anisotropic ? Method::conformal
+           : method == Method::none      ? Method::direct
+                                         : method;
+  };
+  Method weakest = Method::conformal;
+  bool anisotropic = false;
   double weight = 0, overlap = 0, distortion = 0;
   for (std::size_t c = 0; c < model.charts.size(); ++c) {
     const double area = model.mesh.components[c].area;
     if (!(area > 0)) continue;
     const ChartReport& chart = model.charts[c].report;
-    report.method = std::max(report.method, chart.method == Method::none ? Method::direct : chart.method);
+    weakest = std::max(weakest, weakness(chart.method));
+    anisotropic |= chart.method == Method::anisotropic;
     if (chart.method == Method::none) continue;
     report.flips += chart.flips;
     report.area_scale_range = std::max(report.area_scale_range, chart.area_scale_range);
@@ -36,40 +43,10 @@ void summarise_charts(ModelState& model) {
     overlap += area * chart.overlap;
     distortion += area * chart.mean_distortion;
   }
+  report.method = weakest == Method::conformal && anisotropic ? Method::anisotropic : weakest;
   if (weight > 0) {
     report.overlap = overlap / weight;
     report.distortion = distortion / weight;
-  }
-}
-
-// The density of samples is one over the area of a cell of the tensor, times what the user asked for.
-void multiply(Density& density, std::vector<double> factor) {
-  if (!density.uniform())
-    for (std::size_t h = 0; h < factor.size(); ++h) factor[h] *= density.corner[h];
-  density.corner = std::move(factor);
-}
-
-// Direction and wanted spacings at the samples. One sample of density d owns the area M s1 s2 / (N d), M the
-// measure of the surface.
-void add_tensors(ModelState& model, const OutputFrame& frame) {
-  Samples& samples = model.row.samples;
-  const std::vector<std::uint32_t> triangles = sample_triangles(model.file, model.mesh, samples);
-  const double measure = blocked_sum(model.masses) / static_cast<double>(samples.count());
-  const double unit = model.mesh.unit / frame.scale;
-  samples.tensor_direction.resize(3 * samples.count());
-  samples.tensor_spacing.resize(2 * samples.count());
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    const double b1 = samples.barycentric[2 * i], b2 = samples.barycentric[2 * i + 1];
-    const TensorAxes axes = spacings_of(interpolate(model.tensor, triangles[i], {1 - b1 - b2, b1, b2}));
-    const TangentFrame plane = triangle_frame(model.mesh, triangles[i]);
-    const Vector3 direction = axes.x * plane.x + axes.y * plane.y;
-    const double user = static_cast<double>(samples.density[i]) * axes.first * axes.second;
-    const double size = unit * std::sqrt(measure / user);
-    samples.tensor_direction[3 * i] = static_cast<float>(direction.x);
-    samples.tensor_direction[3 * i + 1] = static_cast<float>(direction.y);
-    samples.tensor_direction[3 * i + 2] = static_cast<float>(direction.z);
-    samples.tensor_spacing[2 * i] = static_cast<float>(size * axes.first);
-    samples.tensor_spacing[2 * i + 1] = static_cast<float>(size * axes.second);
   }
 }
 
@@ -100,6 +77,9 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back("descriptors need at least 4 samples");
   if (p.method == MethodChoice::anisotropic)
     for (const std::string& problem : validate(p.tensor)) problems.push_back(problem);
+  check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
+  check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
+  check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
   if (p.certify && p.method == MethodChoice::anisotropic)
     problems.push_back("certify compares samples with area: the method anisotropic does not follow it");
   if (p.certify && p.density.kind != DensityKind::uniform)
@@ -142,11 +122,7 @@ void prepare_model(ModelState& model, const SampleParameters& parameters) {
 
 void follow_tensor_model(ModelState& model, const SampleParameters& parameters) {
   if (parameters.method != MethodChoice::anisotropic) return;
-  model.tensor = make_tensor_field(model.file, model.mesh, parameters.tensor, model.cancel);
-  multiply(model.density, tensor_density(model.tensor));
-  model.masses = triangle_masses(model.mesh, model.density);
-  model.row.report.measure = blocked_sum(model.masses) * model.mesh.unit * model.mesh.unit;
-  set_surface_metric(model.mesh, model.tensor);
+  make_tensor_segments(model, parameters);
 }
 
 void cut_model(ModelState& model, const SampleParameters& parameters) {
@@ -163,6 +139,11 @@ void flatten_model(ModelState& model, const SampleParameters& parameters) {
     model.row.report.method = Method::direct;
     return;
   }
+  if (parameters.method == MethodChoice::anisotropic) {
+    flatten_segments(model, parameters);
+    summarise_charts(model);
+    return;
+  }
   model.charts.resize(model.cuts.size());
   parallel_tasks(model.charts.size(), [&](std::size_t c) {
     if (model.mesh.components[c].area > 0)
@@ -170,9 +151,6 @@ void flatten_model(ModelState& model, const SampleParameters& parameters) {
   });
   model.cuts.clear();
   summarise_charts(model);
-  Method& method = model.row.report.method;
-  if (parameters.method == MethodChoice::anisotropic && method == Method::conformal)
-    method = Method::anisotropic;
 }
 
 void build_model_curves(ModelState& model, const SampleParameters& parameters) {
@@ -206,7 +184,7 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.scale = frame.scale;
   model.row.samples = place_samples(model.file, model.mesh, model.density, model.elements, model.key,
                                     parameters.place, frame, report.repairs, model.cancel);
-  if (parameters.method == MethodChoice::anisotropic) add_tensors(model, frame);
+  if (parameters.method == MethodChoice::anisotropic) add_sample_tensors(model, parameters);
   report.status = Status::ok;
 }
 
@@ -222,10 +200,25 @@ void release_curves(ModelState& model) {
 }  // namespace
 
 void describe_model(ModelState& model, const SampleParameters& parameters) {
-  if (parameters.describe.descriptors.empty()) return;
+  const bool anisotropic = parameters.method == MethodChoice::anisotropic;
+  if (parameters.describe.descriptors.empty() && !anisotropic) return;
   release_curves(model);
+  const std::vector<Descriptor>& wanted = parameters.describe.descriptors;
+  // Segments are no surface to measure distances along.
+  if (anisotropic && std::find(wanted.begin(), wanted.end(), Descriptor::geodesic) != wanted.end())
+    model.mesh = prepare_mesh(model.file, model.cancel);
   model.row.descriptors = describe_samples(model.file, model.mesh, model.row.samples, model.key,
                                            parameters.describe, model.cancel);
+  if (!anisotropic) return;
+  const AnisotropyReport& report = model.anisotropy;
+  const std::array<double, anisotropy_names.size()> values = {static_cast<double>(report.segments),
+                                                              report.accepted_share,
+                                                              report.mean_angle,
+                                                              report.mean_chart_ratio,
+                                                              report.mean_spacing_ratio,
+                                                              report.clamped_share};
+  for (std::size_t i = 0; i < values.size(); ++i)
+    model.row.descriptors.push_back({anisotropy_names[i], {static_cast<float>(values[i])}});
 }
 
 void certify_model(ModelState& model, const SampleParameters& parameters) {

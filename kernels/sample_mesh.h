@@ -1,7 +1,9 @@
 // The whole of Meander for one mesh in memory: no files, no store, no graph.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,12 +16,33 @@
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/samples.h"
+#include "kernels/segment/segment_mesh.h"
+#include "kernels/tensor/chart_alignment.h"
 #include "kernels/tensor/make_tensor_field.h"
 
 namespace meander {
 
 enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
+
+// How a tensor field is charted (ALGORITHMS 7.4).
+struct TensorChartParameters {
+  AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
+  SegmentParameters segment = {1, 20, {}};
+  std::uint32_t max_bisections = 3;  // rounds in which segments whose chart fails are halved; 0..16
+  AlignmentLimits limits;
+};
+
+// What anisotropic sampling found; angles and ratios are means over the area.
+struct AnisotropyReport {
+  std::uint32_t segments = 0;
+  double accepted_share = 0;           // of the area: charts within the limits, [0, 1]
+  double mean_angle = 0;               // between a chart's axis and the primary direction, radians
+  double mean_chart_ratio = 1;         // singular-value ratio of the chart in the metric, >= 1
+  double mean_spacing_ratio = 1;       // s1 / s2 of the field, >= 1
+  double clamped_share = 0;            // of the triangles: their ratio was cut to the largest allowed, [0, 1]
+  std::uint64_t mended_triangles = 0;  // see MetricReport
+};
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.
 struct SampleParameters {
@@ -33,13 +56,18 @@ struct SampleParameters {
   DensityParameters density;
   PlaceParameters place;
   DescribeParameters describe;
-  TensorParameters tensor;  // of the method anisotropic
-  bool certify = false;     // measure the samples of every model; needs the uniform density
+  TensorParameters tensor;  // of the method anisotropic, as is the next one
+  TensorChartParameters tensor_charts;
+  bool certify = false;  // measure the samples of every model; needs the uniform density
 };
 
 // What certify_model measures, as names of descriptors.
 inline constexpr const char* certificate_box_error = "box_rms_ratio";  // see box_error_ratio
 inline constexpr const char* certificate_rho = "rho";                  // see spacing_of
+
+// What anisotropic sampling tells of itself, as names of descriptors; the fields of AnisotropyReport.
+inline constexpr std::array<const char*, 6> anisotropy_names = {
+    "segments", "accepted_share", "chart_angle", "chart_ratio", "spacing_ratio", "clamped_share"};
 
 // Every problem of the parameters at once, one sentence each; empty when they are fine.
 std::vector<std::string> validate(const SampleParameters& parameters);
@@ -58,8 +86,10 @@ struct ModelState {
   RandomKey key;
   CancelToken cancel;
   PreparedMesh mesh;
-  TensorField tensor;  // of the method anisotropic
-  Density density;     // of the samples: the user's, over s1 s2 of the tensor
+  TensorField tensor;                               // of the method anisotropic
+  std::shared_ptr<const TensorTable> tensor_table;  // of the tensor kind table, by the caller
+  AnisotropyReport anisotropy;
+  Density density;  // of the samples: the user's, over s1 s2 of the tensor
   std::vector<double> masses;
   std::vector<CutChart> cuts;
   std::vector<FlatChart> charts;
@@ -75,7 +105,8 @@ void flatten_model(ModelState& model, const SampleParameters& parameters);
 void build_model_curves(ModelState& model, const SampleParameters& parameters);
 void locate_model(ModelState& model, const SampleParameters& parameters, const EmbreeDevice* device);
 void place_model(ModelState& model, const SampleParameters& parameters);
-// The descriptors asked for, in their order; in front of the certificate.
+// The descriptors asked for, in their order, then those of anisotropy_names if the method is anisotropic; in
+// front of the certificate.
 void describe_model(ModelState& model, const SampleParameters& parameters);
 // Two descriptors of one value: the error over 1000 rotated boxes relative to random samples, and rho. NaN
 // where the surface has no such boxes, or one sample has no neighbour. Frees what placing needed.

@@ -38,8 +38,8 @@ inline constexpr std::uint32_t store_format_version = 1;
 inline constexpr std::uint32_t store_method_version = 2;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
-// file that it stands in: descriptors, or certificate for measures of the samples themselves. Names are
-// unique over all groups.
+// file that it stands in: descriptors, anisotropy, or certificate for measures of the samples themselves.
+// Names are unique over all groups.
 struct DescriptorSchema {
   std::string name;
   std::uint32_t width = 0;

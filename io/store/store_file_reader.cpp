@@ -141,7 +141,7 @@ void StoreFileReader::read_facts() {
 }
 
 void StoreFileReader::read_descriptors() {
-  for (const char* const group : {"descriptors", "certificate"})
+  for (const char* const group : {"descriptors", "anisotropy", "certificate"})
     if (H5Lexists(file_.get(), group, H5P_DEFAULT) > 0) read_descriptors(group);
 }
 

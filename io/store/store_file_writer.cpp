@@ -113,9 +113,12 @@ StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout
 void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard) {
   write_root_attributes(file_.get(), layout_, header, shard);
   const Hdf5Group descriptors = make_group(file_, "/descriptors");
-  const bool certified = std::any_of(header.descriptors.begin(), header.descriptors.end(),
-                                     [](const DescriptorSchema& d) { return d.group == "certificate"; });
-  const Hdf5Group certificate = certified ? make_group(file_, "/certificate") : Hdf5Group();
+  const auto group_of = [&](const std::string& name) {
+    const bool wanted = std::any_of(header.descriptors.begin(), header.descriptors.end(),
+                                    [&](const DescriptorSchema& d) { return d.group == name; });
+    return wanted ? make_group(file_, ("/" + name).c_str()) : Hdf5Group();
+  };
+  const Hdf5Group anisotropy = group_of("anisotropy"), certificate = group_of("certificate");
   const Hdf5Group tensor =
       header.content == StoreContent::anisotropic_meshes ? make_group(file_, "/tensor") : Hdf5Group();
   const Hdf5Group items = make_group(file_, "/items");

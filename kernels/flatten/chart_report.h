@@ -19,6 +19,8 @@ struct ChartGeometry {
   double total_area = 0;             // of the triangles that count
 };
 ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart);
+// The same in space, whatever metric the mesh has.
+ChartGeometry chart_geometry_in_space(const PreparedMesh& mesh, const CutChart& chart);
 
 // Chart triangles that count and whose UV orientation is not positive (exact sign). O(T).
 std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> triangles,

@@ -9,7 +9,10 @@
 
 namespace meander {
 
-std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart) {
+namespace {
+
+template <class LengthOf>
+std::vector<double> lengths_of(const CutChart& chart, const LengthOf& length_of) {
   std::vector<double> length(chart.triangles.size());
   for (std::uint32_t h = 0; h < length.size(); ++h) {
     const std::uint32_t other = chart.opposite[h];
@@ -17,9 +20,19 @@ std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart&
       length[h] = length[other];
       continue;
     }
-    length[h] = mesh.length(3 * chart.triangle_begin + h);
+    length[h] = length_of(3 * chart.triangle_begin + h);
   }
   return length;
+}
+
+}  // namespace
+
+std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart) {
+  return lengths_of(chart, [&](std::uint32_t h) { return mesh.length(h); });
+}
+
+std::vector<double> chart_edge_lengths_in_space(const PreparedMesh& mesh, const CutChart& chart) {
+  return lengths_of(chart, [&](std::uint32_t h) { return mesh.length_in_space(h); });
 }
 
 double mollify(std::span<double> length) {

@@ -32,6 +32,8 @@ using IntrinsicSurface = IntrinsicDisk;
 
 // Edge lengths of the chart: PreparedMesh::length.
 std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart);
+// The same in space, working units.
+std::vector<double> chart_edge_lengths_in_space(const PreparedMesh& mesh, const CutChart& chart);
 
 // Adds the smallest uniform length to all edges so that every triangle inequality holds with a margin of
 // 1e-9 mean lengths (and 1e-12 of the triangle's longest edge): cotangents are finite then. Nothing happens

@@ -143,7 +143,7 @@ FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const Tensor
   FieldChart result;
   result.flat.cut = std::move(cut);
   const CutChart& chart = result.flat.cut;
-  const ChartGeometry geometry = chart_geometry(mesh, chart);
+  const ChartGeometry geometry = chart_geometry_in_space(mesh, chart);
   IntrinsicDisk space;
   space.triangles = chart.triangles;
   space.opposite = chart.opposite;
