@@ -38,7 +38,16 @@ CurvatureFieldParameters curvature_parameters(const TensorParameters& p) {
 
 AmbientTensor ambient(const double* v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 
-bool positive_definite(const AmbientTensor& a) {
+bool positive_definite(const std::array<double, 6>& values) {
+  // Scaled, so that products of large numbers stay finite.
+  double size = 0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) return false;
+    size = std::max(size, std::abs(v));
+  }
+  std::array<double, 6> scaled{};
+  for (std::size_t k = 0; k < 6 && size > 0; ++k) scaled[k] = values[k] / size;
+  const AmbientTensor a = ambient(scaled.data());
   // Sylvester's minors.
   const double second = a.xx * a.yy - a.xy * a.xy;
   const double third = a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.yz * a.xz) +
@@ -298,7 +307,7 @@ std::vector<std::string> validate(const TensorParameters& p) {
   check_range(problems, "tensor smoothing", p.smoothing, 0, 64);
   if ((p.kind == TensorKind::vertex_attribute || p.kind == TensorKind::face_attribute) && p.attribute.empty())
     problems.push_back("the tensor attribute has no name");
-  if (p.kind == TensorKind::constant && !positive_definite(ambient(p.constant.data())))
+  if (p.kind == TensorKind::constant && !positive_definite(p.constant))
     problems.push_back("the constant tensor is not positive definite");
   if (p.kind == TensorKind::table) {
     if (p.table == nullptr)

@@ -35,7 +35,7 @@ Vector3 transport(Vector3 v, Vector3 from, Vector3 to) {
 TangentTensor transport(TangentTensor tensor, const TangentFrame& from, const TangentFrame& to) {
   const Vector3 x = transport(from.x, from.normal, to.normal);
   // x of `from` lies in the plane of `to` at this angle; the x axis of `to` lies at minus the angle.
-  const double cosine = dot(x, to.x), sine = dot(x, to.y), length = std::hypot(cosine, sine);
+  const double cosine = dot(x, to.x), sine = dot(x, to.y), length = std::sqrt(cosine * cosine + sine * sine);
   if (!(length > 0)) return tensor;
   return in_turned_frame(tensor, cosine / length, -sine / length);
 }

@@ -50,6 +50,6 @@ TEST_CASE("read_tensor_table: errors name the line") {
   check_fails("1 2 3\n# x\n1 2\n", Status::unreadable, "line 3: 2 numbers, but the first row has 3");
   check_fails("1 2 3 4\n", Status::unreadable, "line 1: 4 numbers, but a row has six");
   check_fails("1 2 3 4 5 6 7\n", Status::unreadable, "line 1: 7 numbers");
-  check_fails("1 2 3\n1 two 3\n", Status::unreadable, "line 2: \"two\" is not a number");
+  check_fails("1 2 3\n1 two 3\n", Status::unreadable, "line 2: `two` is not a number");
   check_fails("1,2,3\n", Status::unreadable, "is not a number");
 }

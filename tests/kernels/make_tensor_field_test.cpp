@@ -208,8 +208,8 @@ TEST_CASE("make_tensor_field: neither the scale of the mesh nor that of the valu
   for (const double scale : {1e-100, 3.0, 1e150}) {
     TensorParameters scaled = parameters;
     for (double& v : scaled.constant) v *= scale;
-    if (validate(scaled).empty())
-      CHECK(worst_difference(make_tensor_field(file, mesh, scaled), field) < 1e-9);
+    REQUIRE(validate(scaled).empty());
+    CHECK(worst_difference(make_tensor_field(file, mesh, scaled), field) < 1e-9);
     PolygonMesh vertices = file;
     add_six(vertices.vertex_attributes, "s", file.vertex_count(),
             [&](std::size_t) { return scaled.constant; });
