@@ -16,7 +16,9 @@ namespace {
 
 constexpr std::size_t triangle_block = 1 << 12;
 constexpr std::size_t batch_size = 16;       // right-hand sides per pass over the factor
+constexpr std::size_t round_size = 8;        // batches in memory at once
 constexpr double least_weight = 1e-8;        // of the largest weight of a component
+constexpr double accurate = 1e-9;            // probabilities off by more are refined
 constexpr double equal_probability = 1e-12;  // closer ones are a tie: rounding decides nothing
 
 // One side of an edge, in the frame whose x axis is that side's half-edge and y points into the triangle: the
@@ -111,14 +113,9 @@ class WalkSystem {
   std::vector<double> solve(std::size_t batch) const {
     const std::size_t width = columns(batch);
     std::vector<double> values(triangle_.size() * width, 0.0);
-    const std::size_t end = std::min(seeds_.size(), (batch + 1) * batch_size);
-    for (std::size_t l = batch * batch_size; l < end; ++l)
-      for (std::uint32_t h = 3 * seeds_[l]; h < 3 * seeds_[l] + 3; ++h) {
-        const std::uint32_t neighbour = neighbour_of(h);
-        if (neighbour == no_index || unknown_[neighbour] == no_index) continue;
-        values[unknown_[neighbour] * width + l - batch * batch_size] += weight_[h];
-      }
-    cholesky_.solve_many(values, width);
+    add_solution(values, width, [&](std::uint32_t seed, std::size_t column) {
+      return seed == batch * batch_size + column ? 1.0 : 0.0;
+    });
     return values;
   }
 
@@ -128,6 +125,33 @@ class WalkSystem {
     const std::uint32_t other = mesh_.opposite[h];
     if (other == no_index || other / 3 == h / 3) return no_index;
     return other / 3 - component_.triangle_begin;
+  }
+
+  // Probabilities that go to seed_value(seed, column) at the seeds; `values` must be 0. Where the factor has
+  // lost digits (long surfaces of very unequal weights), refined: the residual is a sum of differences
+  // between neighbours and hence accurate.
+  template <class SeedValue>
+  void add_solution(std::vector<double>& values, std::size_t width, const SeedValue& seed_value) const {
+    std::vector<double> correction(values.size());
+    for (int pass = 0; pass <= refinements_; ++pass) {
+      for (std::size_t u = 0; u < triangle_.size(); ++u) {
+        double* residual = &correction[u * width];
+        std::fill(residual, residual + width, 0.0);
+        const std::uint32_t t = component_.triangle_begin + triangle_[u];
+        for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+          const std::uint32_t neighbour = neighbour_of(h);
+          if (neighbour == no_index) continue;
+          const std::uint32_t v = unknown_[neighbour];
+          if (pass == 0 && v != no_index) continue;  // all values are 0
+          for (std::size_t c = 0; c < width; ++c) {
+            const double across = v == no_index ? seed_value(seed_[neighbour], c) : values[v * width + c];
+            residual[c] += weight_[h] * (across - values[u * width + c]);
+          }
+        }
+      }
+      cholesky_.solve_many(correction, width);
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] += correction[i];
+    }
   }
 
   void factorise(const CancelToken& cancel) {
@@ -150,11 +174,19 @@ class WalkSystem {
     const std::vector<std::uint32_t> order = elimination_order(graph);
     cancel.check();
     // Where rounding makes a pivot that is not positive, walks that may stop on the way stand in.
-    for (const double stop : {0.0, 1e-14, 1e-12, 1e-9}) {
+    for (const double stop : {0.0, 1e-14, 1e-12, 1e-10}) {
       std::vector<double> raised = diagonal;
       for (double& d : raised) d *= 1 + stop;
       cholesky_.factorise(graph, values, raised, order, cancel);
-      if (cholesky_.succeeded()) return;
+      if (!cholesky_.succeeded()) continue;
+      // A walk meets some seed: the solution for all of them together is 1, and shows what the factor lost.
+      std::vector<double> any(triangle_.size(), 0.0);
+      add_solution(any, 1, [](std::uint32_t, std::size_t) { return 1.0; });
+      double lost = 0;
+      for (const double p : any) lost = std::max(lost, std::abs(p - 1));
+      if (!(lost < 0.5)) continue;
+      refinements_ = lost > accurate ? 2 : 0;
+      return;
     }
     throw ItemError(Status::internal, "the random walk over " + std::to_string(triangle_.size()) +
                                           " triangles cannot be factorised");
@@ -168,6 +200,7 @@ class WalkSystem {
   std::vector<std::uint32_t> unknown_;   // by triangle: its unknown, no_index where seeded
   std::vector<std::uint32_t> triangle_;  // by unknown
   SparseCholesky cholesky_;
+  int refinements_ = 0;
 };
 
 // Writes numbers[l] of the most probable seed l for every triangle of the component.
@@ -185,23 +218,46 @@ void label_component(const PreparedMesh& mesh, const Component& component, std::
     std::uint32_t seed = 0;
   };
   const std::size_t unknowns = system.triangles().size();
-  std::vector<std::vector<Best>> best(system.batches());
-  parallel_tasks(system.batches(), [&](std::size_t batch) {
-    cancel.check();
-    const std::vector<double> values = system.solve(batch);
-    const std::size_t width = system.columns(batch), first = batch * batch_size;
-    const std::size_t used = std::min(width, seeds.size() - first);
-    best[batch].resize(unknowns);
-    for (std::size_t u = 0; u < unknowns; ++u)
-      for (std::size_t c = 0; c < used; ++c)
-        if (values[u * width + c] > best[batch][u].probability + equal_probability)
-          best[batch][u] = {values[u * width + c], static_cast<std::uint32_t>(first + c)};
-  });
-  for (std::size_t u = 0; u < unknowns; ++u) {
-    Best chosen;
-    for (const std::vector<Best>& candidates : best)
-      if (candidates[u].probability > chosen.probability + equal_probability) chosen = candidates[u];
-    label[system.triangles()[u]] = numbers[chosen.seed];
+  std::vector<Best> best(unknowns);
+  // In rounds of a fixed size, so that memory does not grow with the seeds.
+  for (std::size_t round = 0; round < system.batches(); round += round_size) {
+    std::array<std::vector<Best>, round_size> found;
+    parallel_tasks(std::min(round_size, system.batches() - round), [&](std::size_t i) {
+      cancel.check();
+      const std::size_t batch = round + i, width = system.columns(batch), first = batch * batch_size;
+      const std::size_t used = std::min(width, seeds.size() - first);
+      const std::vector<double> values = system.solve(batch);
+      found[i].resize(unknowns);
+      for (std::size_t u = 0; u < unknowns; ++u)
+        for (std::size_t c = 0; c < used; ++c)
+          if (values[u * width + c] > found[i][u].probability + equal_probability)
+            found[i][u] = {values[u * width + c], static_cast<std::uint32_t>(first + c)};
+    });
+    for (const std::vector<Best>& candidates : found)
+      for (std::size_t u = 0; u < candidates.size(); ++u)
+        if (candidates[u].probability > best[u].probability + equal_probability) best[u] = candidates[u];
+  }
+  for (std::size_t u = 0; u < unknowns; ++u) label[system.triangles()[u]] = numbers[best[u].seed];
+}
+
+// From weights at the lower half-edge of every edge: both sides alike, the largest of every component 1, none
+// too small, none at boundaries.
+void equalise_weights(const PreparedMesh& mesh, std::vector<double>& weight) {
+  for (const Component& component : mesh.components) {
+    const std::size_t begin = 3 * std::size_t{component.triangle_begin};
+    const std::size_t end = 3 * std::size_t{component.triangle_end};
+    double largest = 0;
+    for (std::size_t h = begin; h < end; ++h) {
+      const std::uint32_t other = mesh.opposite[h];
+      if (other == no_index) weight[h] = 0;
+      if (other != no_index && h < other) largest = std::max(largest, weight[h]);
+    }
+    for (std::size_t h = begin; h < end; ++h) {
+      const std::uint32_t other = mesh.opposite[h];
+      if (other == no_index || other < h) continue;
+      const double w = largest > 0 ? weight[h] / largest : 1;
+      weight[h] = weight[other] = w >= least_weight ? w : least_weight;
+    }
   }
 }
 
@@ -267,18 +323,44 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
         steps.weight[h] *= std::exp(-cost / parameters.sigma);
       });
     });
-    double largest = 0;
-    for_each_edge(first, first + count,
-                  [&](std::size_t h, std::uint32_t) { largest = std::max(largest, steps.weight[h]); });
-    const double scale = largest > 0 ? 1 / largest : 0;
-    for_each_edge(first, first + count, [&](std::size_t h, std::uint32_t other) {
-      const double w = scale > 0 ? steps.weight[h] * scale : 1;
-      steps.weight[h] = steps.weight[other] = w >= least_weight ? w : least_weight;
-    });
-    for (std::size_t h = first; h < first + count; ++h)
-      if (mesh.opposite[h] == no_index) steps.weight[h] = 0;
   }
+  equalise_weights(mesh, steps.weight);
   return steps;
+}
+
+std::vector<double> dihedral_weights(const PreparedMesh& mesh, const DihedralParameters& parameters) {
+  if (!(parameters.sigma > 0) || !(parameters.concave >= 0) || !(parameters.convex >= 0))
+    throw std::invalid_argument("random walk: dihedral parameters out of range");
+  std::vector<double> weight(mesh.triangles.size(), 0.0), fold(mesh.triangles.size(), 0.0);
+  parallel_blocks(weight.size(), 3 * triangle_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t h = begin; h < end; ++h) {
+      const std::uint32_t other = mesh.opposite[h];
+      if (other == no_index || other < h) continue;
+      const auto t = static_cast<std::uint32_t>(h / 3), u = other / 3;
+      const Vector3 a = mesh.position(mesh.triangles[h]);
+      weight[h] = distance(a, mesh.position(mesh.triangles[other]));
+      if (!(mesh.area[t] > 0) || !(mesh.area[u] > 0)) continue;
+      const Vector3 n = triangle_frame(mesh, t).normal;
+      const Vector3 apex = mesh.position(mesh.triangles[previous_half_edge(other)]);
+      const double eta = dot(n, apex - a) > 0 ? parameters.concave : parameters.convex;
+      fold[h] = eta * std::max(0.0, 1 - dot(n, triangle_frame(mesh, u).normal));
+    }
+  });
+  for (const Component& component : mesh.components) {
+    const std::size_t begin = 3 * std::size_t{component.triangle_begin};
+    const std::size_t end = 3 * std::size_t{component.triangle_end};
+    double sum = 0, edges = 0;
+    for (std::size_t h = begin; h < end; ++h) {
+      if (mesh.opposite[h] == no_index || mesh.opposite[h] < h) continue;
+      sum += fold[h];
+      ++edges;
+    }
+    if (!(sum > 0)) continue;
+    for (std::size_t h = begin; h < end; ++h)
+      weight[h] *= std::exp(-fold[h] * edges / (parameters.sigma * sum));
+  }
+  equalise_weights(mesh, weight);
+  return weight;
 }
 
 std::vector<double> random_walk_probabilities(const PreparedMesh& mesh, const Component& component,

@@ -45,11 +45,10 @@ SegmentedMesh segment_mesh(const PreparedMesh& mesh, const TensorField& field,
                            const SegmentParameters& parameters = {}, const CancelToken& cancel = {});
 
 // Splits one component by a random walk from its two farthest seeds: labels 0 and 1 for its triangles, in
-// order. The walk's own boundary (probability 1/2) holds unless one side would get less than a quarter of
-// the triangles: then the level of that quarter is the boundary, so that repeated bisection ends. Both sides
-// are connected (level sets of a harmonic function), but where probabilities are equal. Label 0 is that of
-// the first triangle. A single triangle: all 0.
-// O(T log T).
+// order; both sides are connected. The walk's own boundary (probability 1/2) holds unless one side would get
+// less than a quarter of the triangles: then that side grows from its seed, the most probable triangle first,
+// to a quarter, so that repeated bisection ends. Label 0 is that of the first triangle. A single triangle:
+// all 0. O(T log T) and one factorisation.
 std::vector<std::uint32_t> bisect_component(const PreparedMesh& mesh, const Component& component,
                                             const TriangleSteps& steps, const CancelToken& cancel = {});
 
