@@ -1,0 +1,60 @@
+// Direction-resolved pair density g(q) of samples: how often samples lie at the offset q from another,
+// relative to independent ones, and the ellipse that the dip around q = 0 has (ALGORITHMS 10.2).
+//
+// Two statements follow from maps of differential_domain.h. In units of area (DifferenceUnits::area) the dip
+// is an ellipse whose axis ratio is the ratio s1 / s2 of the field, long along e1: for constant ratios, or
+// for the samples of one class of ratios (`counted`). In units of spacings it is round whatever the ratio:
+// the scale-free statement, for fields of any kind.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/analyse/differential_domain.h"
+
+namespace meander {
+
+struct DipParameters {
+  double start = 0.5;              // standard deviation of the first window, in units of the map, > 0
+  double least_signal = 5;         // a dip of less signal-to-noise counts as none; > 0
+  std::uint32_t iterations = 200;  // at most; a window that has not settled by then counts as none
+};
+
+// The dip 1 - g around the middle of a map.
+struct Dip {
+  bool found = false;
+  double signal_to_noise = 0;  // of its mass under the window: independent samples give about N(0, 1)
+  double depth = 0;            // 1 - g in the middle; 1: no sample has another right beside it
+  // Where found, else 0: standard deviations (moments) or half-axes (contour) along and across the long axis,
+  // units of the map; their ratio >= 1; the angle of the long axis against the map's x axis in (-pi/2, pi/2].
+  double first = 0, second = 0, ratio = 0, angle = 0;
+};
+
+// By adaptive moments (Bernstein and Jarvis 2002, "Shapes and shears, stars and smears"): second moments of
+// the dip under a Gaussian window that is refined until its own covariance is the dip's. The result turns and
+// stretches with the dip: an affine image of a dip with fourfold symmetry gives the ratio of the map. The
+// spread of the map's kernel is taken off. Measured on jittered samples stretched by 1, 2, 4, 8: see
+// tests/kernels/pair_density_test.cpp. `expected` as for normalised_differences; where it was measured by
+// reference samples its noise counts too (`sets` of it). O(cells^2 iterations).
+// Throws std::invalid_argument when the parameters of the maps differ or a map has no set.
+Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,
+                const DipParameters& parameters = {});
+
+// By the contour at half the depth of the dip: radii of it along 64 directions, in a map that should have
+// smooth values (kernel >= 2 cells), and the ellipse of the same second moments as the area that it encloses.
+// Noisier than moments, but free of the dip's outskirts and of rings around it. `found` follows dip_moments.
+Dip dip_contour(const DifferenceMap& map, const DifferenceMap& expected,
+                const DipParameters& parameters = {});
+
+// Classes of the ratio s1 / s2: the number of edges <= ratio per sample; edges ascending. With it choose the
+// samples to count. Throws std::invalid_argument when lengths differ or edges do not ascend.
+std::vector<std::uint32_t> ratio_classes(std::span<const double> s1, std::span<const double> s2,
+                                         std::span<const double> edges);
+
+// The expectation for `counted` of `samples` samples on a surface without boundary that is nearly flat at the
+// range: expected_differences times their share.
+DifferenceMap expected_differences(const DifferenceParameters& parameters, std::uint64_t samples,
+                                   std::uint64_t counted);
+
+}  // namespace meander
