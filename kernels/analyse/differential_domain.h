@@ -5,8 +5,10 @@
 // analysis on surfaces").
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -117,6 +119,11 @@ void add_surface_differences(DifferenceMap& map, std::span<const double> points,
 // approximate elsewhere; evaluated without cancellation. 0 for p = q; infinite where both normals point
 // along p - q the same way (the formula's limit). Pure.
 double geodesic_length(Vector3 p, Vector3 n_p, Vector3 q, Vector3 n_q);
+
+// The geodesic vector from p to q in the frame of p: that length in the direction of the chord projected to
+// the tangent plane. (0, 0) for p = q; none where the chord has no tangential part. Pure.
+std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFrame& frame, Vector3 q,
+                                                     Vector3 n_q);
 
 // r_k = sqrt(measure / (N phi_k)), the mean spacing of N samples of density phi whose integral over the
 // domain is `measure`; at most `largest`. Scaling phi and measure together changes nothing. Throws

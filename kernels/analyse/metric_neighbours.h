@@ -33,10 +33,10 @@ struct BandComparison {
   double standard_error = 0;  // of the ratio
 };
 // values: one per sample (metric_nearest_distances, metric_neighbour_counts), infinite ones are left out;
-// in_band: nonzero for samples of the band. The error is first-order; `shared` values are taken to be as good
-// as one independent value: 2 for nearest distances, which mutual neighbours have in common (slightly too
-// large an error), and about 1 + the mean for counts. Throws std::invalid_argument when lengths differ or
-// shared < 1.
+// in_band: nonzero for samples of the band. The error is first-order; `shared` values are taken to be worth
+// one independent value: 2 for distances and counts, which two neighbours have in common (right for counts of
+// independent samples, slightly too large for distances and for stratified samples). Throws
+// std::invalid_argument when lengths differ or shared < 1.
 BandComparison compare_band(std::span<const double> values, std::span<const std::uint8_t> in_band,
                             double shared = 2);
 

@@ -16,16 +16,18 @@
 namespace meander {
 
 struct DipParameters {
-  double start = 0.5;              // standard deviation of the first window, in units of the map, > 0
-  double least_signal = 5;         // a dip of less signal-to-noise counts as none; > 0
-  std::uint32_t iterations = 200;  // at most; a window that has not settled by then counts as none
+  double start = 0.5;               // standard deviation of the first window, in units of the map, > 0
+  double least_signal = 5;          // a dip of less signal-to-noise counts as none; > 0
+  bool measured_reference = false;  // `expected` was measured on samples: its noise counts too
+  std::uint32_t iterations = 200;   // at most; a window that has not settled by then counts as none
 };
 
 // The dip 1 - g around the middle of a map.
 struct Dip {
   bool found = false;
-  double signal_to_noise = 0;  // of its mass under the window: independent samples give about N(0, 1)
-  double depth = 0;            // 1 - g in the middle; 1: no sample has another right beside it
+  double signal_to_noise = 0;  // of the dip under the first window: about N(0, 1) for independent samples
+  double depth = 0;  // of the dip, as a Gaussian; 1: no sample has another right beside it. Not found:
+                     // the mean of 1 - g under the first window
   // Where found, else 0: standard deviations (moments) or half-axes (contour) along and across the long axis,
   // units of the map; their ratio >= 1; the angle of the long axis against the map's x axis in (-pi/2, pi/2].
   double first = 0, second = 0, ratio = 0, angle = 0;
@@ -33,17 +35,18 @@ struct Dip {
 
 // By adaptive moments (Bernstein and Jarvis 2002, "Shapes and shears, stars and smears"): second moments of
 // the dip under a Gaussian window that is refined until its own covariance is the dip's. The result turns and
-// stretches with the dip: an affine image of a dip with fourfold symmetry gives the ratio of the map. The
-// spread of the map's kernel is taken off. Measured on jittered samples stretched by 1, 2, 4, 8: see
-// tests/kernels/pair_density_test.cpp. `expected` as for normalised_differences; where it was measured by
-// reference samples its noise counts too (`sets` of it). O(cells^2 iterations).
-// Throws std::invalid_argument when the parameters of the maps differ or a map has no set.
+// stretches with the dip: an affine image of a dip with fourfold symmetry gives the ratio of that map. The
+// kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.14 across, in units
+// of area). `expected` as for normalised_differences. O(cells^2 iterations).
+// Throws std::invalid_argument when a parameter is out of range, the maps' parameters differ or one has no
+// set.
 Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,
                 const DipParameters& parameters = {});
 
-// By the contour at half the depth of the dip: radii of it along 64 directions, in a map that should have
-// smooth values (kernel >= 2 cells), and the ellipse of the same second moments as the area that it encloses.
-// Noisier than moments, but free of the dip's outskirts and of rings around it. `found` follows dip_moments.
+// By the contour at half the depth of the dip: where rays in 64 directions (even in the frame where the dip
+// of dip_moments is round) first meet it, and the ellipse with the second moments of the area inside. Free of
+// the dip's outskirts and of rings around it, but noisier, and widened by the kernel. What is not given by
+// the contour is that of dip_moments; without a contour inside the map nothing is found.
 Dip dip_contour(const DifferenceMap& map, const DifferenceMap& expected,
                 const DipParameters& parameters = {});
 
