@@ -117,9 +117,11 @@ AnisotropicDiscrepancy anisotropic_discrepancy(std::span<const double> x, std::s
   std::vector<double> u, v;
   double stable = 0;
   const RandomKey key = make_random_key(parameters.shapes.seed, {});
-  for (std::uint32_t w = 0; w < parameters.windows; ++w) {
-    const UnitPair at =
-        parameters.windows == 1 ? UnitPair{0.5, 0.5} : random_pair(key, Stream::metric_window, w);
+  // One window where they would all be the same.
+  const bool fixed = 1 - 2 * radius * std::min(reach_a, reach_b) < 1e-9;
+  const std::uint32_t windows = fixed ? 1 : parameters.windows;
+  for (std::uint32_t w = 0; w < windows; ++w) {
+    const UnitPair at = windows == 1 ? UnitPair{0.5, 0.5} : random_pair(key, Stream::metric_window, w);
     const double along_a = radius * reach_a + (1 - 2 * radius * reach_a) * at.first;
     const double along_b = radius * reach_b + (1 - 2 * radius * reach_b) * at.second;
     const Point centre = {origin[0] + along_a * a[0] + along_b * b[0],
@@ -149,12 +151,12 @@ AnisotropicDiscrepancy anisotropic_discrepancy(std::span<const double> x, std::s
     ++result.windows;
   }
   if (result.windows == 0) return result;
-  const double windows = result.windows;
-  result.disks /= windows;
-  result.boxes /= windows;
-  result.triangles /= windows;
-  result.points /= windows;
-  result.windows_stable = stable / (3 * windows);
+  const double share = 1.0 / result.windows;
+  result.disks *= share;
+  result.boxes *= share;
+  result.triangles *= share;
+  result.points *= share;
+  result.windows_stable = stable * share / 3;
   return result;
 }
 

@@ -17,9 +17,11 @@ struct Parallelogram {
 };
 
 struct AnisotropicDiscrepancyParameters {
-  ShapeParameters shapes;     // of every window and every kind; the same shapes in all windows
-  std::uint32_t windows = 1;  // 1: in the middle of the domain; more: anywhere in it at random; 1..4096
-  Parallelogram domain;       // not flat
+  ShapeParameters shapes;  // of every window and every kind; the same shapes in all windows
+  std::uint32_t windows =
+      1;                 // 1: in the middle of the domain; more: anywhere in it at random; 1..4096.
+                         // One suffices, and is taken, where the window cannot move (ratio 1 in a square)
+  Parallelogram domain;  // not flat
 };
 
 // Means over the windows.

@@ -34,9 +34,10 @@ struct BandComparison {
 };
 // values: one per sample (metric_nearest_distances, metric_neighbour_counts), infinite ones are left out;
 // in_band: nonzero for samples of the band. The error is first-order; `shared` values are taken to be worth
-// one independent value: 2 for distances and counts, which two neighbours have in common (right for counts of
-// independent samples, slightly too large for distances and for stratified samples). Throws
-// std::invalid_argument when lengths differ or shared < 1.
+// one independent value. For independent samples that is 2 for nearest distances and 2 + the mean for counts:
+// neighbours have both in common, and the number of samples that happen to lie in the band moves all counts
+// there. Stratified samples vary less, so that the error is too large for them. Throws std::invalid_argument
+// when lengths differ or shared < 1.
 BandComparison compare_band(std::span<const double> values, std::span<const std::uint8_t> in_band,
                             double shared = 2);
 

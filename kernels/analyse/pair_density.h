@@ -37,7 +37,9 @@ struct Dip {
 // the dip under a Gaussian window that is refined until its own covariance is the dip's. The result turns and
 // stretches with the dip: an affine image of a dip with fourfold symmetry gives the ratio of that map. The
 // kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.14 across, in units
-// of area). `expected` as for normalised_differences. O(cells^2 iterations).
+// of area). Relative error of the ratio: about 2 / signal_to_noise (measured on jittered samples of ratios 1
+// to 8, 1024 to 16384 of them; towards more than 1 where the dip is round); about twice that by the contour.
+// `expected` as for normalised_differences. O(cells^2 iterations).
 // Throws std::invalid_argument when a parameter is out of range, the maps' parameters differ or one has no
 // set.
 Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,
