@@ -16,15 +16,27 @@ void require(bool fine, const char* what) {
   if (!fine) throw std::invalid_argument(what);
 }
 
-// 1 - g per cell, 0 where nothing is expected.
-std::vector<double> dip_values(const DifferenceMap& map, const DifferenceMap& expected) {
-  std::vector<double> dip = normalised_differences(map, expected);
-  for (double& value : dip) value = std::isnan(value) ? 0 : 1 - value;
-  return dip;
-}
+constexpr double outskirts = 0.6;  // of the range: farther out is no dip
 
 double cell_position(const DifferenceMap& map, std::size_t cell) {
   return (static_cast<double>(cell) + 0.5) * map.cell() - map.parameters.range;
+}
+
+// 1 - g per cell, 0 where nothing is expected. g is scaled to 1 in the outskirts of the map: how many samples
+// of a class there happen to be in a set, or lie near a boundary, would otherwise be a dip without end.
+std::vector<double> dip_values(const DifferenceMap& map, const DifferenceMap& expected) {
+  std::vector<double> dip = normalised_differences(map, expected);
+  const double least = outskirts * outskirts * map.parameters.range * map.parameters.range;
+  double seen = 0, reference = 0;
+  for (std::size_t c = 0; c < dip.size(); ++c) {
+    const double x = cell_position(map, c % map.side()), y = cell_position(map, c / map.side());
+    if (x * x + y * y <= least || !(expected.sum[c] > 0)) continue;
+    seen += map.sum[c] / map.sets;
+    reference += expected.sum[c] / expected.sets;
+  }
+  const double scale = seen > 0 ? reference / seen : 1;
+  for (double& value : dip) value = std::isnan(value) ? 0 : 1 - scale * value;
+  return dip;
 }
 
 struct Moments {

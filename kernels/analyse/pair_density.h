@@ -22,7 +22,8 @@ struct DipParameters {
   std::uint32_t iterations = 200;   // at most; a window that has not settled by then counts as none
 };
 
-// The dip 1 - g around the middle of a map.
+// The dip 1 - g around the middle of a map, g being scaled to 1 on average beyond 0.6 of the range: let the
+// map reach at least 3 times the dip's standard deviation along (1.2 at ratio 8 in units of area: range 3.5).
 struct Dip {
   bool found = false;
   double signal_to_noise = 0;  // of the dip under the first window: about N(0, 1) for independent samples
@@ -36,12 +37,12 @@ struct Dip {
 // By adaptive moments (Bernstein and Jarvis 2002, "Shapes and shears, stars and smears"): second moments of
 // the dip under a Gaussian window that is refined until its own covariance is the dip's. The result turns and
 // stretches with the dip: an affine image of a dip with fourfold symmetry gives the ratio of that map. The
-// kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.14 across, in units
-// of area). Relative error of the ratio: about 2 / signal_to_noise (measured on jittered samples of ratios 1
-// to 8, 1024 to 16384 of them; towards more than 1 where the dip is round); about twice that by the contour.
-// `expected` as for normalised_differences. O(cells^2 iterations).
-// Throws std::invalid_argument when a parameter is out of range, the maps' parameters differ or one has no
-// set.
+// kernel's spread is taken off; it should be small against the dip (at ratio 8 that is 0.15 across, in units
+// of area). Root mean square error of log ratio: at most about 2 / signal_to_noise (jittered samples of
+// ratios 1 to 8, signals 9 to 60; round dips come out above 1 by as much), two to four times that by the
+// contour. `expected` as for normalised_differences; on domains with a boundary it should be measured on
+// independent samples in the same field. O(cells^2 iterations). Throws std::invalid_argument when a parameter
+// is out of range, the maps' parameters differ or one has no set.
 Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,
                 const DipParameters& parameters = {});
 

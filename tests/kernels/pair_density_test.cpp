@@ -104,10 +104,10 @@ TEST_CASE("dips: a Gaussian is found as it is") {
     const DifferenceMap map = gaussian_dip(parameters, 0.8, first, second, -0.6);
     const Dip moments = dip_moments(map, expected);
     REQUIRE(moments.found);
-    CHECK(moments.first == Approx(first).epsilon(1e-3));
-    CHECK(moments.second == Approx(second).epsilon(1e-3));
+    CHECK(moments.first == Approx(first).epsilon(5e-3));
+    CHECK(moments.second == Approx(second).epsilon(5e-3));
     CHECK(moments.ratio == Approx(ratio).epsilon(2e-3));
-    CHECK(moments.depth == Approx(0.8).epsilon(1e-3));
+    CHECK(moments.depth == Approx(0.8).epsilon(3e-3));
     CHECK(moments.signal_to_noise > 50);
     const Dip contour = dip_contour(map, expected);
     REQUIRE(contour.found);
@@ -254,7 +254,7 @@ TEST_CASE("dip_moments: a field whose ratio varies, by classes and scale-free [s
     }
     add(to[4], set, field);
   };
-  for (std::uint64_t s = 0; s < 4; ++s) {
+  for (std::uint64_t s = 0; s < 12; ++s) {
     add_set(maps, stretched(jittered_samples(4096, {}, 0.5 * static_cast<double>(s), s + 1)));
     add_set(reference, stretched(random_samples(4096, s + 70)));
   }
