@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include "kernels/analyse/kd_tree.h"
@@ -180,35 +181,44 @@ Vector3 at(std::span<const double> triples, std::size_t i) {
   return {triples[3 * i], triples[3 * i + 1], triples[3 * i + 2]};
 }
 
-// Orthonormal tangent vectors with the unit normal n: e1 along the projection of `first`; along one of two
-// other directions where that has none.
-struct TangentFrame {
-  Vector3 e1, e2;
-};
-TangentFrame tangent_frame(Vector3 n, Vector3 first) {
-  const auto project = [&](Vector3 v) { return v - dot(n, v) * n; };
-  const double size = norm(first);
-  Vector3 e1 = size > 0 ? project((1 / size) * first) : Vector3{};
-  if (!(norm(e1) > 1e-9)) e1 = project(std::abs(n.x) < 0.7 ? Vector3{1, 0, 0} : Vector3{0, 1, 0});
-  e1 = (1 / norm(e1)) * e1;
-  return {e1, cross(n, e1)};
-}
-
 std::vector<TangentFrame> tangent_frames(std::span<const Vector3> normals, std::span<const double> frames,
                                          std::uint64_t seed) {
   const RandomKey key = make_random_key(seed, {});
   std::vector<TangentFrame> out(normals.size());
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (!frames.empty()) {
-      out[i] = tangent_frame(normals[i], at(frames, i));
+      out[i] = frame_along(normals[i], at(frames, i));
       continue;
     }
-    const TangentFrame any = tangent_frame(normals[i], {});
+    const TangentFrame any = frame_along(normals[i], {});
     const double angle = 2 * std::numbers::pi * random_pair(key, Stream::tangent_frame, i).first;
     const double c = std::cos(angle), s = std::sin(angle);
-    out[i] = {c * any.e1 + s * any.e2, c * any.e2 - s * any.e1};
+    out[i] = {c * any.x + s * any.y, c * any.y - s * any.x, any.normal};
   }
   return out;
+}
+
+// A vector of this length in the tangential part of the direction; none where that has no tangential part.
+std::optional<std::array<double, 2>> along_surface(const TangentFrame& frame, Vector3 towards,
+                                                   double length) {
+  const double a = dot(frame.x, towards), b = dot(frame.y, towards);
+  const double size = std::sqrt(a * a + b * b);
+  if (!(size > 1e-12 * norm(towards))) return std::nullopt;
+  return std::array<double, 2>{length * a / size, length * b / size};
+}
+
+double square(const std::array<double, 2>& v) { return v[0] * v[0] + v[1] * v[1]; }
+
+std::array<double, 2> times(TangentTensor m, double dx, double dy) {
+  return {m.xx * dx + m.xy * dy, m.xy * dx + m.yy * dy};
+}
+
+// The weight of the deposit in the frame of each sample: one half where it is counted.
+std::vector<double> half_weights(std::span<const std::uint8_t> counted, std::size_t samples) {
+  require(counted.empty() || counted.size() == samples, "differences: `counted` is one a sample, or none");
+  std::vector<double> weight(samples, 0.5);
+  for (std::size_t i = 0; i < counted.size(); ++i) weight[i] = counted[i] != 0 ? 0.5 : 0;
+  return weight;
 }
 
 }  // namespace
@@ -271,6 +281,100 @@ void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, 
       });
 }
 
+void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, std::span<const double> y,
+                                 std::span<const TangentTensor> log_spacing,
+                                 const TensorDifferenceParameters& parameters, const PlaneDomain& domain) {
+  const std::size_t samples = x.size();
+  require(log_spacing.size() == samples, "differences: one tensor a sample");
+  const std::vector<double> weight = half_weights(parameters.counted, samples);
+  const bool by_area = parameters.units == DifferenceUnits::area;
+  const double reach = reach_of(map.parameters);
+  std::vector<TangentTensor> inverse(samples);  // what differences are multiplied with
+  std::vector<TensorAxes> axes(samples);
+  std::vector<double> radius(samples);
+  for (std::size_t i = 0; i < samples; ++i) {
+    const TangentTensor log_s = log_spacing[i];
+    require(std::isfinite(log_s.xx) && std::isfinite(log_s.xy) && std::isfinite(log_s.yy),
+            "differences: tensors must be finite");
+    axes[i] = spacings_of(log_s);
+    const double size = std::sqrt(axes[i].first * axes[i].second);
+    require(axes[i].second > 0 && std::isfinite(axes[i].first), "differences: tensors out of range");
+    inverse[i] = by_area ? TangentTensor{1 / size, 0, 1 / size} : exponential(-1.0 * log_s);
+    radius[i] = reach * (by_area ? size : axes[i].first) * (1 + 1e-12);
+  }
+  add_planar(
+      map, x, y, domain, [&](std::uint32_t i) { return radius[i]; },
+      [&](MapBlock& block, std::uint32_t i, std::uint32_t j, double dx, double dy) {
+        const auto a = times(inverse[i], dx, dy), b = times(inverse[j], dx, dy);
+        if (std::max(square(a), square(b)) > reach * reach || weight[i] + weight[j] == 0) return;
+        const double qx = 0.5 * (a[0] + b[0]), qy = 0.5 * (a[1] + b[1]);
+        if (!parameters.principal_axes) {
+          block.add(qx, qy, weight[i] + weight[j]);
+          return;
+        }
+        for (const std::uint32_t k : {i, j})
+          if (weight[k] > 0)
+            block.add(axes[k].x * qx + axes[k].y * qy, axes[k].x * qy - axes[k].y * qx, weight[k]);
+      });
+}
+
+void add_anisotropic_surface_differences(DifferenceMap& map, const TangentSamples& samples,
+                                         const TensorDifferenceParameters& parameters) {
+  require(parameters.min_normal_cosine >= -1 && parameters.min_normal_cosine <= 1,
+          "differences: min_normal_cosine is in [-1, 1]");
+  const PreparedTangentSamples at_sample = prepare_tangent_samples(samples);
+  const std::vector<double> weight = half_weights(parameters.counted, samples.count());
+  const bool by_area = parameters.units == DifferenceUnits::area;
+  const double reach = reach_of(map.parameters);
+  std::vector<double> along(samples.count()), across(samples.count());  // what components are divided by
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const double size = std::sqrt(samples.s1[i] * samples.s2[i]);
+    along[i] = by_area ? size : samples.s1[i];
+    across[i] = by_area ? size : samples.s2[i];
+  }
+  const KdTree<3> tree(samples.points);
+  using Vector2 = std::array<double, 2>;
+  // v is a tangent vector at sample i; both ends' S^-1 v, averaged, in the frame of sample i.
+  const auto add_from = [&](MapBlock& block, std::uint32_t i, std::uint32_t j, const Vector2& v) {
+    if (!(weight[i] > 0)) return;
+    const TangentFrame &here = at_sample.frames[i], &there = at_sample.frames[j];
+    const Vector3 moved = transport(v[0] * here.x + v[1] * here.y, here.normal, there.normal);
+    const Vector3 scaled =
+        transport((dot(moved, there.x) / along[j]) * there.x + (dot(moved, there.y) / across[j]) * there.y,
+                  there.normal, here.normal);
+    block.add(0.5 * (v[0] / along[i] + dot(scaled, here.x)), 0.5 * (v[1] / across[i] + dot(scaled, here.y)),
+              weight[i]);
+  };
+  add_blocks(map, samples.count(), [&](MapBlock& block, std::size_t position) {
+    const std::uint32_t i = tree.index(position);
+    const Vector3 p = at_sample.points[i];
+    const TangentFrame& frame = at_sample.frames[i];
+    const double r = reach * std::max(along[i], across[i]) * (1 + 1e-12);
+    // No geodesic is shorter than the chord.
+    tree.in_ball(tree.point(position), r * r, [&](std::uint32_t j, const auto&) {
+      const TangentFrame& other = at_sample.frames[j];
+      if (j <= i || dot(frame.normal, other.normal) < parameters.min_normal_cosine) return;
+      if (weight[i] + weight[j] == 0) return;
+      const Vector3 q = at_sample.points[j];
+      const double length = geodesic_length(p, frame.normal, q, other.normal);
+      const auto v = along_surface(frame, q - p, length), w = along_surface(other, p - q, length);
+      if (!v || !w) return;
+      const auto within = [&](const Vector2& d, std::uint32_t k) {
+        return square({d[0] / along[k], d[1] / across[k]}) <= reach * reach;
+      };
+      if (!within(*v, i) || !within(*w, j)) return;
+      add_from(block, i, j, *v);
+      add_from(block, j, i, *w);
+    });
+  });
+}
+
+std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFrame& frame, Vector3 q,
+                                                     Vector3 n_q) {
+  if (!(distance(p, q) > 0)) return std::array<double, 2>{0, 0};
+  return along_surface(frame, q - p, geodesic_length(p, frame.normal, q, n_q));
+}
+
 double geodesic_length(Vector3 p, Vector3 n_p, Vector3 q, Vector3 n_q) {
   const Vector3 chord = p - q;
   const double d = norm(chord);
@@ -310,11 +414,9 @@ void add_surface_differences(DifferenceMap& map, std::span<const double> points,
 
   // q: `length` in the direction from sample i to the other one, in the frame of sample i.
   const auto add_from = [&](MapBlock& block, std::uint32_t i, Vector3 towards, double length) {
-    const double a = dot(tangents[i].e1, towards), b = dot(tangents[i].e2, towards);
-    const double size = std::sqrt(a * a + b * b);
-    if (!(size > 1e-12 * norm(towards))) return;
+    const std::optional<std::array<double, 2>> q = along_surface(tangents[i], towards, length);
     // Half, as every deposit is mirrored in the end.
-    block.add(length * a / size, length * b / size, 0.5);
+    if (q) block.add((*q)[0], (*q)[1], 0.5);
   };
   add_blocks(map, samples, [&](MapBlock& block, std::size_t position) {
     const std::uint32_t i = tree.index(position);

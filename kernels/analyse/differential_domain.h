@@ -5,12 +5,15 @@
 // analysis on surfaces").
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernels/analyse/radial_profile.h"
+#include "kernels/analyse/tangent_samples.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
@@ -65,6 +68,34 @@ void add_density_differences(DifferenceMap& map, std::span<const double> x, std:
 void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, std::span<const double> y,
                                  std::span<const double> inverse_jacobian, const PlaneDomain& domain = {});
 
+enum class DifferenceUnits : std::uint8_t {
+  spacings,  // S^-1 d: what is stratified alike in the metric gives the same round map for every tensor
+  area,      // d / sqrt(s1 s2): the shape that neighbourhoods have on the surface; pair_density.h measures it
+};
+
+// Tensor fields in the plane: log_spacing holds log S at every sample in the x and y axes of the plane, where
+// s1 s2 is the area per sample there (sample_spacing_scale). q = (S^-1(s) + S^-1(s')) / 2 (s - s'), or with
+// 1 / sqrt(s1 s2) instead of S^-1, kept while both terms are within reach.
+struct TensorDifferenceParameters {
+  DifferenceUnits units = DifferenceUnits::spacings;
+  bool principal_axes = true;  // in the plane: x of the map is e1 of either sample; false: x of the plane.
+                               // On surfaces it is always e1
+  std::span<const std::uint8_t> counted = {};  // one a sample, or none: pairs count in the frame of samples
+                                               // where it is not zero, each for one half
+  double min_normal_cosine = 0.2;              // on surfaces, as in SurfaceDifferenceParameters
+};
+void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, std::span<const double> y,
+                                 std::span<const TangentTensor> log_spacing,
+                                 const TensorDifferenceParameters& parameters = {},
+                                 const PlaneDomain& domain = {});
+
+// Tensor fields on surfaces: v, the geodesic vector from a sample to another one, is geodesic_length() in the
+// projected direction; S of the other sample is brought into the tangent plane by the smallest rotation. The
+// map is in the frame (e1, e2) of either sample. Cost grows with the largest ratio s1 / s2: balls of s1 are
+// searched.
+void add_anisotropic_surface_differences(DifferenceMap& map, const TangentSamples& samples,
+                                         const TensorDifferenceParameters& parameters = {});
+
 struct SurfaceDifferenceParameters {
   double min_normal_cosine =
       0.2;                 // pairs whose normals differ more are left out: other sheets, folds; [-1, 1]
@@ -88,6 +119,11 @@ void add_surface_differences(DifferenceMap& map, std::span<const double> points,
 // approximate elsewhere; evaluated without cancellation. 0 for p = q; infinite where both normals point
 // along p - q the same way (the formula's limit). Pure.
 double geodesic_length(Vector3 p, Vector3 n_p, Vector3 q, Vector3 n_q);
+
+// The geodesic vector from p to q in the frame of p: that length in the direction of the chord projected to
+// the tangent plane. (0, 0) for p = q; none where the chord has no tangential part. Pure.
+std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFrame& frame, Vector3 q,
+                                                     Vector3 n_q);
 
 // r_k = sqrt(measure / (N phi_k)), the mean spacing of N samples of density phi whose integral over the
 // domain is `measure`; at most `largest`. Scaling phi and measure together changes nothing. Throws

@@ -136,6 +136,43 @@ std::size_t count_points(const PointIndex<D>& points, std::span<const HalfSpace<
   return Counter<D>{points, shape}.count(points.levels.size() - 1, 0, (1u << shape.size()) - 1);
 }
 
+struct DiskCounter {
+  const PointIndex<2>& points;
+  std::array<double, 2> centre;
+  double radius;
+
+  std::size_t count(std::size_t level, std::size_t node) const {
+    const double* box = points.levels[level].data() + 4 * node;
+    double nearest = 0, farthest = 0;  // squared distances of the box
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double d = std::abs(box[k] - centre[k]);
+      const double low = std::max(0.0, d - box[2 + k] - margin), high = d + box[2 + k] + margin;
+      nearest += low * low;
+      farthest += high * high;
+    }
+    if (nearest > radius * radius * (1 + margin)) return 0;
+    const bool inside = farthest < radius * radius * (1 - margin);
+    if (!inside && level > 0) {
+      const std::size_t below = points.levels[level - 1].size() / 4;
+      const std::size_t last = std::min(below, PointIndex<2>::fan * (node + 1));
+      std::size_t sum = 0;
+      for (std::size_t child = PointIndex<2>::fan * node; child < last; ++child)
+        sum += count(level - 1, child);
+      return sum;
+    }
+    std::size_t run = PointIndex<2>::leaf;
+    for (std::size_t l = 0; l < level; ++l) run *= PointIndex<2>::fan;
+    const std::size_t begin = node * run, end = std::min(points.count(), begin + run);
+    if (inside) return end - begin;
+    std::size_t sum = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double dx = points.at[0][i] - centre[0], dy = points.at[1][i] - centre[1];
+      sum += dx * dx + dy * dy <= radius * radius;
+    }
+    return sum;
+  }
+};
+
 }  // namespace
 
 PointIndex<2> build_point_index(std::span<const double> x, std::span<const double> y) {
@@ -153,6 +190,11 @@ std::size_t count_inside(const PointIndex<2>& points, std::span<const HalfSpace<
 
 std::size_t count_inside(const PointIndex<3>& points, std::span<const HalfSpace<3>> shape) {
   return count_points<3>(points, shape);
+}
+
+std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& centre, double radius) {
+  if (points.count() == 0) return 0;
+  return DiskCounter{points, centre, radius}.count(points.levels.size() - 1, 0);
 }
 
 }  // namespace meander

@@ -48,4 +48,7 @@ PointIndex<3> build_point_index(std::span<const double> x, std::span<const doubl
 std::size_t count_inside(const PointIndex<2>& points, std::span<const HalfSpace<2>> shape);
 std::size_t count_inside(const PointIndex<3>& points, std::span<const HalfSpace<3>> shape);
 
+// Points of the plane at most `radius` from the centre: those with dx * dx + dy * dy <= radius * radius.
+std::size_t count_in_disk(const PointIndex<2>& points, const std::array<double, 2>& centre, double radius);
+
 }  // namespace meander

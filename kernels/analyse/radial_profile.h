@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "kernels/tensor/tangent_tensor.h"
+
 namespace meander {
 
 // Rings of a map, in units of cells. A map that is symmetric about its centre holds every value twice; each
@@ -28,5 +30,10 @@ struct RadialProfile {
 // Rings go as far as they fit into the square. O(side^2), serial, deterministic. Throws
 // std::invalid_argument when the sizes do not fit together.
 RadialProfile radial_profile(std::span<const double> map, std::size_t side, double first, double width);
+
+// The same with elliptical rings: the distance of a cell at the offset d from the middle is |stretch d|, for
+// a positive definite `stretch` (else std::invalid_argument). Rings go as far as the ellipse fits.
+RadialProfile radial_profile(std::span<const double> map, std::size_t side, double first, double width,
+                             TangentTensor stretch);
 
 }  // namespace meander

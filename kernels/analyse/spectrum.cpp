@@ -133,11 +133,73 @@ void add_periodogram(PowerSpectrum& spectrum, std::span<const double> x, std::sp
   ++spectrum.sets;
 }
 
-RadialProfile radial_power(const PowerSpectrum& spectrum) {
+namespace {
+
+std::vector<double> mean_power(const PowerSpectrum& spectrum) {
   if (spectrum.sets == 0) throw std::invalid_argument("radial_power: no set was added");
   std::vector<double> mean(spectrum.sum);
   for (double& power : mean) power /= spectrum.sets;
-  return radial_profile(mean, spectrum.side(), 0.5, 1);
+  return mean;
+}
+
+// S with determinant 1.
+TangentTensor unit_stretch(TangentTensor log_spacing) {
+  const double half = 0.5 * trace(log_spacing);
+  return exponential(log_spacing + TangentTensor{-half, 0, -half});
+}
+
+}  // namespace
+
+RadialProfile radial_power(const PowerSpectrum& spectrum) {
+  return radial_profile(mean_power(spectrum), spectrum.side(), 0.5, 1);
+}
+
+RadialProfile radial_power(const PowerSpectrum& spectrum, TangentTensor log_spacing) {
+  return radial_profile(mean_power(spectrum), spectrum.side(), 0.5, 1, unit_stretch(log_spacing));
+}
+
+AngularPower angular_power(const PowerSpectrum& spectrum, TangentTensor log_spacing, double low, double high,
+                           std::uint32_t sectors) {
+  const std::vector<double> mean = mean_power(spectrum);
+  const TangentTensor stretch = unit_stretch(log_spacing);
+  const TensorAxes axes = tensor_axes(log_spacing);
+  if (!(low > 0) || !(high >= low + 1) || sectors < 2 || sectors > 360)
+    throw std::invalid_argument("angular_power: 0 < low, low + 1 <= high, 2..360 sectors");
+  const RadialProfile rings = radial_profile(mean, spectrum.side(), low, std::min(1.0, high - low), stretch);
+  const auto count = static_cast<std::size_t>(std::floor((high - low) * (1 + 1e-12)));
+  if (count > rings.rings()) throw std::invalid_argument("angular_power: the rings do not fit the spectrum");
+
+  AngularPower result;
+  result.sector.assign(sectors, 0.0);
+  result.bins.assign(sectors, 0);
+  const auto radius = static_cast<std::ptrdiff_t>(spectrum.radius);
+  const std::size_t half = spectrum.sum.size() / 2;  // P(-f) = P(f): one of each pair
+  for (std::size_t c = 0; c < half; ++c) {
+    const auto fx = static_cast<double>(static_cast<std::ptrdiff_t>(c % spectrum.side()) - radius);
+    const auto fy = static_cast<double>(static_cast<std::ptrdiff_t>(c / spectrum.side()) - radius);
+    const double x = stretch.xx * fx + stretch.xy * fy, y = stretch.xy * fx + stretch.yy * fy;
+    const double ring = std::floor(std::sqrt(x * x + y * y) - low);
+    if (!(ring >= 0 && ring < static_cast<double>(count))) continue;
+    const double ring_mean = rings.mean[static_cast<std::size_t>(ring)];
+    if (!(ring_mean > 0)) continue;
+    const double turn =
+        std::atan2(axes.x * y - axes.y * x, axes.x * x + axes.y * y) / std::numbers::pi;  // (-1, 1]
+    const double at = (turn < 0 ? turn + 1 : turn) * sectors;
+    const std::size_t k = std::min<std::size_t>(static_cast<std::size_t>(at), sectors) % sectors;
+    result.sector[k] += mean[c] / ring_mean;
+    ++result.bins[k];
+  }
+  double bins = 0, squares = 0;
+  for (std::size_t k = 0; k < sectors; ++k) {
+    bins += result.bins[k];
+    if (result.bins[k] == 0) continue;
+    result.sector[k] /= result.bins[k];
+    squares += result.bins[k] * (result.sector[k] - 1) * (result.sector[k] - 1);
+  }
+  if (!(bins > 0)) throw std::invalid_argument("angular_power: no frequency is in the rings");
+  result.deviation = std::sqrt(squares / bins);
+  result.noise = std::sqrt((sectors - 1) / (spectrum.sets * bins));
+  return result;
 }
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/analyse/radial_profile.h"
+#include "kernels/tensor/tangent_tensor.h"
 
 namespace meander {
 
@@ -44,5 +45,26 @@ void add_periodogram(PowerSpectrum& spectrum, std::span<const double> x, std::sp
 // has radius k + 1. White noise: mean 1 and anisotropy -10 log10 sets (dB). Plot over radius / sqrt(N).
 // Throws std::invalid_argument without sets.
 RadialProfile radial_power(const PowerSpectrum& spectrum);
+
+// Pulled back by a constant tensor S (given as log S; its scale is immaterial: det S is made 1): the
+// periodogram of the points S^-1 x at the frequency S f is that of x at f, so nothing needs to be summed
+// again and the integers stay free of leakage. Rings are those of |S f|: ellipses of the plain spectrum.
+// Where samples are stratified in the metric this is the profile of the isotropic sampling, with the
+// anisotropy of white noise.
+RadialProfile radial_power(const PowerSpectrum& spectrum, TangentTensor log_spacing);
+
+// Is the pulled-back spectrum the same in all directions? Power in sectors of the angle of S f against e1
+// (modulo pi; the first begins at 0), relative to the mean of its ring.
+struct AngularPower {
+  std::vector<double> sector;       // about 1 each
+  std::vector<std::uint32_t> bins;  // pairs of opposite frequencies
+  double deviation = 0;             // root mean square of sector - 1, weighted by bins
+  double noise = 0;                 // what that is for an isotropic spectrum, power being exponential with
+                                    // variance mean^2 / sets: sqrt((sectors - 1) / (sets x all bins))
+};
+// Rings of width 1 with low <= |S f| < high, counted from low, high at most the last that fits (that of
+// radial_power); sectors 2..360. Throws std::invalid_argument without sets, bins or such parameters.
+AngularPower angular_power(const PowerSpectrum& spectrum, TangentTensor log_spacing, double low, double high,
+                           std::uint32_t sectors = 12);
 
 }  // namespace meander

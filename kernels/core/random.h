@@ -37,6 +37,7 @@ enum class Stream : std::uint32_t {
   point_set = 26,      // the point sets that samplings are compared with (kernels/pointset)
   shape_tuple = 27,    // the random triangles and tetrahedra of shape functions
   pair_scale = 28,     // pairs of descriptors whose mean distance scales a combined one
+  metric_window = 30,  // windows of a domain that anisotropic discrepancies are measured in
 };
 
 // The key of all randomness of one model: the user's seed and the content of the model, nothing else.
