@@ -375,6 +375,26 @@ TEST_CASE("bisect_component: limbs far from both seeds go to one side as a whole
   check_split(mesh, label, split);
 }
 
+TEST_CASE("bisect_component: a side that the walk leaves too small grows to a quarter") {
+  // A square with a thin tail: half-way for the walk lies in the tail.
+  PolygonMesh grid = grid_plane(80, 30, 80, 30);
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t p = 0; p < grid.polygon_count(); ++p)
+    if (p / 2 % 80 < 30 || p / 2 / 80 == 15)
+      faces.push_back({grid.corners[3 * p], grid.corners[3 * p + 1], grid.corners[3 * p + 2]});
+  std::vector<double> xyz;
+  for (std::size_t i = 0; i < grid.x.size(); ++i) xyz.insert(xyz.end(), {grid.x[i], grid.y[i], 0.0});
+  const PreparedMesh mesh = prepare_mesh(polygon_mesh(xyz, faces));
+  REQUIRE(mesh.components.size() == 1);
+  const TriangleSteps steps = triangle_steps(mesh, round_field(mesh));
+  const std::vector<std::uint32_t> label = bisect_component(mesh, mesh.components[0], steps);
+  const auto ones = static_cast<std::size_t>(std::count(label.begin(), label.end(), 1u));
+  CHECK(std::min(ones, label.size() - ones) >= label.size() / 4);
+  CHECK(std::min(ones, label.size() - ones) <= label.size() / 3);
+  check_split(mesh, label, split_into_segments(mesh, label));
+  CHECK(split_into_segments(mesh, label).mesh.components.size() == 2);
+}
+
 TEST_CASE("bisect_components: repeated bisection ends in small connected pieces of the named components") {
   const PreparedMesh start = prepare_mesh(merged(torus(24, 12), moved(icosphere(2), 1, 4, 1, 0)));
   const TriangleSteps first = triangle_steps(start, field_along(start, {0, 0, 1}, 5));
