@@ -56,7 +56,9 @@ void resolve(DescribeOptions& options) {
   std::vector<std::string> problems;
   DescribeParameters& describe = options.describe;
   describe.descriptors = parse_descriptors("--descriptors", options.descriptors, problems);
-  if (options.descriptors.empty()) problems.push_back("--descriptors names none");
+  if (options.descriptors.empty())
+    problems.push_back(fmt::format("describe needs --descriptors with some of {}, with commas",
+                                   fmt::join(descriptor_names, ", ")));
   describe.scale = options.scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
@@ -632,10 +634,8 @@ JobFunction add_describe_job(CLI::App& program) {
   command->add_option(
       "INPUT", options->inputs,
       "What was given to `meander run`, for geodesic and basics: files are found by their ids");
-  command
-      ->add_option("--descriptors", options->descriptors,
-                   "Some of d2,a3,d1,d3,d4,geodesic,basics with commas")
-      ->required();
+  command->add_option("--descriptors", options->descriptors,
+                      "Some of d2,a3,d1,d3,d4,geodesic,basics with commas; needed");
   command->add_option("-o,--output", options->output, "Write another store instead");
   command->add_option("--bins", options->describe.bins, "Bins of histograms, 8 to 1024")
       ->capture_default_str();

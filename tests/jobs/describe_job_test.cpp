@@ -61,6 +61,9 @@ struct Collection {
   }
 };
 
+// Not compared by the macros, which would print the files.
+bool same_bytes(const std::string& a, const std::string& b) { return read_file(a) == read_file(b); }
+
 std::vector<float> values_of(const std::string& store, const char* id, const char* descriptor) {
   const StoreReader reader(store);
   for (const DescriptorRow& row : reader.read_row(*reader.find(id)).descriptors)
@@ -88,8 +91,8 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
   REQUIRE(once.exit_code == 0);
   CHECK(contains(once.out, "5 rows described with d2,a3,d1,d3,d4,geodesic,basics"));
   CHECK(contains(once.out, "1 without samples"));
-  CHECK(read_file(c.path("once.h5")) == read_file(c.path("all.h5")));
-  CHECK(read_file(c.path("plain.h5")) == plain);
+  CHECK(same_bytes(c.path("once.h5"), c.path("all.h5")));
+  CHECK((read_file(c.path("plain.h5")) == plain));
   CHECK_FALSE(fs::exists(c.path("once.h5.run")));
 
   REQUIRE(
@@ -99,7 +102,7 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
                                                           "--geodesic-sources", "9"} +
                                      shape)
               .exit_code == 0);
-  CHECK(read_file(c.path("plain.h5")) == read_file(c.path("all.h5")));
+  CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
   CHECK(verify_store(c.path("plain.h5")).problems.empty());
 
   // And again over what is there.
@@ -107,7 +110,7 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
                                                           "--geodesic-sources", "9"} +
                                      shape)
               .exit_code == 0);
-  CHECK(read_file(c.path("plain.h5")) == read_file(c.path("all.h5")));
+  CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
 }
 
 TEST_CASE("describe: a mesh that is gone or changed is that row's problem") {
@@ -153,12 +156,12 @@ TEST_CASE("describe: killed, the old store is whole and the same command goes on
         meander_with(std::vector<std::string>{"describe", c.path("s.h5")} + more, options);
     if (result.signal == 0) break;
     ++killed;
-    REQUIRE(read_file(c.path("s.h5")) == before);
+    REQUIRE((read_file(c.path("s.h5")) == before));
   }
   CHECK(killed > 0);
   if (read_file(c.path("s.h5")) == before) REQUIRE(c.describe("s.h5", more).exit_code == 0);
   // a3 was made without --geodesic-sources, which concern it no more than they would in a run.
-  CHECK(read_file(c.path("s.h5")) == read_file(c.path("all.h5")));
+  CHECK(same_bytes(c.path("s.h5"), c.path("all.h5")));
   CHECK_FALSE(fs::exists(c.path("s.h5.run")));
 }
 
@@ -173,7 +176,7 @@ TEST_CASE("describe: the parameters say what every descriptor was made with") {
   CHECK(contains(parameters(), "\"describe\":\"d2,a3,d1\",\"descriptor_bins\":64,"));
   CHECK(verify_store(c.path("s.h5")).problems.empty());
   c.sample("run.h5", {"--describe", "d2,a3,d1", "--bins", "64"});
-  CHECK(read_file(c.path("run.h5")) == read_file(c.path("s.h5")));
+  CHECK(same_bytes(c.path("run.h5"), c.path("s.h5")));
 }
 
 TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
@@ -183,21 +186,21 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   const auto error_of = [&](const std::vector<std::string>& more) {
     const ProcessResult result = c.describe("s.h5", more);
     CHECK(result.exit_code == 2);
-    CHECK(read_file(c.path("s.h5")) == before);
+    CHECK((read_file(c.path("s.h5")) == before));
     return result.err;
   };
   CHECK(contains(error_of({"--descriptors", "a3,geodsic"}), "did you mean `geodesic`?"));
   CHECK(contains(error_of({"--descriptor", "a3"}), "did you mean `--descriptors`?"));
-  CHECK(contains(error_of({}), "--descriptors is required"));
+  CHECK(contains(error_of({}), "describe needs --descriptors with some of d2, a3"));
   CHECK(contains(error_of({"--descriptors", "d2,a3"}), "has the descriptor d2 already (--replace"));
   CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
   CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "need no meshes"));
   CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
   CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "at least 16M"));
-  CHECK(contains(error_of({c.path("in/ball.off"), "--descriptors", "basics"}) +
-                     c.describe("s.h5", {"/usr/lib/os-release", "--descriptors", "basics"}).err,
-                 "no item of"));
+  fs::create_directories(c.path("other"));
+  write_mesh(c.path("other/else.off"), icosphere(1));
+  CHECK(contains(error_of({c.path("other"), "--descriptors", "basics"}), "no item of"));
   write_file(c.path("there.h5"), "mine");
   CHECK(
       contains(error_of({"--descriptors", "a3", "-o", c.path("there.h5")}), "exists (--fresh replaces it)"));
