@@ -9,6 +9,7 @@
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
+#include "jobs/export_descriptors.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/store_items.h"
@@ -28,6 +29,7 @@ struct ExportOptions {
   std::uint32_t shard_rows = 2048;
   std::string picture;
   std::uint32_t picture_models = 24;
+  DescriptorExport descriptors;
 };
 
 // The rows asked for, or all ok rows.
@@ -82,6 +84,13 @@ int export_picture(const StoreReader& store, const ExportOptions& options) {
 
 int export_store(const ExportOptions& options) {
   const StoreReader store(options.store);
+  if (is_descriptor_format(options.format)) {
+    DescriptorExport wanted = options.descriptors;
+    wanted.format = options.format;
+    wanted.output = options.output;
+    if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);
+    return export_descriptors(store, wanted);
+  }
   if (!options.picture.empty()) return export_picture(store, options);
   if (options.pointnet) {
     fs::create_directories(options.output);
@@ -96,15 +105,19 @@ int export_store(const ExportOptions& options) {
 
 JobFunction add_export_job(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "export", "Points of a store as PLY, OFF or XYZ files, PointNet shards, or a picture");
+      "export",
+      "Points of a store as PLY, OFF or XYZ files, PointNet shards or a picture; descriptors as CSV, fbin or "
+      "HDF5");
   auto options = std::make_shared<ExportOptions>();
   command->add_option("STORE", options->store, "The store")->required();
   command->add_option("ITEM", options->items, "Ids or row numbers; all ok items when left out");
   auto* output =
-      command->add_option("-o,--output", options->output, "Folder to write to (made when it is not there)");
-  auto* format = command->add_option("--format", options->format, "Of the point files")
-                     ->capture_default_str()
-                     ->check(OneOf({"ply", "off", "xyz"}));
+      command->add_option("-o,--output", options->output,
+                          "Folder to write to (made when it is not there); with --descriptors the file");
+  auto* format =
+      command->add_option("--format", options->format, "Of the point files, or of the file of descriptors")
+          ->capture_default_str()
+          ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
   auto* pointnet =
       command
           ->add_flag("--pointnet", options->pointnet, "HDF5 shards of all ok rows for PointNet-style loaders")
@@ -121,7 +134,9 @@ JobFunction add_export_job(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 400))
       ->needs(picture);
+  add_descriptor_export_options(*command, options->descriptors);
   return [options] {
+    check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())
       throw UsageError("export needs -o FOLDER or --picture FILE");
     if (options->pointnet && !options->items.empty())

@@ -26,6 +26,7 @@ JobFunction add_surface_job(CLI::App& program);
 JobFunction add_measure_job(CLI::App& program);
 JobFunction add_figures_job(CLI::App& program);
 JobFunction add_retrieve_job(CLI::App& program);
+JobFunction add_describe_job(CLI::App& program);
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
 int run_program(int argc, char** argv, StageHook hook = {});

@@ -45,7 +45,8 @@ int run_program(int argc, char** argv, StageHook hook) {
                                          {"surface", add_surface_job(program)},
                                          {"measure", add_measure_job(program)},
                                          {"figures", add_figures_job(program)},
-                                         {"retrieve", add_retrieve_job(program)}};
+                                         {"retrieve", add_retrieve_job(program)},
+                                         {"describe", add_describe_job(program)}};
   for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
   try {
     program.parse(argc, argv);

@@ -10,12 +10,11 @@
 #include <unordered_set>
 
 #include "jobs/classification.h"
+#include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
-
-namespace {
 
 std::vector<DescriptorSchema> chosen_descriptors(const StoreReader& store, const std::string& wanted) {
   std::vector<DescriptorSchema> there, chosen;
@@ -44,6 +43,38 @@ std::vector<DescriptorSchema> chosen_descriptors(const StoreReader& store, const
   return chosen;
 }
 
+namespace {
+
+// Bins of histograms have neighbours and one sum; separate values have neither.
+void require_fitting(const DescriptorSchema& schema, DistanceKind distance) {
+  if (is_histogram(schema) || (distance != DistanceKind::emd && distance != DistanceKind::chi2)) return;
+  throw UsageError(
+      fmt::format("the descriptor {} is a list of separate values, and {} compares the bins of "
+                  "histograms: take l1, l2 or cosine",
+                  schema.name, distance == DistanceKind::emd ? "emd" : "chi2"));
+}
+
+// Every column to mean 0 and standard deviation 1; a column of equal values to 0.
+void standardise(std::vector<float>& values, std::size_t width) {
+  const std::size_t rows = values.size() / width;
+  for (std::size_t column = 0; column < width; ++column) {
+    double sum = 0, squares = 0;
+    for (std::size_t row = 0; row < rows; ++row) sum += values[row * width + column];
+    const double mean = sum / static_cast<double>(rows);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const double offset = values[row * width + column] - mean;
+      squares += offset * offset;
+    }
+    const double deviation = std::sqrt(squares / static_cast<double>(rows));
+    // Rounding alone makes 1e-7 of the values.
+    const bool constant = !(deviation > 1e-6 * std::abs(mean));
+    for (std::size_t row = 0; row < rows; ++row) {
+      float& value = values[row * width + column];
+      value = constant ? 0.0f : static_cast<float>((value - mean) / deviation);
+    }
+  }
+}
+
 // Keeps the candidates that are ok and whose descriptors are finite, and builds the base of them.
 RetrievalBase make_base(const StoreReader& store, const std::string& descriptor, DistanceKind distance,
                         const std::vector<std::uint64_t>& candidates,
@@ -52,6 +83,7 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
   const std::vector<DescriptorSchema> schemas = chosen_descriptors(store, descriptor);
   std::vector<std::vector<float>> values;
   for (const DescriptorSchema& schema : schemas) {
+    require_fitting(schema, distance);
     result.descriptors.push_back(schema.name);
     values.push_back(store.read_descriptor(schema.name));
   }
@@ -61,11 +93,11 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
       ++result.not_ok;
       continue;
     }
-    bool finite = true;
+    bool described = true;
     for (std::size_t d = 0; d < schemas.size(); ++d)
-      for (std::uint64_t b = 0; b < schemas[d].width; ++b)
-        finite = finite && std::isfinite(values[d][row * schemas[d].width + b]);
-    if (!finite) {
+      described = described && is_described(schemas[d], std::span(values[d]).subspan(row * schemas[d].width,
+                                                                                     schemas[d].width));
+    if (!described) {
       ++result.not_finite;
       continue;
     }
@@ -81,6 +113,7 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
     for (const std::uint64_t row : result.rows)
       kept.insert(kept.end(), values[d].begin() + static_cast<std::ptrdiff_t>(row * width),
                   values[d].begin() + static_cast<std::ptrdiff_t>((row + 1) * width));
+    if (!is_histogram(schemas[d])) standardise(kept, width);
     values[d] = std::move(kept);
     blocks.push_back({values[d], schemas[d].width});
   }

@@ -52,7 +52,7 @@ std::string left_out_text(const RetrievalBase& base) {
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
   };
   add(base.not_ok, "not ok");
-  add(base.not_finite, "with descriptors that are not finite");
+  add(base.not_finite, "without a usable descriptor");
   add(base.without_class, "without a class");
   add(base.not_in_store, "of the .cla that the store does not have");
   return text;
@@ -80,7 +80,7 @@ int query(const RetrieveOptions& options) {
   const RetrievalBase base = load_base(store, options.descriptor, options.kind());
   const auto at = std::lower_bound(base.rows.begin(), base.rows.end(), row);
   if (at == base.rows.end() || *at != row)
-    throw UsageError(fmt::format("the descriptor of `{}` is not finite", options.item));
+    throw UsageError(fmt::format("`{}` has no usable descriptor: its values are not finite or all 0", options.item));
   const std::vector<NearRow> found =
       nearest_rows(base.base, static_cast<std::size_t>(at - base.rows.begin()), options.k);
   Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};

@@ -1,18 +1,16 @@
 // meander run: from files to one store.
 #include <fmt/format.h>
-#include <malloc.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <unordered_map>
 
+#include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -20,35 +18,12 @@
 #include "jobs/progress.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
+#include "jobs/working_process.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
 
 namespace {
-
-// The one thing a signal handler may touch.
-std::atomic<bool> stop_requested{false};
-
-extern "C" void on_stop_signal(int) {
-  if (stop_requested.exchange(true)) _exit(exit_stopped);  // the second signal does not wait
-}
-
-// First signal: nothing new is taken, what is in flight is dropped, the journal is synced. Second: stop at
-// once.
-void catch_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_stop_signal;
-  action.sa_flags = SA_RESTART;
-  for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
-}
-
-// Arrays of models up to this size come from the heap and are recycled; larger ones go back to the system
-// when freed, so that one giant does not stay in the process for the rest of the run.
-void set_allocator_limits() {
-  mallopt(M_MMAP_THRESHOLD, 8 << 20);
-  mallopt(M_TRIM_THRESHOLD, 32 << 20);
-  mallopt(M_ARENA_MAX, 4);
-}
 
 class StoreSink : public RowSink {
  public:
@@ -59,27 +34,6 @@ class StoreSink : public RowSink {
  private:
   RunDirectory& directory_;
 };
-
-// What the bins of a descriptor are.
-DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters) {
-  constexpr std::array<const char*, descriptor_names.size()> values = {
-      "distance of all pairs of samples (Osada et al. 2002, D2)",
-      "angle at three random samples (A3)",
-      "distance of the samples from their centroid (D1)",
-      "square root of the area of three random samples' triangle (D3)",
-      "cube root of the volume of four random samples' tetrahedron (D4)",
-      "distance along the surface from the first samples to all (heat method)"};
-  const bool scaled = descriptor == Descriptor::d2 || descriptor == Descriptor::geodesic;
-  const char* const range = descriptor == Descriptor::a3 ? "pi"
-                            : scaled && parameters.scale == HistogramScale::largest
-                                ? "the largest value"
-                                : "3 x the mean; larger values count in the last bin";
-  return {std::string(name_of(descriptor)),
-          parameters.bins,
-          {{"value", values[static_cast<std::size_t>(descriptor)]},
-           {"bins", fmt::format("shares in {} equal bins from 0 to {}", parameters.bins, range)}},
-          "descriptors"};
-}
 
 StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   StoreHeader header;
@@ -291,7 +245,7 @@ class RunJob {
 
   int run_graph() {
     set_allocator_limits();
-    catch_stop_signals();
+    std::atomic<bool>& stop_requested = catch_stop_signals();
     std::vector<PlanItem> plan;
     for (const PlanItem& item : inputs_.items)
       if (!directory_->done(item.row)) plan.push_back(item);

@@ -7,6 +7,7 @@
 
 #include "io/json_writer.h"
 #include "jobs/command_line.h"
+#include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
 #include "jobs/tensor_options.h"
@@ -37,22 +38,8 @@ void resolve_density(const std::string& text, DensityParameters& density,
 void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& describe,
                          std::vector<std::string>& problems) {
   describe.scale = texts.descriptor_scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
-  std::string_view left = texts.describe == "none" ? "" : std::string_view(texts.describe);
-  while (!left.empty()) {
-    const std::string_view name = left.substr(0, left.find(','));
-    left.remove_prefix(std::min(left.size(), name.size() + 1));
-    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
-    if (at == descriptor_names.end()) {
-      const std::string near = nearest(name, descriptor_names);
-      problems.push_back(fmt::format("--describe: no descriptor `{}` ({}){}", name,
-                                     fmt::join(descriptor_names, ", "),
-                                     near.empty() ? "" : ", did you mean `" + near + "`?"));
-      continue;
-    }
-    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
-    auto& chosen = describe.descriptors;
-    if (std::find(chosen.begin(), chosen.end(), descriptor) == chosen.end()) chosen.push_back(descriptor);
-  }
+  if (texts.describe != "none")
+    describe.descriptors = parse_descriptors("--describe", texts.describe, problems);
   if (describe.descriptors.empty() && texts.shapes_descriptors)
     problems.push_back("--bins, --descriptor-scale and --geodesic-sources shape descriptors: see --describe");
 }
@@ -136,7 +123,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
   const char* collection = "Collection";
   command
       .add_option("--describe", texts.describe,
-                  "Descriptors to store: none, or some of d2,a3,d1,d3,d4,geodesic with commas")
+                  "Descriptors to store: none, or some of d2,a3,d1,d3,d4,geodesic,basics with commas")
       ->capture_default_str()
       ->group(collection);
   command.add_option("--bins", options.sample.describe.bins, "Bins of descriptors, 8 to 1024")

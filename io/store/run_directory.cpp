@@ -292,10 +292,14 @@ void RunDirectory::finish() {
   remove_run_folder(state.store);
 }
 
-void discard_store(const fs::path& store) {
+void discard_run(const fs::path& store) {
   const FileDescriptor lock = lock_run_folder(with_suffix(store, ".run"), false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);
+}
+
+void discard_store(const fs::path& store) {
+  discard_run(store);
   if (::unlink(store.c_str()) != 0 && errno != ENOENT) throw_file_error(errno, "remove", store);
 }
 

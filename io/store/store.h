@@ -67,6 +67,9 @@ struct StoreHeader {
   std::vector<DescriptorSchema> descriptors;
   std::vector<std::string> ids;      // M item ids, ascending by bytes, unique
   std::vector<std::int32_t> labels;  // M, -1 where unknown
+  // Who sampled the rows: other than this program when an older store is written again with more descriptors.
+  std::uint32_t method_version = store_method_version;
+  std::string tool_version;  // empty: this program's
 };
 
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
@@ -114,6 +117,9 @@ class RunDirectory {
 // Removes STORE.run/ and STORE (for --fresh). Throws RunError(stopped) when another process holds the run.
 void discard_store(const std::filesystem::path& store);
 
+// Removes STORE.run/ alone. Throws like discard_store.
+void discard_run(const std::filesystem::path& store);
+
 // Reading a finished store; only what is asked for is read.
 class StoreReader {
  public:
@@ -142,6 +148,8 @@ class StoreReader {
   // All rows of a descriptor, M x width, NaN in rows that are not ok. Throws RunError(unusable) when the
   // store has no descriptor of that name.
   std::vector<float> read_descriptor(std::string_view name) const;
+  // The same of `count` rows from `row` on: count x width.
+  std::vector<float> read_descriptor(std::string_view name, std::uint64_t row, std::uint64_t count) const;
 
  private:
   struct State;

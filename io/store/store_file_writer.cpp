@@ -52,8 +52,9 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   const Hdf5Group root(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
   write_attribute(root.get(), "format", "meander");
   write_attribute(root.get(), "format_version", store_format_version);
-  write_attribute(root.get(), "method_version", store_method_version);
-  write_attribute(root.get(), "tool_version", tool_version());
+  write_attribute(root.get(), "method_version", header.method_version);
+  write_attribute(root.get(), "tool_version",
+                  header.tool_version.empty() ? tool_version() : header.tool_version);
   write_attribute(root.get(), "content",
                   std::string(store_content_names[static_cast<std::size_t>(header.content)]));
   write_attribute(root.get(), "seed", header.seed);

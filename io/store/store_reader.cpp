@@ -181,14 +181,19 @@ Row StoreReader::read_row(std::uint64_t row) const {
 }
 
 std::vector<float> StoreReader::read_descriptor(std::string_view name) const {
+  return read_descriptor(name, 0, rows());
+}
+
+std::vector<float> StoreReader::read_descriptor(std::string_view name, std::uint64_t row,
+                                                std::uint64_t count) const {
   return state_->guarded([&] {
     const StoreLayout& layout = state_->file->layout();
     for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
       const DatasetSpec& spec = layout.datasets[d].spec;
       if (spec.role != Role::descriptor || spec.path.substr(spec.path.rfind('/') + 1) != name) continue;
-      std::vector<float> values(layout.rows * spec.width);  // rows that are not ok hold the fill value, NaN
+      std::vector<float> values(count * spec.width);  // rows that are not ok hold the fill value, NaN
       if (!values.empty())
-        state_->file->read_rows(d, 0, layout.rows, std::as_writable_bytes(std::span(values)));
+        state_->file->read_rows(d, row, count, std::as_writable_bytes(std::span(values)));
       return values;
     }
     throw Hdf5Error(fmt::format("{} has no descriptor {}", state_->path.string(), name));

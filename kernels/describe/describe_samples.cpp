@@ -1,6 +1,7 @@
 #include "kernels/describe/describe_samples.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
@@ -35,6 +36,16 @@ std::vector<float> geodesic_shares(const PolygonMesh& file, const PreparedMesh& 
   histogram.sources = parameters.geodesic_sources;
   histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
   return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel).share;
+}
+
+std::vector<float> basics_of(const PreparedMesh& mesh) {
+  const ShapeMoments moments = shape_moments(mesh.x, mesh.y, mesh.z, mesh.triangles);
+  std::vector<float> values;
+  for (const double value : shape_basics(moments))
+    values.push_back(std::isfinite(value) ? static_cast<float>(value) : 0.0f);
+  values[1] = std::abs(values[1]);
+  values.push_back(moments.closed ? 1.0f : 0.0f);
+  return values;
 }
 
 }  // namespace
@@ -75,6 +86,8 @@ std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const Prepa
       row.values = to_float(distance_histogram(samples.points, histogram).shares);
     } else if (descriptor == Descriptor::geodesic) {
       row.values = geodesic_shares(file, mesh, samples, parameters, cancel);
+    } else if (descriptor == Descriptor::basics) {
+      row.values = basics_of(mesh);
     } else {
       ShapeFunctionParameters histogram;
       histogram.bins = parameters.bins;

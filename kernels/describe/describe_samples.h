@@ -9,19 +9,36 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/describe/distance_histogram.h"
+#include "kernels/describe/shape_moments.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/sample/samples.h"
 
 namespace meander {
 
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
-// along the surface, from the first samples to all.
-enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic };
-inline constexpr std::array<std::string_view, 6> descriptor_names = {"d2", "a3", "d1",
-                                                                     "d3", "d4", "geodesic"};
+// along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, no
+// histogram.
+enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics };
+inline constexpr std::array<std::string_view, 7> descriptor_names = {"d2", "a3",       "d1",    "d3",
+                                                                     "d4", "geodesic", "basics"};
 constexpr std::string_view name_of(Descriptor descriptor) {
   return descriptor_names[static_cast<std::size_t>(descriptor)];
 }
+
+// What needs the mesh besides the samples.
+constexpr bool needs_mesh(Descriptor descriptor) {
+  return descriptor == Descriptor::geodesic || descriptor == Descriptor::basics;
+}
+
+// basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
+// has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
+inline constexpr std::size_t basics_count = shape_basics_count + 1;
+inline constexpr std::array<std::string_view, basics_count> basics_names = [] {
+  std::array<std::string_view, basics_count> names{};
+  for (std::size_t i = 0; i < shape_basics_count; ++i) names[i] = shape_basics_names[i];
+  names[shape_basics_count] = "closed";  // 1 or 0
+  return names;
+}();
 
 struct DescribeParameters {
   std::vector<Descriptor> descriptors;
@@ -35,8 +52,9 @@ struct DescribeParameters {
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples);
 
-// One histogram per descriptor asked for, in that order: `bins` shares of sum 1 (a geodesic one without any
-// connected pair is all 0). Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
+// One row per descriptor asked for, in that order: basics, or a histogram of `bins` shares of sum 1 (a
+// geodesic one without any connected pair is all 0). File and mesh may be empty unless a descriptor
+// needs_mesh. Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
 // samples. Throws what they throw; deterministic for every thread count.
 std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples, RandomKey key,

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Loading a store: into numpy arrays, and as a data set for PyTorch's DataLoader. Needs h5py alone.
+
+    load_store.py STORE       prints what it loaded
+"""
+import os
+import sys
+
+import h5py
+import numpy
+
+
+def load_store(path, descriptor=None):
+    """All ok rows: points (rows, n, 3), labels (rows,), ids, and a descriptor (rows, values) if one is named.
+
+    Rows whose descriptor could not be made (all values 0) are left out with it.
+    """
+    with h5py.File(path) as store:
+        rows = numpy.flatnonzero(store["items/status"][:] == 0)
+        values = None
+        if descriptor:
+            values = store["descriptors"][descriptor][:][rows]
+            described = values.any(axis=1)
+            rows, values = rows[described], values[described]
+        points = store["points"][:][rows]
+        labels = store["label"][:, 0][rows]
+        ids = store["items/id"].asstr()[:][rows]
+    return points, labels, ids, values
+
+
+class StoreDataset:
+    """One item per ok row: (points, normals, label), the first `samples` of each (every prefix is a good sample).
+
+    For torch.utils.data.DataLoader, which asks for __len__ and __getitem__ and turns the arrays into tensors.
+    HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked
+    or spawned, and the object can be pickled.
+    """
+
+    def __init__(self, path, samples=None):
+        self.path = path
+        self.samples = samples
+        self.store = None
+        self.owner = None  # the process that opened it
+        with h5py.File(path) as store:
+            self.rows = numpy.flatnonzero(store["items/status"][:] == 0)
+
+    def __len__(self):
+        return len(self.rows)
+
+    def __getitem__(self, index):
+        store = self._open()
+        row = self.rows[index]
+        return store["points"][row, : self.samples], store["normals"][row, : self.samples], int(store["label"][row, 0])
+
+    def __getstate__(self):
+        return {**self.__dict__, "store": None, "owner": None}
+
+    def _open(self):
+        if self.owner != os.getpid():
+            self.store = h5py.File(self.path)
+            self.owner = os.getpid()
+        return self.store
+
+
+if __name__ == "__main__":
+    all_points, all_labels, all_ids, _ = load_store(sys.argv[1])
+    print(f"{len(all_ids)} models x {all_points.shape[1]} points, {len(set(all_labels.tolist()))} labels")
+    dataset = StoreDataset(sys.argv[1], samples=64)
+    print(f"data set of {len(dataset)}, the first item {dataset[0][0].shape} of label {dataset[0][2]}")

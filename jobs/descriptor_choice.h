@@ -1,0 +1,30 @@
+// Descriptors by name, as `run --describe` and `describe` take them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/store/store.h"
+#include "kernels/describe/describe_samples.h"
+
+namespace meander {
+
+// "d2,geodesic,...": each once, in that order. Unknown names are added to the problems, with the option's
+// name and the nearest descriptor.
+std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
+                                          std::vector<std::string>& problems);
+
+// Name, width and the attributes that explain its values.
+DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters);
+
+// The attribute of descriptors that are separate values and no histogram: their names with commas.
+inline constexpr const char* columns_attribute = "columns";
+bool is_histogram(const DescriptorSchema& schema);
+
+// Whether a row of an ok item can be compared: finite, and not all 0 where the attributes say what the values
+// are. All 0 is what a row has whose descriptor could not be made (no file, no connected pair).
+bool is_described(const DescriptorSchema& schema, std::span<const float> values);
+
+}  // namespace meander

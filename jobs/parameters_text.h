@@ -1,0 +1,17 @@
+// The parameters of a store, one line of JSON, as text that can be changed member by member.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace meander {
+
+// The members of one JSON object, values as they are written there (an object or a text stays one value).
+// Throws RunError(unusable) when the text is no such object.
+std::map<std::string, std::string> split_members(std::string_view json);
+
+// The inverse, by ascending name: what JsonWriter writes for the same members.
+std::string join_members(const std::map<std::string, std::string>& members);
+
+}  // namespace meander

@@ -1,0 +1,363 @@
+// meander describe: descriptors for a finished store; basics; export of descriptors.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
+  arguments.insert(arguments.begin(), program);
+  return run_process(arguments, options);
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// Five models and a file that is none.
+struct Collection {
+  ScratchFolder scratch;
+  std::string in = scratch / "in";
+
+  Collection() {
+    fs::create_directories(in);
+    write_mesh(scratch / "in/ball.off", icosphere(3));
+    write_mesh(scratch / "in/ring.off", torus(24, 12));
+    write_mesh(scratch / "in/cube.off", cube());
+    write_mesh(scratch / "in/sheet.off", moved(grid_plane(9, 5), 3, 1, 2, 3));
+    write_mesh(scratch / "in/two.off", merged(icosphere(2), moved(icosphere(2), 1, 5, 0, 0)));
+    write_file(scratch / "in/broken.off", "OFF\n3 1 0\n0 0\n");
+  }
+  std::string path(const char* name) const { return scratch / name; }
+  // Exit code 3: the broken file.
+  void sample(const char* name, const std::vector<std::string>& more = {}) const {
+    const ProcessResult result = meander_with(
+        std::vector<std::string>{"run", in, "-o", path(name), "-n", "300", "--progress", "none"} + more);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 3);
+  }
+  ProcessResult describe(const char* name, const std::vector<std::string>& more) const {
+    return meander_with(std::vector<std::string>{"describe", path(name)} + more);
+  }
+};
+
+// Not compared by the macros, which would print the files.
+bool same_bytes(const std::string& a, const std::string& b) { return read_file(a) == read_file(b); }
+
+std::vector<float> values_of(const std::string& store, const char* id, const char* descriptor) {
+  const StoreReader reader(store);
+  for (const DescriptorRow& row : reader.read_row(*reader.find(id)).descriptors)
+    if (row.name == descriptor) return row.values;
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for any threads") {
+  const Collection c;
+  const std::vector<std::string> sampling = {"--normalize", "unit-sphere", "--seed", "7", "--certify"},
+                                 shape = {"--bins", "16", "--descriptor-scale", "largest"};
+  c.sample("all.h5", sampling + shape +
+                         std::vector<std::string>{"--describe", "d2,a3,d1,d3,d4,geodesic,basics",
+                                                  "--geodesic-sources", "9"});
+  c.sample("plain.h5", sampling);
+  const std::string plain = read_file(c.path("plain.h5"));
+
+  const ProcessResult once = c.describe(
+      "plain.h5", std::vector<std::string>{c.in, "--descriptors", "d2,a3,d1,d3,d4,geodesic,basics", "-o",
+                                           c.path("once.h5"), "--geodesic-sources", "9", "-j", "1"} +
+                      shape);
+  INFO(once.err << once.out);
+  REQUIRE(once.exit_code == 0);
+  CHECK(contains(once.out, "5 rows described with d2,a3,d1,d3,d4,geodesic,basics"));
+  CHECK(contains(once.out, "1 without samples"));
+  CHECK(same_bytes(c.path("once.h5"), c.path("all.h5")));
+  CHECK((read_file(c.path("plain.h5")) == plain));
+  CHECK_FALSE(fs::exists(c.path("once.h5.run")));
+
+  REQUIRE(
+      c.describe("plain.h5", std::vector<std::string>{"--descriptors", "d2,a3,d1,d3,d4", "-j", "2"} + shape)
+          .exit_code == 0);
+  REQUIRE(c.describe("plain.h5", std::vector<std::string>{c.in, "--descriptors", "geodesic,basics",
+                                                          "--geodesic-sources", "9"} +
+                                     shape)
+              .exit_code == 0);
+  CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
+  CHECK(verify_store(c.path("plain.h5")).problems.empty());
+
+  // And again over what is there.
+  REQUIRE(c.describe("plain.h5", std::vector<std::string>{c.in, "--descriptors", "geodesic", "--replace",
+                                                          "--geodesic-sources", "9"} +
+                                     shape)
+              .exit_code == 0);
+  CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
+}
+
+TEST_CASE("describe: a mesh that is gone or changed is that row's problem") {
+  const Collection c;
+  c.sample("s.h5");
+  c.sample("whole.h5", {"--describe", "d2,geodesic"});
+  fs::remove(c.path("in/ring.off"));
+  write_mesh(c.path("in/cube.off"), icosphere(1));
+  const ProcessResult result =
+      c.describe("s.h5", {c.in, "--descriptors", "d2,geodesic", "--progress", "plain"});
+  INFO(result.err << result.out);
+  CHECK(result.exit_code == 3);
+  CHECK(contains(result.err, "ring.off: unreadable: no file of this id is in the input"));
+  CHECK(contains(result.err, "cube.off: unreadable: `" + c.path("in/cube.off") + "` is not the file"));
+  CHECK(contains(result.out, "2 rows could not be described completely"));
+  CHECK(verify_store(c.path("s.h5")).problems.empty());
+  const std::vector<float> nothing(32, 0.0f);
+  CHECK(values_of(c.path("s.h5"), "ring.off", "geodesic") == nothing);
+  CHECK(values_of(c.path("s.h5"), "cube.off", "geodesic") == nothing);
+  for (const char* id : {"ball.off", "sheet.off", "two.off"})
+    CHECK(values_of(c.path("s.h5"), id, "geodesic") == values_of(c.path("whole.h5"), id, "geodesic"));
+  for (const char* id : {"ball.off", "ring.off", "cube.off", "sheet.off", "two.off"})
+    CHECK(values_of(c.path("s.h5"), id, "d2") == values_of(c.path("whole.h5"), id, "d2"));
+  // Nothing is similar to a row that has no descriptor.
+  const ProcessResult query = meander_with(
+      {"retrieve", "query", c.path("s.h5"), "ball.off", "--descriptor", "geodesic", "-k", "10", "--json"});
+  CHECK(query.exit_code == 0);
+  CHECK_FALSE(contains(query.out, "ring.off"));
+  CHECK(contains(query.out, "\"not_finite\":2"));
+}
+
+TEST_CASE("describe: killed, the old store is whole and the same command goes on") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "a3"});
+  c.sample("all.h5", {"--describe", "a3,d2,geodesic", "--geodesic-sources", "0"});
+  const std::string before = read_file(c.path("s.h5"));
+  const std::vector<std::string> more = {c.in, "--descriptors", "d2,geodesic", "--geodesic-sources", "0"};
+  int killed = 0;
+  for (const int milliseconds : {5, 15, 25, 40, 60, 90}) {
+    ProcessOptions options;
+    options.signal_after = std::chrono::milliseconds(milliseconds);
+    const ProcessResult result =
+        meander_with(std::vector<std::string>{"describe", c.path("s.h5")} + more, options);
+    if (result.signal == 0) break;
+    ++killed;
+    REQUIRE((read_file(c.path("s.h5")) == before));
+  }
+  CHECK(killed > 0);
+  if (read_file(c.path("s.h5")) == before) REQUIRE(c.describe("s.h5", more).exit_code == 0);
+  // a3 was made without --geodesic-sources, which concern it no more than they would in a run.
+  CHECK(same_bytes(c.path("s.h5"), c.path("all.h5")));
+  CHECK_FALSE(fs::exists(c.path("s.h5.run")));
+}
+
+TEST_CASE("describe: the parameters say what every descriptor was made with") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2"});
+  REQUIRE(c.describe("s.h5", {"--descriptors", "a3,d1", "--bins", "64"}).exit_code == 0);
+  const auto parameters = [&] { return StoreReader(c.path("s.h5")).parameters_json(); };
+  CHECK(contains(parameters(),
+                 "\"describe\":\"d2,a3,d1\",\"descriptor_bins\":{\"a3\":64,\"d1\":64,\"d2\":32}"));
+  REQUIRE(c.describe("s.h5", {"--descriptors", "d2", "--bins", "64", "--replace"}).exit_code == 0);
+  CHECK(contains(parameters(), "\"describe\":\"d2,a3,d1\",\"descriptor_bins\":64,"));
+  CHECK(verify_store(c.path("s.h5")).problems.empty());
+  c.sample("run.h5", {"--describe", "d2,a3,d1", "--bins", "64"});
+  CHECK(same_bytes(c.path("run.h5"), c.path("s.h5")));
+}
+
+TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2"});
+  const std::string before = read_file(c.path("s.h5"));
+  const auto error_of = [&](const std::vector<std::string>& more) {
+    const ProcessResult result = c.describe("s.h5", more);
+    CHECK(result.exit_code == 2);
+    CHECK((read_file(c.path("s.h5")) == before));
+    return result.err;
+  };
+  CHECK(contains(error_of({"--descriptors", "a3,geodsic"}), "did you mean `geodesic`?"));
+  CHECK(contains(error_of({"--descriptor", "a3"}), "did you mean `--descriptors`?"));
+  CHECK(contains(error_of({}), "describe needs --descriptors with some of d2, a3"));
+  CHECK(contains(error_of({"--descriptors", "d2,a3"}), "has the descriptor d2 already (--replace"));
+  CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
+  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "need no meshes"));
+  CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
+  CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
+  CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "at least 16M"));
+  fs::create_directories(c.path("other"));
+  write_mesh(c.path("other/else.off"), icosphere(1));
+  CHECK(contains(error_of({c.path("other"), "--descriptors", "basics"}), "no item of"));
+  write_file(c.path("there.h5"), "mine");
+  CHECK(
+      contains(error_of({"--descriptors", "a3", "-o", c.path("there.h5")}), "exists (--fresh replaces it)"));
+  CHECK(read_file(c.path("there.h5")) == "mine");
+  fs::create_directories(c.path("half.h5.run"));
+  const ProcessResult half = c.describe("half.h5", {"--descriptors", "a3"});
+  CHECK(half.exit_code == 2);
+  CHECK(contains(half.err, "is not finished"));
+}
+
+TEST_CASE("describe: a store of parametric surfaces has points but no meshes") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "t.h5";
+  REQUIRE(meander_with({"surface", "torus", "-n", "256", "-o", store}).exit_code == 0);
+  const ProcessResult refused =
+      meander_with({"describe", store, scratch.path(), "--descriptors", "geodesic"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "parametric surfaces"));
+  const ProcessResult result = meander_with({"describe", store, "--descriptors", "d2,d4", "--bins", "16"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(verify_store(store).problems.empty());
+  const StoreReader reader(store);
+  CHECK(reader.content() == StoreContent::surfaces);
+  REQUIRE(reader.descriptors().size() == 2);
+  CHECK(contains(reader.parameters_json(), "\"describe\":\"d2,d4\""));
+}
+
+TEST_CASE("basics: closed forms, and flags instead of NaN") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "basics"});
+  CHECK(verify_store(c.path("s.h5")).problems.empty());
+  const std::string s = c.path("s.h5");
+  const std::vector<float> box = values_of(s, "cube.off", "basics"),
+                           sheet = values_of(s, "sheet.off", "basics"),
+                           two = values_of(s, "two.off", "basics");
+  REQUIRE(box.size() == 17);
+  CHECK(box[0] == Approx(2));                        // 24 / 12
+  CHECK(box[1] == Approx(8 / std::pow(12.0, 1.5)));  // volume
+  CHECK(box[16] == 1);
+  for (const std::size_t side : {3u, 4u, 5u}) CHECK(box[side] == Approx(1 / std::sqrt(3.0)));
+  CHECK(sheet[16] == 0);
+  for (const std::size_t solid : {1u, 2u, 9u, 10u, 11u}) CHECK(sheet[solid] == 0);
+  CHECK(sheet[0] > 0);
+  CHECK(two[16] == 1);
+  CHECK(two[1] > 0);
+
+  const auto query = [&](const char* distance) {
+    return meander_with(
+        {"retrieve", "query", s, "ball.off", "--descriptor", "basics", "--distance", distance});
+  };
+  for (const char* fits : {"l1", "l2", "cosine"}) CHECK(query(fits).exit_code == 0);
+  for (const char* other : {"emd", "chi2"}) {
+    const ProcessResult refused = query(other);
+    CHECK(refused.exit_code == 2);
+    CHECK(contains(refused.err, "take l1, l2 or cosine"));
+  }
+}
+
+TEST_CASE("basics: retrieve scales every value, whatever its range") {
+  // Two values, the second a thousand times the first and without meaning but for one stray.
+  const ScratchFolder scratch;
+  StoreHeader header;
+  header.samples = 1;
+  header.parameters_json = "{}";
+  header.descriptors = {{"basics", 2, {{"columns", "small,large"}}}};
+  header.ids = {"a", "b", "c", "d"};
+  header.labels = {-1, -1, -1, -1};
+  const float values[4][2] = {{0, 1000}, {1, 1001}, {0.1f, 2000}, {1, 2100}};
+  {
+    RunDirectory run(scratch / "s.h5", header);
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      Row row;
+      row.report.status = Status::ok;
+      row.report.method = Method::direct;
+      row.report.vertices = 3;
+      row.report.faces = 1;
+      row.samples.points = row.samples.normals = {0, 0, 1};
+      row.samples.face = {0};
+      row.samples.corners = {0, 1, 2};
+      row.samples.barycentric = {0.25f, 0.25f};
+      row.samples.curve_rank = {0};
+      row.samples.density = {1};
+      row.descriptors = {{"basics", {values[i][0], values[i][1]}}};
+      run.end_item(encode_row(header, i, row));
+    }
+    run.finish();
+  }
+  // Unscaled, c and d (100 apart) would be nearest; scaled, a and c differ by 2 deviations, c and d by 2 too.
+  const ProcessResult result =
+      meander_with({"retrieve", "query", scratch / "s.h5", "a", "--distance", "l1", "-k", "3", "--json"});
+  INFO(result.out);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "\"distance\":2."));  // in deviations, not in thousands
+}
+
+TEST_CASE("export of descriptors: CSV and fbin") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2,basics", "--bins", "8", "--label-from-folder"});
+  const auto run_export = [&](const std::vector<std::string>& more) {
+    return meander_with(std::vector<std::string>{"export", c.path("s.h5")} + more);
+  };
+  const ProcessResult csv =
+      run_export({"--descriptors", "d2+basics", "--format", "csv", "-o", c.path("d.csv")});
+  INFO(csv.err);
+  REQUIRE(csv.exit_code == 0);
+  CHECK(contains(csv.out, "5 rows of 25 values"));
+  CHECK(contains(csv.out, "1 rows without these descriptors left out"));
+  std::istringstream lines(read_file(c.path("d.csv")));
+  std::string line;
+  std::getline(lines, line);
+  CHECK(line.starts_with("id,label,d2_b0,d2_b1,"));
+  CHECK(line.ends_with(",basics_closed"));
+  std::getline(lines, line);
+  CHECK(line.starts_with("ball.off,in,"));
+  std::istringstream cells(line.substr(std::string("ball.off,in,").size()));
+  const std::vector<float> expected = values_of(c.path("s.h5"), "ball.off", "d2");
+  for (const float value : expected) {
+    std::string cell;
+    std::getline(cells, cell, ',');
+    CHECK(std::stof(cell) == value);
+  }
+
+  REQUIRE(
+      run_export({"ring.off", "ball.off", "--descriptors", "d2", "--format", "fbin", "-o", c.path("d.fbin")})
+          .exit_code == 0);
+  const std::string bytes = read_file(c.path("d.fbin"));
+  REQUIRE(bytes.size() == 8 + 2 * 8 * 4);
+  std::uint32_t header[2];
+  std::memcpy(header, bytes.data(), 8);
+  CHECK(header[0] == 2);
+  CHECK(header[1] == 8);
+  std::vector<float> first(8);
+  std::memcpy(first.data(), bytes.data() + 8, 32);
+  CHECK(first == expected);
+  CHECK(read_file(c.path("d.fbin.ids.csv")) == "position,row,id,label\n0,0,ball.off,in\n1,3,ring.off,in\n");
+}
+
+TEST_CASE("export of descriptors: mistakes are usage errors") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2"});
+  const std::string out = c.path("x");
+  const auto error_of = [&](const std::vector<std::string>& more) {
+    const ProcessResult result = meander_with(std::vector<std::string>{"export", c.path("s.h5")} + more);
+    CHECK(result.exit_code == 2);
+    CHECK_FALSE(fs::exists(out));
+    return result.err;
+  };
+  CHECK(contains(error_of({"--format", "cvs", "-o", out}), "did you mean `csv`?"));
+  CHECK(contains(error_of({"--format", "csv", "-o", out}), "name them with --descriptors"));
+  CHECK(contains(error_of({"--format", "csv", "--descriptors", "d2"}), "-o FILE"));
+  CHECK(contains(error_of({"--format", "fbin", "--descriptors", "d", "-o", out}), "did you mean `d2`?"));
+  CHECK(contains(error_of({"--descriptors", "d2", "-o", out}), "csv, fbin or ann-hdf5"));
+  CHECK(contains(error_of({"--format", "csv", "--descriptors", "d2", "-o", out, "--queries", "1"}),
+                 "ann-hdf5 only"));
+  CHECK(contains(error_of({"--format", "ann-hdf5", "--descriptors", "d2", "-o", out, "--queries", "5"}),
+                 "leave none to search"));
+  CHECK(contains(error_of({"--format", "ann-hdf5", "--descriptors", "d2", "-o", out, "--neighbours", "9"}),
+                 "there are 4 rows to search"));
+}

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""docs/load_store.py on a real store, and the ANN-benchmarks file against numpy.
+
+    load_store_test.py MEANDER DOCS       exit status 77: h5py is not installed
+"""
+import csv
+import multiprocessing
+import pickle
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy
+except ImportError:
+    print("skipped: h5py is not installed")
+    sys.exit(77)
+
+
+def write_box(path, x, y, z):
+    corners = [(a, b, c) for a in (0, x) for b in (0, y) for c in (0, z)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    path.write_text("\n".join(["OFF", "8 6 0"] + [f"{a} {b} {c}" for a, b, c in corners]
+                              + ["4 %d %d %d %d" % face for face in faces]) + "\n")
+
+
+def check_loading(load_store, store):
+    points, labels, ids, d2 = load_store.load_store(store, "d2")
+    assert points.shape == (40, 128, 3) and numpy.isfinite(points).all()
+    assert sorted(set(labels.tolist())) == [0, 2]  # "in" is that of the broken file
+    assert ids[0] == "flat/box00.off"
+    assert d2.shape == (40, 32) and numpy.allclose(d2.sum(axis=1), 1, atol=1e-5)
+
+    dataset = load_store.StoreDataset(store, samples=32)
+    assert len(dataset) == 40
+    first = dataset[0]  # open in this process before the fork
+    assert first[0].shape == (32, 3) and first[1].shape == (32, 3)
+    for method in ("fork", "spawn"):
+        with multiprocessing.get_context(method).Pool(2) as pool:
+            items = pool.map(dataset.__getitem__, range(40))
+        for index, (some_points, _, label) in enumerate(items):
+            assert (some_points == points[index, :32]).all() and label == labels[index]
+    assert (pickle.loads(pickle.dumps(dataset))[39][0] == points[39, :32]).all()
+
+
+def check_ann(meander, store, file, distance, name):
+    subprocess.run([meander, "export", str(store), "--descriptors", "d2+a3", "--format", "ann-hdf5", "-o", str(file),
+                    "--queries", "7", "--neighbours", "5", "--distance", distance], check=True)
+    with h5py.File(file) as ann:
+        train, test = ann["train"][:], ann["test"][:]
+        neighbors, distances = ann["neighbors"][:], ann["distances"][:]
+        assert ann.attrs["distance"] == name
+    assert train.shape == (33, 64) and test.shape == (7, 64) and train.dtype == test.dtype == numpy.float32
+    assert neighbors.shape == distances.shape == (7, 5) and neighbors.dtype == numpy.int32
+    if distance == "l2":
+        expected = numpy.linalg.norm(test[:, None].astype(float) - train[None], axis=2)
+    else:
+        a, b = (x / numpy.linalg.norm(x.astype(float), axis=1, keepdims=True) for x in (test, train))
+        expected = 1 - a @ b.T
+    assert numpy.allclose(numpy.take_along_axis(expected, neighbors.astype(int), 1), distances, atol=2e-6)
+    assert numpy.allclose(numpy.sort(expected, axis=1)[:, :5], distances, atol=2e-6)
+    with h5py.File(store) as original, open(str(file) + ".ids.csv") as lines:
+        both = numpy.hstack([original["descriptors/d2"][:], original["descriptors/a3"][:]])
+        ids = original["items/id"].asstr()[:]
+        counts = {"train": 0, "test": 0}
+        for line in csv.DictReader(lines):
+            part = {"train": train, "test": test}[line["part"]]
+            assert int(line["position"]) == counts[line["part"]]
+            assert (part[int(line["position"])] == both[int(line["row"])]).all()
+            assert ids[int(line["row"])] == line["id"]
+            counts[line["part"]] += 1
+        assert counts == {"train": 33, "test": 7}
+
+
+def main():
+    meander = sys.argv[1]
+    sys.path.insert(0, sys.argv[2])
+    sys.dont_write_bytecode = True
+    import load_store
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        for name, height in (("flat", 0.1), ("tall", 3)):
+            (folder / "in" / name).mkdir(parents=True)
+            for i in range(20):
+                write_box(folder / "in" / name / f"box{i:02}.off", 1, 1 + 0.1 * i, height)
+        (folder / "in" / "broken.off").write_text("OFF\n3 1 0\n0 0\n")
+        store = folder / "s.h5"
+        made = subprocess.run([meander, "run", str(folder / "in"), "-o", str(store), "-n", "128", "--method", "direct",
+                               "--label-from-folder", "--progress", "none"], check=False)
+        assert made.returncode == 3  # the broken file
+        subprocess.run([meander, "describe", str(store), "--descriptors", "d2,a3", "--progress", "none"], check=True)
+        check_loading(load_store, store)
+        check_ann(meander, store, folder / "l2.hdf5", "l2", "euclidean")
+        check_ann(meander, store, folder / "cosine.hdf5", "cosine", "angular")
+    print("numpy, data set and ANN-benchmarks file are as the store says")
+
+
+if __name__ == "__main__":
+    main()
