@@ -165,7 +165,7 @@ AngularPower angular_power(const PowerSpectrum& spectrum, TangentTensor log_spac
   const TensorAxes axes = tensor_axes(log_spacing);
   if (!(low > 0) || !(high >= low + 1) || sectors < 2 || sectors > 360)
     throw std::invalid_argument("angular_power: 0 < low, low + 1 <= high, 2..360 sectors");
-  const RadialProfile rings = radial_profile(mean, spectrum.side(), low, std::min(1.0, high - low), stretch);
+  const RadialProfile rings = radial_profile(mean, spectrum.side(), low, 1, stretch);
   const auto count = static_cast<std::size_t>(std::floor((high - low) * (1 + 1e-12)));
   if (count > rings.rings()) throw std::invalid_argument("angular_power: the rings do not fit the spectrum");
 
