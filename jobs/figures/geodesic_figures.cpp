@@ -96,7 +96,7 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   if (!(range > 0)) throw ItemError(Status::zero_area, "all vertices are at one place");
 
   // All vertices where time allows it, else one of every so many.
-  const std::size_t most = figures.quick ? 256 : 40000, vertices = surface.vertex_count();
+  const std::size_t most = figures.quick ? 256 : 8192, vertices = surface.vertex_count();
   std::vector<std::uint32_t> sources(std::min(most, vertices));
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const double u =
@@ -116,7 +116,7 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
     for (const std::uint32_t count : counts) {
       alike.open(count);
       by_area.open(count);
-      const std::uint32_t runs = figures.quick || count > 500 ? 5 : 20;
+      const std::uint32_t runs = figures.quick ? 5 : count > 500 ? 3 : 10;
       for (std::uint32_t run = 0; run < runs; ++run) {
         const std::vector<double> shares = sample_shares(
             geodesics, surface,
@@ -160,7 +160,7 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   figures.text(
       "Measured",
       fmt::format("Distances by the heat method; ground truths from {} of {} vertices to all. Means and "
-                  "standard errors over 20 runs to 500 points, 5 above (5 with --quick).",
+                  "standard errors over 10 runs to 500 points, 3 above (5 with --quick).",
                   sources.size(), vertices));
   return all;
 }

@@ -20,10 +20,14 @@ struct HistogramModel {
   std::string name;
   ModelState charted;
   std::vector<double> creased;      // 9 T corner normals, split at creases
+  SampleParameters parameters;      // but for points, sequence and seed
   std::vector<double> vertices;     // 3 W
   std::vector<double> vertex_area;  // W mixed areas
   std::uint64_t seed = 1;
   HistogramModel(const FigureMesh& mesh, std::uint64_t seed);
+  // From now on samples are uniform on the lifted surface: their density is the area of the lifted triangle
+  // over that of the flat one. The share of either differs by O((edge x curvature)^2).
+  void weigh_by_lifted_area();
 };
 
 // The two methods of table 1, and another low-discrepancy one.
@@ -47,20 +51,26 @@ std::vector<std::uint32_t> nearest_vertices(const KdTree<3>& tree, const Histogr
                                             const MeshSamples& samples);
 
 // Errors of histograms against a ground truth, over the number of points, several runs each. relative:
-// sum |B_i| / sum G_i; largest: max |B_i|, B = histogram - G, both of sum 1 (the survey's definitions).
+// sum |B_i| / sum G_i; largest: max |B_i|, B = histogram - G, both of sum 1 (the survey's definitions). norm:
+// sqrt(sum B_i^2) / sum G_i, which is what table 1 could have under `relative`.
 struct HistogramErrors {
   std::string truth, method;
-  ErrorSeries relative, largest;
+  ErrorSeries relative, largest, norm;
   HistogramErrors(std::string against, std::string by)
-      : truth(std::move(against)), method(std::move(by)), relative{method, {}, {}}, largest{method, {}, {}} {}
+      : truth(std::move(against)),
+        method(std::move(by)),
+        relative{method, {}, {}},
+        largest{method, {}, {}},
+        norm{method, {}, {}} {}
   void open(std::uint32_t count);
   void add(std::span<const double> measured, std::span<const double> ground_truth);
   // The runs at a number of points; empty where there are none.
   std::vector<double> relative_at(std::uint32_t count) const;
   std::vector<double> largest_at(std::uint32_t count) const;
+  std::vector<double> norm_at(std::uint32_t count) const;
 };
 struct HistogramError {
-  double relative = 0, largest = 0;
+  double relative = 0, largest = 0, norm = 0;
 };
 HistogramError histogram_error(std::span<const double> measured, std::span<const double> ground_truth);
 
@@ -72,6 +82,8 @@ Spread spread_of(const std::vector<double>& values);
 // (a - b) in standard errors of the difference.
 double gap_of(const Spread& a, const Spread& b);
 
+// Runs at a number of points: 40 to 1,000, 5 to 20,000, 3 above; 5 with --quick.
+std::uint32_t histogram_runs(const FigureSet& figures, std::uint32_t count);
 // 100, 200, 500, 1000, ... up to `most`.
 std::vector<std::uint32_t> histogram_counts(std::uint32_t most);
 // Truth, method, points, runs; mean, deviation and standard error of both errors.
