@@ -98,9 +98,9 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   // All vertices where time allows it, else one of every so many.
   const std::size_t most = figures.quick ? 256 : 8192, vertices = surface.vertex_count();
   std::vector<std::uint32_t> sources(std::min(most, vertices));
+  const RandomKey key = make_random_key(figures.seed, {});
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    const double u =
-        sources.size() == vertices ? 0.5 : random_pair(model.charted.key, Stream::point_set, s).first;
+    const double u = sources.size() == vertices ? 0.5 : random_pair(key, Stream::point_set, s).first;
     const auto at = static_cast<std::size_t>((static_cast<double>(s) + u) * static_cast<double>(vertices) /
                                              static_cast<double>(sources.size()));
     sources[s] = static_cast<std::uint32_t>(std::min(at, vertices - 1));

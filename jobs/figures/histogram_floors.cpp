@@ -26,7 +26,7 @@ std::vector<double> sphere_shares() {
 // and h apart in height, have the distances d^2 = rho_1^2 + rho_2^2 + h^2 - 2 rho_1 rho_2 cos(angle), the
 // angle uniform; the mean over pairs of circles, weighted by rho_1 rho_2, is taken by the midpoint rule.
 std::vector<double> torus_shares() {
-  constexpr std::uint32_t circles = 2048;
+  constexpr std::uint32_t circles = 1024;
   std::vector<double> cumulative(histogram_bins, 0), radius, height;
   for (std::uint32_t i = 0; i < circles; ++i) {
     const double angle = 2 * std::numbers::pi * (i + 0.5) / circles;
@@ -92,7 +92,7 @@ void draw_histogram_floors(FigureSet& figures) {
           even{truth, name_of(method) + std::string(", curved by area")};
       for (const std::uint32_t count : counts) {
         for (HistogramErrors* errors : {&chords, &lifted, &even}) errors->open(count);
-        const std::uint32_t runs = std::min(histogram_runs(figures, count), 5u);
+        const std::uint32_t runs = figures.quick ? 3 : std::min(histogram_runs(figures, count), 5u);
         for (std::uint32_t run = 0; run < runs; ++run) {
           const MeshSamples samples = draw_samples(model, method, count, run, device);
           chords.add(distance_histogram(flat_points(model, samples), bins).shares, shape.shares);
