@@ -207,9 +207,11 @@ void draw_distance_histograms(FigureSet& figures) {
       "distance of the vertices.");
   figures.text(
       "The survey",
-      "Low discrepancy samples have smaller errors than random ones at 100 and 500 points. Its values "
-      "cannot be those of histograms of sum 1, whose largest error is at most half the sum of all: "
-      "three of its rows have more. So its digits are not comparable, the order is.");
+      "Low discrepancy samples have smaller errors than random ones at 100 and 500 points. Its percentages "
+      "cannot be sums of absolute errors of histograms of sum 1, of which the largest error is at most half: "
+      "three of its rows have more. They have the size of the root of the sum of squares, which stands in "
+      "the "
+      "last columns; its largest errors have the size of ours.");
 }
 
 }  // namespace meander

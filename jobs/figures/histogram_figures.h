@@ -33,7 +33,7 @@ struct HistogramModel {
 // The two methods of table 1, and another low-discrepancy one.
 enum class HistogramMethod : std::uint8_t { shifted, stratified, random };
 inline constexpr HistogramMethod all_histogram_methods[] = {
-    HistogramMethod::shifted, HistogramMethod::stratified, HistogramMethod::random};
+    HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::stratified};
 const char* name_of(HistogramMethod method);
 
 // Samples by triangle and weights of corners 1 and 2. Runs and methods share no randomness.
