@@ -130,21 +130,8 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
     all.push_back(std::move(by_area));
   }
 
-  Plot histograms;
-  histograms.title = mesh.name + ": geodesic distances, 100 samples";
-  histograms.x.label = "geodesic distance";
-  histograms.y = {"share of the pairs", AxisScale::linear, 0.0, {}};
-  histograms.series = {histogram_steps("all vertices", truths.alike, range),
-                       histogram_steps("vertices by area", truths.by_area, range),
-                       histogram_steps("low discrepancy", shown[0], range),
-                       histogram_steps("random", shown[1], range)};
-  for (std::size_t s : {std::size_t{0}, std::size_t{1}}) {
-    histograms.series[s].neutral = true;
-    histograms.series[s].dash = s == 0 ? LineDash::dotted : LineDash::solid;
-    histograms.series[s].line_width = 2.4;
-    histograms.series[2 + s].colour = s;
-  }
-  histograms.width = 720;
+  const Plot histograms = histogram_plot(mesh.name + ": geodesic distances, 100 samples", "geodesic distance",
+                                         {truths.alike, truths.by_area, shown[0], shown[1]}, range);
   figures.plot("figure25_geodesic_histograms_" + mesh.name, histograms,
                "Ground truths over the vertices, and one set of each kind, snapped to vertices");
   for (const bool relative : {true, false}) {

@@ -225,16 +225,35 @@ Table histogram_error_table(const std::vector<HistogramErrors>& all) {
   return table;
 }
 
-PlotSeries histogram_steps(const std::string& name, std::span<const double> shares, double range) {
-  PlotSeries series;
-  series.name = name;
-  series.style = SeriesStyle::steps;
-  const auto bins = static_cast<double>(shares.size());
-  for (std::size_t b = 0; b <= shares.size(); ++b) {
-    series.x.push_back(range * static_cast<double>(b) / bins);
-    series.y.push_back(shares[std::min(b, shares.size() - 1)]);
-  }
-  return series;
+Plot histogram_plot(const std::string& title, const std::string& distance, const ShownHistograms& shown,
+                    double range) {
+  Plot plot;
+  plot.title = title;
+  plot.x.label = distance;
+  plot.y = {"share of the pairs", AxisScale::linear, 0.0, {}};
+  plot.width = 720;
+  const auto add = [&](const char* name, const std::vector<double>& shares) -> PlotSeries& {
+    PlotSeries series;
+    series.name = name;
+    series.style = SeriesStyle::steps;
+    for (std::size_t b = 0; b <= shares.size(); ++b) {
+      series.x.push_back(range * static_cast<double>(b) / static_cast<double>(shares.size()));
+      series.y.push_back(shares[std::min(b, shares.size() - 1)]);
+    }
+    plot.series.push_back(std::move(series));
+    return plot.series.back();
+  };
+  const auto add_truth = [&](const char* name, const std::vector<double>& shares, LineDash dash) {
+    PlotSeries& series = add(name, shares);
+    series.neutral = true;
+    series.dash = dash;
+    series.line_width = 2.4;
+  };
+  add_truth("all vertices", shown.alike, LineDash::dotted);
+  add_truth("vertices by area", shown.by_area, LineDash::solid);
+  add("low discrepancy", shown.regular).colour = 0;
+  add("random", shown.random).colour = 1;
+  return plot;
 }
 
 Plot histogram_error_plot(const std::string& title, const std::vector<HistogramErrors>& all,

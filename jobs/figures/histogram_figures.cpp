@@ -88,21 +88,9 @@ ModelHistograms draw_one_model(FigureSet& figures, const FigureMesh& mesh, const
   }
 
   const double range = bins.range * model.charted.mesh.unit;
-  Plot histograms;
-  histograms.title = mesh.name + fmt::format(": distances, {} samples", shown_points);
-  histograms.x.label = "distance";
-  histograms.y = {"share of the pairs", AxisScale::linear, 0.0, {}};
-  histograms.series = {histogram_steps("all vertices", of_vertices.shares, range),
-                       histogram_steps("vertices by area", of_areas.shares, range),
-                       histogram_steps("low discrepancy", shown[0], range),
-                       histogram_steps("random", shown[1], range)};
-  for (std::size_t s : {std::size_t{0}, std::size_t{1}}) {
-    histograms.series[s].neutral = true;
-    histograms.series[s].dash = s == 0 ? LineDash::dotted : LineDash::solid;
-    histograms.series[s].line_width = 2.4;
-    histograms.series[2 + s].colour = s;
-  }
-  histograms.width = 720;
+  const Plot histograms =
+      histogram_plot(mesh.name + fmt::format(": distances, {} samples", shown_points), "distance",
+                     {of_vertices.shares, of_areas.shares, shown[0], shown[1]}, range);
   figures.plot("figure22_histograms_" + mesh.name, histograms,
                "Ground truths over the vertices, and one set of each kind, snapped to vertices");
 

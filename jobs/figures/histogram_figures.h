@@ -32,8 +32,8 @@ struct HistogramModel {
 
 // The two methods of table 1, and another low-discrepancy one.
 enum class HistogramMethod : std::uint8_t { shifted, stratified, random };
-inline constexpr HistogramMethod all_histogram_methods[] = {
-    HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::stratified};
+inline constexpr HistogramMethod all_histogram_methods[] = {HistogramMethod::shifted, HistogramMethod::random,
+                                                            HistogramMethod::stratified};
 const char* name_of(HistogramMethod method);
 
 // Samples by triangle and weights of corners 1 and 2. Runs and methods share no randomness.
@@ -88,8 +88,14 @@ std::uint32_t histogram_runs(const FigureSet& figures, std::uint32_t count);
 std::vector<std::uint32_t> histogram_counts(std::uint32_t most);
 // Truth, method, points, runs; mean, deviation and standard error of both errors.
 Table histogram_error_table(const std::vector<HistogramErrors>& all);
-PlotSeries histogram_steps(const std::string& name, std::span<const double> shares, double range);
-// The error plot of one ground truth; `most_vertices`: a line at the number of vertices, 0: none.
+// Histograms as steps over [0, range]: the ground truths over all vertices and by area, and two sets of
+// samples.
+struct ShownHistograms {
+  std::vector<double> alike, by_area, regular, random;
+};
+Plot histogram_plot(const std::string& title, const std::string& distance, const ShownHistograms& shown,
+                    double range);
+// The error plot of one ground truth, with a line at the number of vertices (0: none).
 Plot histogram_error_plot(const std::string& title, const std::vector<HistogramErrors>& all,
                           const std::string& truth, bool relative, std::size_t vertices);
 
