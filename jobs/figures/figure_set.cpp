@@ -41,6 +41,11 @@ void FigureSet::table(const std::string& stem, const std::string& caption, const
   page.figures.back().data.push_back(stem + ".csv");
 }
 
+void FigureSet::data(const std::string& file, const std::string& bytes) {
+  write_whole_file(folder_ / file, bytes);
+  page.figures.back().data.push_back(file);
+}
+
 void FigureSet::text(const std::string& label, const std::string& text) {
   page.figures.back().paragraphs.push_back({label, text});
 }

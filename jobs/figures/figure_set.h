@@ -44,6 +44,7 @@ class FigureSet {
   void drawing(const std::string& stem, const std::string& svg, const std::string& caption);
   void picture(const std::string& stem, const RgbImage& image, const std::string& caption);  // PNG
   void table(const std::string& stem, const std::string& caption, const Table& table);       // CSV and page
+  void data(const std::string& file, const std::string& bytes);  // linked from the page
   void text(const std::string& label, const std::string& text);
   // Draws; a mesh that cannot be sampled is said on the page, and the other figures go on.
   void attempt(const std::string& mesh, const std::function<void()>& draw);
@@ -67,6 +68,9 @@ void draw_surfaces(FigureSet& figures);             // figure 6
 void draw_adaptive_curve(FigureSet& figures);       // figure 8
 void draw_spectra(FigureSet& figures);              // figure 16
 void draw_mesh_distances(FigureSet& figures);       // figure 21
+void draw_distance_histograms(FigureSet& figures);  // figures 22 to 24 and table 1
+void draw_histogram_floors(FigureSet& figures);     // what remains of the error with many points
+void draw_geodesic_histograms(FigureSet& figures);  // figures 25 and 26
 
 // ---- errors over the number of points ---------------------------------------------------------------------
 

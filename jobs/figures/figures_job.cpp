@@ -13,11 +13,11 @@
 #include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
+#include "jobs/figures/figure_models.h"
 #include "jobs/figures/figure_set.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/measured_sets.h"
-#include "kernels/surface/surface.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -51,31 +51,10 @@ constexpr FigureName figure_names[] = {
     {"8", draw_adaptive_curve},
     {"16", draw_spectra},
     {"21", draw_mesh_distances},
+    {"22-24", draw_distance_histograms},
+    {"24-floor", draw_histogram_floors},
+    {"25-26", draw_geodesic_histograms},
 };
-
-// A torus of 96 x 48 quadrilaterals, for machines without models.
-FigureMesh made_torus() {
-  constexpr std::uint32_t around = 96, across = 48;
-  FigureMesh mesh;
-  mesh.name = "torus";
-  std::vector<double> u, v;
-  for (std::uint32_t i = 0; i < around; ++i)
-    for (std::uint32_t j = 0; j < across; ++j) {
-      u.push_back(static_cast<double>(i) / around);
-      v.push_back(static_cast<double>(j) / across);
-    }
-  std::vector<Vector3> positions(u.size());
-  make_surface("torus")->positions(u, v, positions);
-  for (const Vector3& p : positions) mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
-  for (std::uint32_t i = 0; i < around; ++i)
-    for (std::uint32_t j = 0; j < across; ++j) {
-      const std::uint32_t next_i = (i + 1) % around, next_j = (j + 1) % across;
-      const std::uint32_t a = i * across + j, b = next_i * across + j, c = next_i * across + next_j,
-                          d = i * across + next_j;
-      mesh.faces.insert(mesh.faces.end(), {a, b, c, a, c, d});
-    }
-  return mesh;
-}
 
 FigureMesh read_model(const std::string& path) {
   MeshFormat format{};
@@ -99,7 +78,7 @@ int draw_figures(const FiguresOptions& options) {
       if (meshes[i].name == meshes.back().name)
         throw UsageError("two models are called `" + meshes.back().name + "`: their figures would be one");
   }
-  if (meshes.empty()) meshes.push_back(made_torus());
+  if (meshes.empty()) meshes.push_back(torus_mesh(96, 48));  // for machines without models
   fs::create_directories(options.folder);
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
   const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -138,7 +117,7 @@ JobFunction add_figures_job(CLI::App& program) {
   command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
       ->required();
   command->add_option("--models", options->models,
-                      "Triangle meshes for figures 4 and 16 (a torus made here when left out)");
+                      "Triangle meshes for figures 4, 16 and 22 to 26 (a torus made here when left out)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command->add_option("--only", options->only, "Draw these figures only")

@@ -1,5 +1,11 @@
 #include <catch2/catch.hpp>
 
+#include <filesystem>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -10,6 +16,32 @@ using namespace meander::test;
 namespace {
 
 const std::string program = MEANDER_PROGRAM;
+
+using CsvRow = std::map<std::string, std::string>;
+
+// The rows of a CSV file without quotes, by the names of its columns.
+std::vector<CsvRow> csv_rows(const std::filesystem::path& path) {
+  std::istringstream text(read_file(path));
+  const auto fields_of = [](const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream rest(line + ",");
+    for (std::string field; std::getline(rest, field, ',');) fields.push_back(field);
+    return fields;
+  };
+  std::vector<CsvRow> rows;
+  std::vector<std::string> names;
+  for (std::string line; std::getline(text, line);) {
+    const std::vector<std::string> fields = fields_of(line);
+    if (names.empty()) {
+      names = fields;
+      continue;
+    }
+    REQUIRE(fields.size() <= names.size());
+    rows.emplace_back();
+    for (std::size_t k = 0; k < fields.size(); ++k) rows.back()[names[k]] = fields[k];
+  }
+  return rows;
+}
 
 }  // namespace
 
@@ -73,4 +105,88 @@ TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage err
       run_process({program, "figures", "-o", scratch / "out", "--models", scratch / "quad.off"});
   CHECK(quads.exit_code == 2);
   CHECK(quads.err.find("no triangles") != std::string::npos);
+}
+
+TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the same for one thread and two") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ball.off", icosphere(2));
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult result =
+        run_process({program, "figures", "-o", scratch / threads, "--quick", "--only", "22-24,25-26", "-j",
+                     threads, "--models", scratch / "ball.off"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  }
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(scratch / "1")) {
+    const std::string name = entry.path().filename().string();
+    INFO(name);
+    CHECK(read_file(scratch / ("1/" + name)) == read_file(scratch / ("2/" + name)));
+    ++files;
+  }
+  CHECK(files > 20);
+  const std::string page = read_file(scratch / "1/index.html");
+  for (const char* name : {"figure22_histograms_ball.svg", "figure23_published_ball_relative.svg",
+                           "figure24_weighted_ball_largest.svg", "figure24_curved_ball_relative.svg",
+                           "figure25_geodesic_histograms_ball.svg", "table1.json",
+                           "models of the survey that --models does not name: bunny"}) {
+    INFO(name);
+    CHECK(page.find(name) != std::string::npos);
+  }
+  // 2 numbers of points x 3 ground truths; none of the survey's rows for a model that it has not.
+  const std::vector<CsvRow> errors = csv_rows(scratch / "1/table1_histograms.csv");
+  CHECK(errors.size() == 6);
+  for (const CsvRow& row : errors) {
+    INFO(row.at("ground truth") << ", " << row.at("points"));
+    CHECK(std::stod(row.at("low discrepancy %")) > 0);
+    CHECK(std::stod(row.at("low discrepancy %")) < std::stod(row.at("random %")));
+    // The largest of the errors, which sum to 0, is at most half of their absolute sum.
+    CHECK(std::stod(row.at("largest")) <= std::stod(row.at("low discrepancy %")) / 200 + 1e-12);
+  }
+  CHECK(csv_rows(scratch / "1/table1_claims.csv").size() == 24);
+  CHECK(read_file(scratch / "1/table1.json").find("\"claims\":[{") != std::string::npos);
+}
+
+TEST_CASE("figures: samples drawn by lifted areas lose the error of the tessellation") {
+  const ScratchFolder scratch;
+  const ProcessResult result =
+      run_process({program, "figures", "-o", scratch / "out", "--quick", "--only", "24-floor"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::vector<CsvRow> floors = csv_rows(scratch / "out/histogram_floors.csv");
+  REQUIRE(floors.size() == 4);
+  for (const CsvRow& row : floors)
+    if (row.at("samples") == "low discrepancy") {
+      INFO(row.at("shape"));
+      CHECK(std::stod(row.at("flat %")) > 1);
+      CHECK(std::stod(row.at("flat / by area")) > 15);  // 83 and 26 at 10,000 points
+    }
+}
+
+TEST_CASE("figures: on the survey's models low discrepancy beats random, and curved samples have no floor",
+          "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  const ScratchFolder scratch;
+  const ProcessResult result =
+      run_process({program, "figures", "-o", scratch / "out", "--only", "22-24,24-floor", "--models",
+                   shared_data("paper/bunny_closed.off"), shared_data("paper/maxplanck_25k.off"),
+                   shared_data("paper/fandisk.off"), shared_data("paper/hand_closed.obj")});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  std::size_t compared = 0;
+  for (const CsvRow& row : csv_rows(scratch / "out/table1_claims.csv")) {
+    if (row.at("claim") != "smaller error" || row.at("ground truth") == "all vertices") continue;
+    INFO(row.at("model") << ", " << row.at("points") << " points, " << row.at("ground truth") << ", "
+                         << row.at("error"));
+    CHECK(std::stod(row.at("gap")) > 2);
+    CHECK(row.at("holds") == "yes");
+    ++compared;
+  }
+  CHECK(compared == 4 * 2 * 2 * 2);  // models, numbers of points, corrected ground truths, errors
+  for (const CsvRow& row : csv_rows(scratch / "out/histogram_floors.csv"))
+    if (row.at("samples") == "low discrepancy") {
+      INFO(row.at("shape"));
+      CHECK(row.at("points") == "100000");
+      CHECK(std::stod(row.at("flat / by area")) > 40);
+    }
 }
