@@ -139,6 +139,7 @@ class RunJob {
 
   int run() {
     inputs_ = collect_inputs(options_.inputs, options_.label_from_folder);
+    plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();

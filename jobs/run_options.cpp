@@ -120,6 +120,10 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->check(one_of(normalize_words))
       ->group(points);
   add_tensor_options(command, texts.tensor, options.sample);
+  command
+      .add_flag("--curved", options.sample.curved,
+                "Lift the points from the flat triangles to the smooth surface that the normals tell of")
+      ->group(points);
   const char* collection = "Collection";
   command
       .add_option("--describe", texts.describe,
@@ -242,6 +246,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
     }
     options.retry.push_back(static_cast<Status>(at - status_names.begin()));
   }
+  if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
+    problems.push_back("--reuse knows rows by their mesh alone, not by the tensors of --tensor file:");
   if (options.fresh && !options.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
@@ -253,6 +259,7 @@ std::string parameters_json(const SampleParameters& p, Compression compression) 
   json.member("certify", p.certify);
   json.member("compress", compression == Compression::none ? "none" : "default");
   json.member("curve", text_of(curve_words, p.locator.curve.kind));
+  if (p.curved) json.member("curved", true);
   json.member("curve_max_depth", p.locator.curve.max_depth);
   json.member("density", density_text(p.density));
   json.member("density_exponent", p.density.exponent);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <charconv>
+#include <filesystem>
 #include <string_view>
 
 #include "jobs/command_line.h"
@@ -14,7 +15,7 @@ namespace meander {
 namespace {
 
 constexpr std::string_view kinds =
-    "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ";
+    "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ|file:PATH";
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
 constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
                                                           {"gradient", AlignmentForm::gradient}};
@@ -31,7 +32,8 @@ bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
 }
 
 void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector<std::string>& problems) {
-  constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:";
+  constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:",
+                             file = "file:";
   if (text == "curvature") {
     tensor.kind = TensorKind::curvature;
   } else if (text == "isotropic") {
@@ -46,6 +48,11 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
     tensor.kind = TensorKind::constant;
     if (!parse_six(std::string_view(text).substr(constant.size()), tensor.constant))
       problems.push_back("--tensor: `" + text + "` needs six numbers XX,XY,XZ,YY,YZ,ZZ");
+  } else if (text.starts_with(file)) {
+    tensor.kind = TensorKind::table;
+    tensor.attribute = text.substr(file.size());
+    if (!std::filesystem::exists(tensor.attribute))
+      problems.push_back("--tensor: there is no file or folder `" + tensor.attribute + "`");
   } else {
     problems.push_back(fmt::format("--tensor: `{}` is none of {}", text, kinds));
   }
@@ -126,6 +133,20 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
     problems.push_back("--tensor-form says what given tensors mean; " + texts.tensor + " has none");
 }
 
+void plan_tensor_files(const TensorParameters& tensor, std::vector<PlanItem>& items) {
+  if (tensor.kind != TensorKind::table) return;
+  namespace fs = std::filesystem;
+  const fs::path path = tensor.attribute;
+  const bool folder = fs::is_directory(path);
+  const bool hdf5 = path.extension() == ".h5" || path.extension() == ".hdf5";
+  for (PlanItem& item : items) {
+    item.tensor_path = folder ? path / (item.id + ".txt") : path;
+    if (folder && !fs::exists(item.tensor_path))
+      item.tensor_path = path / fs::path(item.id).replace_extension(".txt");
+    if (hdf5 && !folder) item.tensor_dataset = item.id;
+  }
+}
+
 std::string tensor_text(const TensorParameters& tensor) {
   switch (tensor.kind) {
     case TensorKind::curvature:
@@ -139,7 +160,7 @@ std::string tensor_text(const TensorParameters& tensor) {
     case TensorKind::constant:
       return fmt::format("constant:{}", fmt::join(tensor.constant, ","));
     case TensorKind::table:
-      return "file";
+      return "file:" + tensor.attribute;
   }
   return "";
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/sample_mesh.h"
+#include "pipeline/sampling_graph.h"
 
 namespace CLI {
 class App;
@@ -24,6 +25,10 @@ void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParam
 // Fills parameters.tensor and adds what is wrong to `problems`, also options that the method does not take.
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
                             std::vector<std::string>& problems);
+
+// Where the tensors of each item of `--tensor file:PATH` are: one text file for all; in a folder ID.txt (or
+// with .txt in place of the mesh's extension); in an HDF5 file (.h5, .hdf5) the dataset of the item's id.
+void plan_tensor_files(const TensorParameters& tensor, std::vector<PlanItem>& items);
 
 // "curvature", "attribute:NAME", "constant:1,0,0,1,0,1", ...: as the user would give it.
 std::string tensor_text(const TensorParameters& tensor);

@@ -12,6 +12,7 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
+#include "kernels/describe/curved_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample_tensor.h"
 
@@ -75,8 +76,12 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
   if (!p.describe.descriptors.empty() && p.place.samples < 4)
     problems.push_back("descriptors need at least 4 samples");
-  if (p.method == MethodChoice::anisotropic)
-    for (const std::string& problem : validate(p.tensor)) problems.push_back(problem);
+  if (p.method == MethodChoice::anisotropic) {
+    // Tables may come with each model (ModelState::tensor_table).
+    TensorParameters tensor = p.tensor;
+    if (tensor.kind == TensorKind::table && !tensor.table) tensor.table = std::make_shared<TensorTable>();
+    for (const std::string& problem : validate(tensor)) problems.push_back(problem);
+  }
   check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
   check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
   check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
@@ -177,6 +182,29 @@ void locate_model(ModelState& model, const SampleParameters& parameters, const E
                                   model.key, elements, model.cancel);
 }
 
+namespace {
+
+// Segments are no surface to measure distances or normals on.
+void join_segments(ModelState& model, const SampleParameters& parameters) {
+  if (parameters.method == MethodChoice::anisotropic) model.mesh = prepare_mesh(model.file, model.cancel);
+}
+
+// Moves the samples from the chords to the smooth surface that the vertex normals tell of.
+void lift_model_samples(ModelState& model, const OutputFrame& frame) {
+  const PreparedMesh& mesh = model.mesh;
+  Samples& samples = model.row.samples;
+  const std::vector<std::uint32_t> triangle = sample_triangles(model.file, mesh, samples);
+  const std::vector<double> normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
+  const std::vector<double> lifted =
+      lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, triangle, samples.barycentric);
+  const std::array<double, 3> shift = {mesh.centre.x - frame.loc.x, mesh.centre.y - frame.loc.y,
+                                       mesh.centre.z - frame.loc.z};
+  for (std::size_t i = 0; i < lifted.size(); ++i)
+    samples.points[i] = static_cast<float>((mesh.unit * lifted[i] + shift[i % 3]) / frame.scale) + 0.0f;
+}
+
+}  // namespace
+
 void place_model(ModelState& model, const SampleParameters& parameters) {
   ItemReport& report = model.row.report;
   const OutputFrame frame = output_frame(model.mesh, parameters.place.normalize);
@@ -185,6 +213,10 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   model.row.samples = place_samples(model.file, model.mesh, model.density, model.elements, model.key,
                                     parameters.place, frame, report.repairs, model.cancel);
   if (parameters.method == MethodChoice::anisotropic) add_sample_tensors(model, parameters);
+  if (parameters.curved) {
+    join_segments(model, parameters);
+    lift_model_samples(model, frame);
+  }
   report.status = Status::ok;
 }
 
@@ -204,9 +236,8 @@ void describe_model(ModelState& model, const SampleParameters& parameters) {
   if (parameters.describe.descriptors.empty() && !anisotropic) return;
   release_curves(model);
   const std::vector<Descriptor>& wanted = parameters.describe.descriptors;
-  // Segments are no surface to measure distances along.
-  if (anisotropic && std::find(wanted.begin(), wanted.end(), Descriptor::geodesic) != wanted.end())
-    model.mesh = prepare_mesh(model.file, model.cancel);
+  if (!parameters.curved && std::find_if(wanted.begin(), wanted.end(), needs_mesh) != wanted.end())
+    join_segments(model, parameters);
   model.row.descriptors = describe_samples(model.file, model.mesh, model.row.samples, model.key,
                                            parameters.describe, model.cancel);
   if (!anisotropic) return;

@@ -55,6 +55,7 @@ struct SampleParameters {
   ElementParameters elements;
   DensityParameters density;
   PlaceParameters place;
+  bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;

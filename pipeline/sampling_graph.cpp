@@ -11,6 +11,8 @@
 #include <tuple>
 
 #include "io/digest.h"
+#include "io/mesh/tensor_table.h"
+#include "io/store/tensor_dataset.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
 
@@ -293,6 +295,10 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   }
   item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
   item.model.file = read_mesh(file.bytes(), plan.format, item.model.cancel);
+  if (!plan.tensor_path.empty())
+    item.model.tensor_table = std::make_shared<const TensorTable>(
+        plan.tensor_dataset.empty() ? read_tensor_table(plan.tensor_path, item.model.cancel)
+                                    : read_tensor_dataset(plan.tensor_path, plan.tensor_dataset));
   MeshEstimate actual;
   actual.file_bytes = item.file_bytes;
   actual.vertices = item.model.file.vertex_count();

@@ -1,7 +1,7 @@
 // The flow graph: from a plan of files to rows in a sink.
 //
-//   admit_items -> read_mesh -> prepare_mesh -> follow_tensor -> cut_to_disk -> flatten_chart -> build_curve ->
-//   locate_vertices
+//   admit_items -> read_mesh -> prepare_mesh -> follow_tensor -> cut_to_disk -> flatten_chart -> build_curve
+//   -> locate_vertices
 //               -> place_samples -> encode_row -> write_row (serial) -> admit_items ...
 //
 // admit_items (serial) owns the queue and the bytes in flight. It is woken by its own first message and by
@@ -35,6 +35,9 @@ struct PlanItem {
   MeshFormat format = MeshFormat::off;
   std::int32_t label = -1;
   std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek
+  // Where the tensors of the kind `table` are: a text file, or an HDF5 file with the dataset's path in it.
+  std::filesystem::path tensor_path;
+  std::string tensor_dataset;
 };
 
 struct GraphParameters {
