@@ -70,33 +70,6 @@ void prepare_row(DistanceKind kind, std::span<const float> from, float* to) {
   }
 }
 
-// One block's distances of rows [begin, begin + count) to the query, added to what is there unless it is the
-// first.
-void add_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
-                   std::size_t count, float* out) {
-  const DescriptorBase::Block& block = base.blocks[number];
-  const float* const a = block.values.data() + query * block.stride;
-  const auto factor = static_cast<float>(1 / block.scale);
-  const auto run = [&](auto distance) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const float d = distance(block.values.data() + (begin + i) * block.stride);
-      out[i] = number == 0 ? d * factor : out[i] + d * factor;
-    }
-  };
-  // The kind is chosen outside the loop over rows.
-  switch (base.kind) {
-    case DistanceKind::l1:
-    case DistanceKind::emd:
-      return run([&](const float* b) { return block_distance(DistanceKind::l1, a, b, block.stride); });
-    case DistanceKind::l2:
-      return run([&](const float* b) { return block_distance(DistanceKind::l2, a, b, block.stride); });
-    case DistanceKind::chi2:
-      return run([&](const float* b) { return block_distance(DistanceKind::chi2, a, b, block.stride); });
-    case DistanceKind::cosine:
-      return run([&](const float* b) { return block_distance(DistanceKind::cosine, a, b, block.stride); });
-  }
-}
-
 double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& block) {
   const std::size_t n = base.rows;
   if (n < 2) return 0;
@@ -151,10 +124,41 @@ DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, Dis
   return base;
 }
 
+void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
+                     std::span<float> out) {
+  const DescriptorBase::Block& block = base.blocks[number];
+  const float* const a = block.values.data() + query * block.stride;
+  const auto run = [&](auto distance) {
+    for (std::size_t i = 0; i < out.size(); ++i)
+      out[i] = distance(block.values.data() + (begin + i) * block.stride);
+  };
+  // The kind is chosen outside the loop over rows.
+  switch (base.kind) {
+    case DistanceKind::l1:
+    case DistanceKind::emd:
+      return run([&](const float* b) { return block_distance(DistanceKind::l1, a, b, block.stride); });
+    case DistanceKind::l2:
+      return run([&](const float* b) { return block_distance(DistanceKind::l2, a, b, block.stride); });
+    case DistanceKind::chi2:
+      return run([&](const float* b) { return block_distance(DistanceKind::chi2, a, b, block.stride); });
+    case DistanceKind::cosine:
+      return run([&](const float* b) { return block_distance(DistanceKind::cosine, a, b, block.stride); });
+  }
+}
+
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out) {
-  for (std::size_t b = 0; b < base.blocks.size(); ++b)
-    add_distances(base, b, query, begin, out.size(), out.data());
+  if (base.blocks.size() == 1) return block_distances(base, 0, query, begin, out);
+  std::array<float, tile_rows> part;
+  for (std::size_t done = 0; done < out.size(); done += tile_rows) {
+    const std::size_t count = std::min(tile_rows, out.size() - done);
+    for (std::size_t b = 0; b < base.blocks.size(); ++b) {
+      block_distances(base, b, query, begin + done, std::span(part).first(count));
+      const auto factor = static_cast<float>(1 / base.blocks[b].scale);
+      for (std::size_t i = 0; i < count; ++i)
+        out[done + i] = b == 0 ? part[i] * factor : out[done + i] + part[i] * factor;
+    }
+  }
 }
 
 float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t j) {

@@ -58,6 +58,10 @@ float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out);
 
+// Distances of block `number` alone, not scaled, of the same rows.
+void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
+                     std::span<float> out);
+
 // The whole distance matrix in blocks of queries, never in memory at once: calls visit(first, distances) in
 // ascending order on the calling thread, distances being count x rows, row by row (row q of them belongs to
 // query first + q and holds its distance to every row, itself included). The distances of a block are made in
