@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/instruction_set.h"
+
 namespace meander {
 
 // Of rows a and b of B numbers:
@@ -38,6 +40,7 @@ struct DescriptorBase {
   };
   DistanceKind kind = DistanceKind::l1;
   std::size_t rows = 0;
+  InstructionSet instructions = InstructionSet::scalar;
   std::vector<Block> blocks;
 };
 
@@ -46,9 +49,11 @@ struct DescriptorBase {
 // others: over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the
 // standard error of the mean is then below 1 % for distances that spread as much as their mean). A block
 // whose mean is zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
-// std::invalid_argument when not, when lengths do not fit, or when there is no block. O(rows x width), memory
+// std::invalid_argument when not, when lengths do not fit, when there is no block, or when the processor
+// lacks the instructions. O(rows x width), memory
 // of the values once more.
-DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind);
+DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                    InstructionSet instructions = InstructionSet::automatic);
 
 // Distance of rows i and j of the base. Each block is summed in float, 16 lanes in a fixed order: relative
 // error about 1e-6, the same bits on every machine and for (j, i).
