@@ -14,7 +14,7 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t lanes = distance_lanes;
-constexpr std::size_t tile_rows = 256;  // 64 KiB at width 64: stays in the second-level cache
+constexpr std::size_t tile_rows = 64;  // 16 KiB at width 64: stays in the first-level cache
 constexpr std::size_t block_bytes = std::size_t{32} << 20;
 constexpr std::size_t most_block_queries = 256;
 constexpr std::size_t scale_pairs = 32768;
@@ -149,19 +149,25 @@ float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t
 }
 
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries) {
+  visit_distances(base, 0, base.rows, visit, block_queries);
+}
+
+void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                     const DistanceVisitor& visit, std::size_t block_queries) {
   const std::size_t n = base.rows;
-  if (n == 0) return;
+  if (begin > end || end > n) throw std::invalid_argument("there are no such rows in the base");
+  if (begin == end) return;
   if (block_queries == 0)
     block_queries = std::clamp<std::size_t>(block_bytes / (n * sizeof(float)), 1, most_block_queries);
-  block_queries = std::min(block_queries, n);
+  block_queries = std::min(block_queries, end - begin);
   std::vector<float> distances(block_queries * n);
-  for (std::size_t first = 0; first < n; first += block_queries) {
-    const std::size_t count = std::min(block_queries, n - first);
+  for (std::size_t first = begin; first < end; first += block_queries) {
+    const std::size_t count = std::min(block_queries, end - first);
     // A tile of rows meets all queries of the block while it is in the cache.
     parallel_tasks((n + tile_rows - 1) / tile_rows, [&](std::size_t tile) {
-      const std::size_t begin = tile * tile_rows, rows = std::min(tile_rows, n - begin);
+      const std::size_t row = tile * tile_rows, rows = std::min(tile_rows, n - row);
       for (std::size_t q = 0; q < count; ++q)
-        descriptor_distances(base, first + q, begin, {distances.data() + q * n + begin, rows});
+        descriptor_distances(base, first + q, row, {distances.data() + q * n + row, rows});
     });
     visit(first, std::span(distances).first(count * n));
   }

@@ -50,8 +50,7 @@ struct DescriptorBase {
 // standard error of the mean is then below 1 % for distances that spread as much as their mean). A block
 // whose mean is zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
 // std::invalid_argument when not, when lengths do not fit, when there is no block, or when the processor
-// lacks the instructions. O(rows x width), memory
-// of the values once more.
+// lacks the instructions. O(rows x width), memory of the values once more.
 DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
                                     InstructionSet instructions = InstructionSet::automatic);
 
@@ -71,9 +70,11 @@ void block_distances(const DescriptorBase& base, std::size_t number, std::size_t
 // ascending order on the calling thread, distances being count x rows, row by row (row q of them belongs to
 // query first + q and holds its distance to every row, itself included). The distances of a block are made in
 // parallel; each equals descriptor_distance bit for bit, for every block size and thread count.
-// block_queries = 0: as many as fit into 32 MiB, at most 256. About 20-30 ns a pair and core at width 64
-// (SSE).
+// block_queries = 0: as many as fit into 32 MiB, at most 256. The second form visits the rows [begin, end) as
+// queries only.
 using DistanceVisitor = std::function<void(std::size_t first, std::span<const float> distances)>;
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries = 0);
+void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                     const DistanceVisitor& visit, std::size_t block_queries = 0);
 
 }  // namespace meander

@@ -10,10 +10,8 @@
 // AVX code in inline functions that the whole program shares.
 #define MEANDER_INLINE __attribute__((always_inline)) inline
 
-#if defined(__GNUC__) && !defined(__clang__)
 // No such vector is passed between functions that are not inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
-#endif
 
 namespace meander {
 

@@ -272,6 +272,11 @@ TEST_CASE("nearest_rows: the front of the sorted list, ties by row number") {
           std::equal(sorted.begin(), sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(query * kept)));
     }
   }
+  const std::vector<NearRow> all = nearest_rows_of_all(base, 5);
+  CHECK(nearest_rows_of(base, 40, 170, 5) ==
+        std::vector<NearRow>(all.begin() + 40 * 5, all.begin() + 170 * 5));
+  CHECK(nearest_rows_of(base, 40, 40, 5).empty());
+  CHECK_THROWS_AS(nearest_rows_of(base, 40, n + 1, 5), std::invalid_argument);
   CHECK_THROWS_AS(nearest_rows(base, n, 3), std::invalid_argument);
 }
 
