@@ -90,7 +90,8 @@ def write_models(folder, models, classes):
     kinds = ["box", "ellipsoid", "torus", "cone"]
     for c in range(classes):
         of_class = random.Random(1000 + c)
-        shape = (of_class.uniform(0.3, 1), of_class.uniform(0.3, 1), of_class.uniform(0, 1.5), of_class.uniform(0, 0.6))
+        shape = (of_class.uniform(0.3, 1), of_class.uniform(0.3, 1), of_class.uniform(0, 1.5),
+                 of_class.uniform(0, 0.6))
         kind = kinds[c % len(kinds)]
         into = folder / f"{kind}{c:04d}"
         into.mkdir(parents=True)
@@ -133,7 +134,8 @@ def measure(arguments):
         shutil.rmtree(unfinished, ignore_errors=True)
         write_models(unfinished, arguments.models, arguments.classes)
         unfinished.rename(models)
-        print(f"{'write':9} {time.perf_counter() - start:9.1f} s  {arguments.models} models of {arguments.classes} classes")
+        print(f"{'write':9} {time.perf_counter() - start:9.1f} s  {arguments.models} models of "
+              f"{arguments.classes} classes")
     if not store.exists():
         run_step("run", [arguments.meander, "run", str(models), "-o", str(store), "-n", str(arguments.samples),
                          "--method", "direct", "--describe", "d2", "--bins", "64", "--label-from-folder",

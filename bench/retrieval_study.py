@@ -7,7 +7,8 @@ DATA holds retrieval/CLASS/MODEL and dirty/soup_CLASS_NAME.obj (a folder without
 them). Every seed samples all models twice, with --sequence shifted and random, and scores every combination of
 the six histogram descriptors with `retrieve select`, on retrieval/ alone and with the soups as further
 classes. Tables: mean +- standard deviation over the seeds; the difference of the two sequences, seed by seed;
-the choice leaving one class out. Python's standard library only. Exit status 1 when a run failed.
+the choice leaving one class out. Interrupted (SIGINT), it prints the tables of the seeds that are done.
+Python's standard library only. Exit status 1 when a run failed.
 """
 import argparse
 import json
@@ -82,24 +83,36 @@ def scores_of(arguments, store, classification, models):
     return {name: [result[name][score] for score in SCORES] for name in [*SHOWN, CHOSEN]}, answer["models"]
 
 
+def scores_of_seed(arguments, seed, bases, listing, store, scored):
+    """{(base, sequence): {setting: scores}} of one seed."""
+    result = {}
+    for sequence in SEQUENCES:
+        run_process([arguments.meander, "run", f"@{listing}", "-o", str(store), "--fresh", "-n",
+                     str(arguments.samples), "--sequence", sequence, "--seed", str(seed), "--describe",
+                     DESCRIPTORS, "--bins", str(arguments.bins), "--timeout", "0", "--progress", "none"])
+        for base, (classification, models) in bases.items():
+            result[base, sequence], scored[base] = scores_of(arguments, store, classification, models)
+    return result
+
+
 def measure(arguments, bases, files, scratch):
-    """values[base][sequence][setting]: one list of scores per seed."""
+    """values[base][sequence][setting]: one list of scores per seed; and how many seeds there are."""
     listing = scratch / "models.txt"
     listing.write_text("".join(f"{file}\n" for file in files))
     values = {base: {s: {name: [] for name in [*SHOWN, CHOSEN]} for s in SEQUENCES} for base in bases}
-    scored = {}
-    store = scratch / "base.h5"
-    for seed in range(1, arguments.seeds + 1):
-        for sequence in SEQUENCES:
-            run_process([arguments.meander, "run", f"@{listing}", "-o", str(store), "--fresh", "-n",
-                         str(arguments.samples), "--sequence", sequence, "--seed", str(seed), "--describe",
-                         DESCRIPTORS, "--bins", str(arguments.bins), "--timeout", "0", "--progress", "none"])
-            for base, (classification, models) in bases.items():
-                scores, scored[base] = scores_of(arguments, store, classification, models)
-                for name, row in scores.items():
+    scored, done = {}, 0
+    try:
+        while done < arguments.seeds:
+            of_seed = scores_of_seed(arguments, done + 1, bases, listing, scratch / "base.h5", scored)
+            for (base, sequence), settings in of_seed.items():
+                for name, row in settings.items():
                     values[base][sequence][name].append(row)
-        print(f"seed {seed} of {arguments.seeds}", file=sys.stderr, flush=True)
-    return values, scored
+            done += 1
+            print(f"seed {done} of {arguments.seeds}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:  # what is finished counts, and the tables say how much it is
+        if done == 0:
+            raise Failure("interrupted before the first seed was done") from None
+    return values, scored, done
 
 
 def spread(numbers):
@@ -143,7 +156,7 @@ def study(arguments):
             bases[base] = (classification, sum(len(files) for files in classes.values()))
         files = [file for group in [*clean.values(), *soups.values()] for file in group]
         start = time.perf_counter()
-        values, scored = measure(arguments, bases, files, scratch)
+        values, scored, arguments.seeds = measure(arguments, bases, files, scratch)
         seconds = time.perf_counter() - start
     context = {"meander": run_process([arguments.meander, "--version"]).strip(), "cores": os.cpu_count(),
                "system": platform.platform(), "samples": arguments.samples, "bins": arguments.bins,
