@@ -151,6 +151,14 @@ class RowNames {
   std::unordered_map<std::string, Entry> rows_;
 };
 
+// Classes that psbTable leaves out by their name.
+std::vector<std::uint32_t> miscellaneous(const std::vector<std::string>& classes) {
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t c = 0; c < classes.size(); ++c)
+    if (classes[c] == "miscellaneous" || classes[c] == "MISC_CLASS") found.push_back(c);
+  return found;
+}
+
 }  // namespace
 
 RetrievalBase load_base(const StoreReader& store, const std::string& descriptor, DistanceKind distance) {
@@ -200,6 +208,51 @@ RetrievalBase load_labelled_base(const StoreReader& store, const std::string& de
   result.not_in_store = not_in_store;
   result.without_class = store.rows() - rows.size();
   return result;
+}
+
+RetrievalTask labelled_task(const RetrievalBase& base, bool psb_compat) {
+  RetrievalTask task =
+      make_retrieval_task(base.labels, base.classes.size(), psb_compat, miscellaneous(base.classes));
+  if (std::count(task.scored.begin(), task.scored.end(), 1) == 0)
+    throw UsageError(
+        fmt::format("nothing can be scored: no class has {} models or more", psb_compat ? "three" : "two"));
+  return task;
+}
+
+const char* rules_text(bool psb_compat) {
+  return psb_compat
+             ? "as psbTable: ties by row; classes of one or two models and the miscellaneous one are in no "
+               "average"
+             : "scores of ties are expected values under random order; classes of one model are not scored";
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : "+") + name;
+  return text;
+}
+
+// "3 not ok, 1 without a class"; empty when every row is there.
+std::string left_out_text(const RetrievalBase& base) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  };
+  add(base.not_ok, "not ok");
+  add(base.not_finite, "without a usable descriptor");
+  add(base.without_class, "without a class");
+  add(base.not_in_store, "of the .cla that the store does not have");
+  return text;
+}
+
+void write_left_out(JsonWriter& json, const RetrievalBase& base) {
+  json.key("left_out");
+  json.begin_object();
+  json.member("not_ok", base.not_ok);
+  json.member("not_finite", base.not_finite);
+  json.member("without_class", base.without_class);
+  json.member("not_in_store", base.not_in_store);
+  json.end_object();
 }
 
 }  // namespace meander

@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "io/json_writer.h"
 #include "io/store/store.h"
 #include "kernels/retrieve/descriptor_distance.h"
+#include "kernels/retrieve/retrieval_scores.h"
 
 namespace meander {
 
@@ -36,5 +38,14 @@ RetrievalBase load_base(const StoreReader& store, const std::string& descriptor,
 // or without `m` in front). Throws UsageError also when there are no labels.
 RetrievalBase load_labelled_base(const StoreReader& store, const std::string& descriptor,
                                  DistanceKind distance, const std::string& classification);
+
+// The rules of scoring a labelled base. Throws UsageError when no class can be scored.
+RetrievalTask labelled_task(const RetrievalBase& base, bool psb_compat);
+const char* rules_text(bool psb_compat);
+
+std::string joined(const std::vector<std::string>& names);  // "a+b"
+// "3 not ok, 1 without a class"; empty when every row is there.
+std::string left_out_text(const RetrievalBase& base);
+void write_left_out(JsonWriter& json, const RetrievalBase& base);  // member left_out
 
 }  // namespace meander

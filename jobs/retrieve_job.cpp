@@ -21,6 +21,7 @@
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
 #include "jobs/retrieve_base.h"
+#include "jobs/retrieve_select.h"
 #include "jobs/store_items.h"
 #include "kernels/core/parallel.h"
 #include "kernels/retrieve/nearest_rows.h"
@@ -38,35 +39,6 @@ struct RetrieveOptions {
 
   DistanceKind kind() const { return value_of(distance_words, distance); }
 };
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : "+") + name;
-  return text;
-}
-
-// "3 not ok, 1 without a class"; empty when every row is there.
-std::string left_out_text(const RetrievalBase& base) {
-  std::string text;
-  const auto add = [&](std::uint64_t count, const char* what) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
-  };
-  add(base.not_ok, "not ok");
-  add(base.not_finite, "without a usable descriptor");
-  add(base.without_class, "without a class");
-  add(base.not_in_store, "of the .cla that the store does not have");
-  return text;
-}
-
-void write_left_out(JsonWriter& json, const RetrievalBase& base) {
-  json.key("left_out");
-  json.begin_object();
-  json.member("not_ok", base.not_ok);
-  json.member("not_finite", base.not_finite);
-  json.member("without_class", base.without_class);
-  json.member("not_in_store", base.not_in_store);
-  json.end_object();
-}
 
 // ---- query -----------------------------------------------------------------------------------------------
 
@@ -112,14 +84,6 @@ int query(const RetrieveOptions& options) {
 }
 
 // ---- evaluate --------------------------------------------------------------------------------------------
-
-// Classes that psbTable leaves out by their name.
-std::vector<std::uint32_t> miscellaneous(const std::vector<std::string>& classes) {
-  std::vector<std::uint32_t> found;
-  for (std::uint32_t c = 0; c < classes.size(); ++c)
-    if (classes[c] == "miscellaneous" || classes[c] == "MISC_CLASS") found.push_back(c);
-  return found;
-}
 
 RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
                                const std::string& matrix) {
@@ -221,11 +185,6 @@ void draw_confusion(const RetrieveOptions& options, const RetrievalBase& base, c
                                         static_cast<std::uint32_t>(matrix.rows.size()), look));
 }
 
-constexpr const char* usual_rules =
-    "scores of ties are expected values under random order; classes of one model are not scored";
-constexpr const char* psb_rules =
-    "as psbTable: ties by row; classes of one or two models and the miscellaneous one are in no average";
-
 void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
   json.key(name);
   json.begin_array();
@@ -241,7 +200,7 @@ void print_json(const RetrieveOptions& options, const RetrievalBase& base, const
   json.member("descriptor", joined(base.descriptors));
   json.member("distance", options.distance);
   json.member("psb_compat", options.psb_compat);
-  json.member("rules", options.psb_compat ? psb_rules : usual_rules);
+  json.member("rules", rules_text(options.psb_compat));
   json.member("models", std::uint64_t{base.rows.size()});
   json.member("queries", std::uint64_t{summary.queries});
   json.member("classes", std::uint64_t{summary.classes});
@@ -266,11 +225,7 @@ int evaluate(const RetrieveOptions& options) {
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
   const StoreReader store(options.store);
   const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
-  const RetrievalTask task =
-      make_retrieval_task(base.labels, base.classes.size(), options.psb_compat, miscellaneous(base.classes));
-  if (std::count(task.scored.begin(), task.scored.end(), 1) == 0)
-    throw UsageError(fmt::format("nothing can be scored: no class has {} models or more",
-                                 options.psb_compat ? "three" : "two"));
+  const RetrievalTask task = labelled_task(base, options.psb_compat);
   const RetrievalSummary summary = evaluate_base(base, task, options.matrix);
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
@@ -285,7 +240,7 @@ int evaluate(const RetrieveOptions& options) {
              summary.queries, summary.classes, joined(base.descriptors), options.distance);
   const std::string left_out = left_out_text(base);
   if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
-  fmt::print("rules: {}\n{}", options.psb_compat ? psb_rules : usual_rules, text_table(table));
+  fmt::print("rules: {}\n{}", rules_text(options.psb_compat), text_table(table));
   return exit_done;
 }
 
@@ -327,7 +282,12 @@ JobFunction add_retrieve_job(CLI::App& program) {
   judge->add_option("--picture", options->picture, "SVG file: precision over recall");
   judge->add_option("--confusion", options->confusion,
                     "SVG or PNG file: classes of the nearest models by class of the query");
-  return [options, ask] { return ask->parsed() ? query(*options) : evaluate(*options); };
+  const JobFunction select = add_select_command(*command);
+  const CLI::App* choose = command->get_subcommand("select");
+  return [options, ask, choose, select] {
+    if (choose->parsed()) return select();
+    return ask->parsed() ? query(*options) : evaluate(*options);
+  };
 }
 
 }  // namespace meander

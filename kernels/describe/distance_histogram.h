@@ -4,8 +4,9 @@
 
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
+
+#include "kernels/core/instruction_set.h"
 
 namespace meander {
 
@@ -14,12 +15,6 @@ enum class HistogramScale : std::uint8_t {
   largest,  // the largest distance: bins on [0, largest]
   mean,     // the mean distance: bins on [0, 3 mean]
 };
-
-// Machine instructions of the pair loops. The result is the same bytes with each of them.
-enum class InstructionSet : std::uint8_t { automatic, scalar, avx2, avx512 };
-std::string_view name_of(InstructionSet set);
-bool is_available(InstructionSet set);  // on the processor that this runs on
-InstructionSet best_instruction_set();  // never automatic
 
 struct DistanceHistogramParameters {
   std::uint32_t bins = 32;  // 8..1024

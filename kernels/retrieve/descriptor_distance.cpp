@@ -2,56 +2,49 @@
 
 #include <algorithm>
 #include <array>
-#include <cfloat>
 #include <cmath>
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
+#include "kernels/retrieve/row_distances.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::uint32_t lanes = 16;
-constexpr std::size_t tile_rows = 256;  // 64 KiB at width 64: stays in the second-level cache
+constexpr std::uint32_t lanes = distance_lanes;
+constexpr std::size_t tile_rows = 64;  // 16 KiB at width 64: stays in the first-level cache
 constexpr std::size_t block_bytes = std::size_t{32} << 20;
 constexpr std::size_t most_block_queries = 256;
 constexpr std::size_t scale_pairs = 32768;
 
-// Sums term(a[i], b[i]) in lanes that are added in a fixed order. stride is a multiple of the lanes.
-template <class Term>
-float lane_sum(const float* a, const float* b, std::uint32_t stride, const Term& term) {
-  std::array<float, lanes> sum{};
-  for (std::uint32_t i = 0; i < stride; i += lanes)
-    for (std::uint32_t l = 0; l < lanes; ++l) sum[l] += term(a[i + l], b[i + l]);
-  for (std::uint32_t half = lanes / 2; half > 0; half /= 2)
-    for (std::uint32_t l = 0; l < half; ++l) sum[l] += sum[l + half];
-  return sum[0];
-}
-
-float absolute_difference(float a, float b) { return std::fabs(a - b); }
-float squared_difference(float a, float b) { return (a - b) * (a - b); }
-// Never divides by zero: where both are zero, so is the numerator.
-float chi2_term(float a, float b) {
-  const float sum = std::fabs(a) + std::fabs(b);
-  return (a - b) * (a - b) / (sum < FLT_MIN ? FLT_MIN : sum);
-}
-
-float block_distance(DistanceKind kind, const float* a, const float* b, std::uint32_t stride) {
-  switch (kind) {
+// The kind is chosen outside the loop over rows.
+void row_distances(const DescriptorBase& base, const DescriptorBase::Block& block, std::size_t query,
+                   std::size_t begin, std::span<float> out) {
+  const RowDistanceLoops& loops = row_distance_loops(base.instructions);
+  const auto run = [&](RowDistances distances) {
+    distances(block.values.data() + query * block.stride, block.values.data() + begin * block.stride,
+              block.stride, out.size(), out.data());
+  };
+  switch (base.kind) {
     case DistanceKind::l1:
     case DistanceKind::emd:
-      return lane_sum(a, b, stride, absolute_difference);
+      return run(loops.absolute);
     case DistanceKind::l2:
-      return std::sqrt(lane_sum(a, b, stride, squared_difference));
+      run(loops.squared);
+      for (float& d : out) d = std::sqrt(d);
+      return;
     case DistanceKind::chi2:
-      return 0.5f * lane_sum(a, b, stride, chi2_term);
+      run(loops.relative);
+      for (float& d : out) d *= 0.5f;
+      return;
     // |a - b|^2 = 2 - 2 cos for rows of length 1, without the cancellation of 1 - cos.
     case DistanceKind::cosine:
-      return 0.5f * lane_sum(a, b, stride, squared_difference);
+      run(loops.squared);
+      for (float& d : out) d *= 0.5f;
+      return;
   }
-  return 0;
 }
 
 void prepare_row(DistanceKind kind, std::span<const float> from, float* to) {
@@ -70,39 +63,13 @@ void prepare_row(DistanceKind kind, std::span<const float> from, float* to) {
   }
 }
 
-// One block's distances of rows [begin, begin + count) to the query, added to what is there unless it is the
-// first.
-void add_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
-                   std::size_t count, float* out) {
-  const DescriptorBase::Block& block = base.blocks[number];
-  const float* const a = block.values.data() + query * block.stride;
-  const auto factor = static_cast<float>(1 / block.scale);
-  const auto run = [&](auto distance) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const float d = distance(block.values.data() + (begin + i) * block.stride);
-      out[i] = number == 0 ? d * factor : out[i] + d * factor;
-    }
-  };
-  // The kind is chosen outside the loop over rows.
-  switch (base.kind) {
-    case DistanceKind::l1:
-    case DistanceKind::emd:
-      return run([&](const float* b) { return block_distance(DistanceKind::l1, a, b, block.stride); });
-    case DistanceKind::l2:
-      return run([&](const float* b) { return block_distance(DistanceKind::l2, a, b, block.stride); });
-    case DistanceKind::chi2:
-      return run([&](const float* b) { return block_distance(DistanceKind::chi2, a, b, block.stride); });
-    case DistanceKind::cosine:
-      return run([&](const float* b) { return block_distance(DistanceKind::cosine, a, b, block.stride); });
-  }
-}
-
 double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& block) {
   const std::size_t n = base.rows;
   if (n < 2) return 0;
   const auto at = [&](std::size_t i, std::size_t j) {
-    return static_cast<double>(block_distance(base.kind, block.values.data() + i * block.stride,
-                                              block.values.data() + j * block.stride, block.stride));
+    float distance = 0;
+    row_distances(base, block, i, j, {&distance, 1});
+    return static_cast<double>(distance);
   };
   double sum = 0;
   if (n <= scale_pairs && n * (n - 1) / 2 <= scale_pairs) {
@@ -122,10 +89,14 @@ double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& bl
 
 }  // namespace
 
-DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind) {
+DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                    InstructionSet instructions) {
   if (blocks.empty()) throw std::invalid_argument("a base of descriptors needs a block");
+  if (!is_available(instructions))
+    throw std::invalid_argument("the processor has no such instructions for distances");
   DescriptorBase base;
   base.kind = kind;
+  base.instructions = instructions == InstructionSet::automatic ? best_instruction_set() : instructions;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const DescriptorBlock& from = blocks[b];
     if (from.width == 0 || from.values.size() % from.width != 0)
@@ -151,10 +122,24 @@ DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, Dis
   return base;
 }
 
+void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
+                     std::span<float> out) {
+  row_distances(base, base.blocks[number], query, begin, out);
+}
+
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out) {
-  for (std::size_t b = 0; b < base.blocks.size(); ++b)
-    add_distances(base, b, query, begin, out.size(), out.data());
+  if (base.blocks.size() == 1) return block_distances(base, 0, query, begin, out);
+  std::array<float, tile_rows> part;
+  for (std::size_t done = 0; done < out.size(); done += tile_rows) {
+    const std::size_t count = std::min(tile_rows, out.size() - done);
+    for (std::size_t b = 0; b < base.blocks.size(); ++b) {
+      block_distances(base, b, query, begin + done, std::span(part).first(count));
+      const auto factor = static_cast<float>(1 / base.blocks[b].scale);
+      for (std::size_t i = 0; i < count; ++i)
+        out[done + i] = b == 0 ? part[i] * factor : out[done + i] + part[i] * factor;
+    }
+  }
 }
 
 float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t j) {
@@ -164,19 +149,25 @@ float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t
 }
 
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries) {
+  visit_distances(base, 0, base.rows, visit, block_queries);
+}
+
+void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                     const DistanceVisitor& visit, std::size_t block_queries) {
   const std::size_t n = base.rows;
-  if (n == 0) return;
+  if (begin > end || end > n) throw std::invalid_argument("there are no such rows in the base");
+  if (begin == end) return;
   if (block_queries == 0)
     block_queries = std::clamp<std::size_t>(block_bytes / (n * sizeof(float)), 1, most_block_queries);
-  block_queries = std::min(block_queries, n);
+  block_queries = std::min(block_queries, end - begin);
   std::vector<float> distances(block_queries * n);
-  for (std::size_t first = 0; first < n; first += block_queries) {
-    const std::size_t count = std::min(block_queries, n - first);
+  for (std::size_t first = begin; first < end; first += block_queries) {
+    const std::size_t count = std::min(block_queries, end - first);
     // A tile of rows meets all queries of the block while it is in the cache.
     parallel_tasks((n + tile_rows - 1) / tile_rows, [&](std::size_t tile) {
-      const std::size_t begin = tile * tile_rows, rows = std::min(tile_rows, n - begin);
+      const std::size_t row = tile * tile_rows, rows = std::min(tile_rows, n - row);
       for (std::size_t q = 0; q < count; ++q)
-        descriptor_distances(base, first + q, begin, {distances.data() + q * n + begin, rows});
+        descriptor_distances(base, first + q, row, {distances.data() + q * n + row, rows});
     });
     visit(first, std::span(distances).first(count * n));
   }

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/instruction_set.h"
+
 namespace meander {
 
 // Of rows a and b of B numbers:
@@ -38,6 +40,7 @@ struct DescriptorBase {
   };
   DistanceKind kind = DistanceKind::l1;
   std::size_t rows = 0;
+  InstructionSet instructions = InstructionSet::scalar;
   std::vector<Block> blocks;
 };
 
@@ -46,9 +49,10 @@ struct DescriptorBase {
 // others: over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the
 // standard error of the mean is then below 1 % for distances that spread as much as their mean). A block
 // whose mean is zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
-// std::invalid_argument when not, when lengths do not fit, or when there is no block. O(rows x width), memory
-// of the values once more.
-DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind);
+// std::invalid_argument when not, when lengths do not fit, when there is no block, or when the processor
+// lacks the instructions. O(rows x width), memory of the values once more.
+DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                    InstructionSet instructions = InstructionSet::automatic);
 
 // Distance of rows i and j of the base. Each block is summed in float, 16 lanes in a fixed order: relative
 // error about 1e-6, the same bits on every machine and for (j, i).
@@ -58,13 +62,19 @@ float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out);
 
+// Distances of block `number` alone, not scaled, of the same rows.
+void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
+                     std::span<float> out);
+
 // The whole distance matrix in blocks of queries, never in memory at once: calls visit(first, distances) in
 // ascending order on the calling thread, distances being count x rows, row by row (row q of them belongs to
 // query first + q and holds its distance to every row, itself included). The distances of a block are made in
 // parallel; each equals descriptor_distance bit for bit, for every block size and thread count.
-// block_queries = 0: as many as fit into 32 MiB, at most 256. About 20-30 ns a pair and core at width 64
-// (SSE).
+// block_queries = 0: as many as fit into 32 MiB, at most 256. The second form visits the rows [begin, end) as
+// queries only.
 using DistanceVisitor = std::function<void(std::size_t first, std::span<const float> distances)>;
 void visit_distances(const DescriptorBase& base, const DistanceVisitor& visit, std::size_t block_queries = 0);
+void visit_distances(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                     const DistanceVisitor& visit, std::size_t block_queries = 0);
 
 }  // namespace meander

@@ -47,16 +47,22 @@ std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query,
   return result;
 }
 
-std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k) {
+std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                                     std::size_t k) {
+  if (begin > end || end > base.rows) throw std::invalid_argument("there are no such rows in the base");
   const std::size_t n = base.rows, kept = n == 0 ? 0 : std::min(k, n - 1);
-  std::vector<NearRow> result(n * kept);
-  visit_distances(base, [&](std::size_t first, std::span<const float> distances) {
+  std::vector<NearRow> result((end - begin) * kept);
+  visit_distances(base, begin, end, [&](std::size_t first, std::span<const float> distances) {
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
       pick_nearest(distances.subspan(q * n, n), first + q,
-                   std::span(result).subspan((first + q) * kept, kept));
+                   std::span(result).subspan((first - begin + q) * kept, kept));
     });
   });
   return result;
+}
+
+std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k) {
+  return nearest_rows_of(base, 0, base.rows, k);
 }
 
 }  // namespace meander

@@ -20,8 +20,10 @@ struct NearRow {
 // every thread count.
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k);
 
-// nearest_rows of every row, one after the other: rows x min(k, rows - 1). Memory: the result and one block
-// of visit_distances.
+// nearest_rows of the rows [begin, end), one after the other: (end - begin) x min(k, rows - 1). Memory: the
+// result and one block of visit_distances. Throws std::invalid_argument when there are no such rows.
+std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t begin, std::size_t end,
+                                     std::size_t k);
 std::vector<NearRow> nearest_rows_of_all(const DescriptorBase& base, std::size_t k);
 
 }  // namespace meander

@@ -153,29 +153,36 @@ std::vector<std::pair<std::uint32_t, double>> classes_of_nearest(const Retrieval
   return shares;
 }
 
-void add(RetrievalScores& sum, const RetrievalScores& scores) {
-  sum.nearest_neighbour += scores.nearest_neighbour;
-  sum.first_tier += scores.first_tier;
-  sum.second_tier += scores.second_tier;
-  sum.e_measure += scores.e_measure;
-  sum.dcg += scores.dcg;
-  sum.average_precision += scores.average_precision;
-  for (std::size_t i = 0; i < recall_levels; ++i) sum.precision[i] += scores.precision[i];
-}
-
-RetrievalScores divided(RetrievalScores sum, std::size_t count) {
-  const double n = count > 0 ? static_cast<double>(count) : 1;
-  sum.nearest_neighbour /= n;
-  sum.first_tier /= n;
-  sum.second_tier /= n;
-  sum.e_measure /= n;
-  sum.dcg /= n;
-  sum.average_precision /= n;
-  for (double& precision : sum.precision) precision /= n;
-  return sum;
+// Applies change(own, other's) to every score.
+template <class Change>
+void change_each(RetrievalScores& scores, const RetrievalScores& other, const Change& change) {
+  change(scores.nearest_neighbour, other.nearest_neighbour);
+  change(scores.first_tier, other.first_tier);
+  change(scores.second_tier, other.second_tier);
+  change(scores.e_measure, other.e_measure);
+  change(scores.dcg, other.dcg);
+  change(scores.average_precision, other.average_precision);
+  for (std::size_t i = 0; i < recall_levels; ++i) change(scores.precision[i], other.precision[i]);
 }
 
 }  // namespace
+
+RetrievalScores& RetrievalScores::operator+=(const RetrievalScores& other) {
+  change_each(*this, other, [](double& own, double more) { own += more; });
+  return *this;
+}
+
+RetrievalScores& RetrievalScores::operator*=(std::size_t count) {
+  const auto factor = static_cast<double>(count);
+  change_each(*this, *this, [factor](double& own, double) { own *= factor; });
+  return *this;
+}
+
+RetrievalScores& RetrievalScores::operator/=(std::size_t count) {
+  const double divisor = count > 0 ? static_cast<double>(count) : 1;
+  change_each(*this, *this, [divisor](double& own, double) { own /= divisor; });
+  return *this;
+}
 
 RetrievalTask make_retrieval_task(std::span<const std::uint32_t> labels, std::size_t classes, bool psb_compat,
                                   std::span<const std::uint32_t> left_out) {
@@ -241,26 +248,25 @@ RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScore
   RetrievalSummary summary;
   summary.by_class.resize(classes);
   summary.confusion.assign(classes * classes, 0);
-  RetrievalScores micro, macro;
   for (std::size_t row = 0; row < task.rows(); ++row) {
     if (!task.scores(row)) continue;
     const std::uint32_t own = task.label[row];
     ++summary.queries;
-    add(micro, queries[row].scores);
-    add(summary.by_class[own], queries[row].scores);
+    summary.micro += queries[row].scores;
+    summary.by_class[own] += queries[row].scores;
     for (const auto& [other, share] : queries[row].nearest_classes)
       summary.confusion[own * classes + other] += share;
   }
   for (std::size_t c = 0; c < classes; ++c) {
     if (!task.scored[c]) continue;
     ++summary.classes;
-    summary.by_class[c] = divided(summary.by_class[c], task.members[c].size());
+    summary.by_class[c] /= task.members[c].size();
     for (std::size_t other = 0; other < classes; ++other)
       summary.confusion[c * classes + other] /= static_cast<double>(task.members[c].size());
-    add(macro, summary.by_class[c]);
+    summary.macro += summary.by_class[c];
   }
-  summary.micro = divided(micro, summary.queries);
-  summary.macro = divided(macro, summary.classes);
+  summary.micro /= summary.queries;
+  summary.macro /= summary.classes;
   return summary;
 }
 

@@ -28,6 +28,11 @@ struct RetrievalScores {
   double average_precision = 0;  // mean over the C-1 hits of the precision at their rank; its mean is mAP
   // Interpolated: the largest precision at any hit with at least that recall.
   std::array<double, recall_levels> precision{};
+
+  // Every score on its own, for sums and means.
+  RetrievalScores& operator+=(const RetrievalScores& other);
+  RetrievalScores& operator*=(std::size_t count);
+  RetrievalScores& operator/=(std::size_t count);  // 0: by 1
 };
 
 // The rules of one evaluation, the same for all queries.

@@ -54,12 +54,13 @@ const std::vector<Item> items = {
     {"db/0/m20/m20.off", -1, 0.05f}};
 
 void write_items(const std::filesystem::path& store, bool with_descriptors = true, bool with_labels = true,
-                 bool with_gap = false) {
+                 bool with_gap = false, bool with_bins = false) {
   StoreHeader header;
   header.samples = 1;
   header.parameters_json = "{}";
   header.label_names = {"ant", "bee", "cat", "dog"};
   if (with_descriptors) header.descriptors = {{"place", 4, {}}, {"flat", 3, {}}, {"wide", 1, {}}};
+  if (with_bins) header.descriptors[1].attributes = header.descriptors[2].attributes = {{"bins", "some"}};
   header.descriptors.push_back({"error", 1, {}, "certificate"});
   for (const Item& item : items) {
     header.ids.push_back(item.id);
@@ -221,6 +222,93 @@ TEST_CASE("retrieve evaluate: the matrix and the classes of a .cla file, in its 
       retrieve({"evaluate", scratch / "s.h5", "--classes", scratch / "y.cla", "--psb-compat"});
   REQUIRE(psb.exit_code == 0);
   CHECK(contains(psb.out, "6 models, 3 queries of 1 classes"));
+}
+
+TEST_CASE("retrieve select: settings score as evaluate scores them, and the choice is by the other classes") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  const ProcessResult result = retrieve({"select", scratch / "s.h5", "--descriptors", "flat,place,place+wide",
+                                         "--distances", "l1,chi2", "--csv", scratch / "all.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "9 models, 8 queries of 3 classes; 6 settings"));
+  CHECK(contains(result.out, "left out: 1 not ok, 1 without a class"));
+  CHECK(contains(result.out, "leaving one class out"));
+  std::istringstream lines(read_file(scratch / "all.csv"));
+  std::string line;
+  std::getline(lines, line);
+  CHECK(line == "descriptor,distance,NN,1st tier,2nd tier,E-measure,DCG,mAP,criterion,classes");
+  std::size_t settings = 0, chosen = 0;
+  double before = 2;
+  while (std::getline(lines, line)) {
+    std::vector<std::string> cells;
+    std::istringstream split(line);
+    for (std::string cell; std::getline(split, cell, ',');) cells.push_back(cell);
+    REQUIRE(cells.size() == 10);
+    REQUIRE(retrieve({"evaluate", scratch / "s.h5", "--descriptor", cells[0], "--distance", cells[1], "--csv",
+                      scratch / "e.csv"})
+                .exit_code == 0);
+    const std::vector<std::string> scores = csv_line(scratch / "e.csv", "(micro)");
+    CHECK(std::vector<std::string>(cells.begin() + 2, cells.begin() + 8) ==
+          std::vector<std::string>(scores.begin() + 2, scores.begin() + 8));
+    const double criterion = std::stod(cells[8]);
+    CHECK(criterion == Approx((std::stod(cells[2]) + std::stod(cells[3])) / 2));
+    CHECK(criterion <= before);
+    before = criterion;
+    chosen += std::stoul(cells[9]);
+    ++settings;
+  }
+  CHECK(settings == 6);
+  CHECK(chosen == 3);
+
+  // One setting to choose from: the scores of `evaluate`.
+  const ProcessResult lone = retrieve({"select", scratch / "s.h5", "--descriptors", "place", "--distances",
+                                       "l1", "--criterion", "map", "--json"});
+  REQUIRE(lone.exit_code == 0);
+  CHECK(contains(lone.out, R"("criterion":"map")"));
+  CHECK(
+      contains(lone.out, R"x({"class":"(micro)","models":8,"descriptor":null,"distance":null,"NN":0.875,)x"));
+  CHECK(contains(lone.out, R"({"class":"cat","models":2,"descriptor":"place","distance":"l1","NN":1,)"));
+
+  // All sets of up to two histograms; `place` is none, as it does not say its bins.
+  write_items(scratch / "h.h5", true, true, false, true);
+  const ProcessResult sets =
+      retrieve({"select", scratch / "h.h5", "--most", "2", "--distances", "l2", "--json"});
+  INFO(sets.err);
+  REQUIRE(sets.exit_code == 0);
+  for (const std::string name : {"flat", "wide", "flat+wide"})
+    CHECK(contains(sets.out, R"("descriptor":")" + name + R"(","distance":"l2")"));
+  CHECK_FALSE(contains(sets.out, "place"));
+
+  const auto refusal = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"select", scratch / "s.h5"});
+    const ProcessResult refused = retrieve(arguments);
+    CHECK(refused.exit_code == 2);
+    return refused.err;
+  };
+  CHECK(contains(refusal({}), "no histogram descriptors"));
+  CHECK(contains(refusal({"--descriptors", "place,wid"}), "did you mean `wide`?"));
+  CHECK(contains(refusal({"--descriptors", "place", "--most", "2"}), "--descriptors"));
+  CHECK(contains(refusal({"--descriptors", "place", "--distances", "l3"}), "l3"));
+  write_file(scratch / "one.cla", "PSB 1\n2 4\nnear 0 3\n10 11 12\nfar 0 1\n16\n");
+  CHECK(contains(refusal({"--descriptors", "place", "--classes", scratch / "one.cla"}), "one class cannot"));
+}
+
+TEST_CASE("retrieve evaluate: classes of one name under two parents") {
+  const ScratchFolder scratch;
+  write_items(scratch / "s.h5");
+  write_file(scratch / "twins.cla",
+             "PSB 1\n5 7\n\nanimal 0 0\n\nplant 0 0\n\nfly animal 3\n10\n11\n12\n\nfly plant 2\n13\n14\n\n"
+             "tree plant 2\n16\n17\n");
+  const ProcessResult result = retrieve({"evaluate", scratch / "s.h5", "--classes", scratch / "twins.cla",
+                                         "--per-class", "--csv", scratch / "e.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "7 models, 7 queries of 3 classes"));
+  CHECK(csv_line(scratch / "e.csv", "animal/fly")[1] == "3");
+  CHECK(csv_line(scratch / "e.csv", "plant/fly")[1] == "2");
+  CHECK(csv_line(scratch / "e.csv", "tree")[1] == "2");  // alone of its name: without its parent
+  CHECK(csv_line(scratch / "e.csv", "fly").empty());
 }
 
 TEST_CASE("retrieve evaluate: pictures") {

@@ -197,6 +197,32 @@ TEST_CASE("combined descriptors: the scale from drawn pairs is near that of all 
   CHECK(base.blocks[0].scale == Approx(sum / (n * (n - 1) / 2)).epsilon(0.01));
 }
 
+TEST_CASE("descriptor distances: every instruction set gives the same bits") {
+  const std::size_t n = 103;  // no multiple of the rows that go abreast
+  for (const std::uint32_t width : {1u, 16u, 40u, 64u}) {
+    std::vector<float> a = random_histograms(n, width, 11);
+    for (std::size_t i = 0; i < a.size(); i += 3) a[i] = -a[i];  // chi2 takes magnitudes
+    const std::vector<float> b = random_histograms(n, 24, 12);
+    const DescriptorBlock blocks[] = {{a, width}, {b, 24}};
+    for (const DistanceKind kind : kinds)
+      for (const std::size_t parts : {1u, 2u}) {
+        const auto all = [&](InstructionSet set) {
+          const DescriptorBase base = make_descriptor_base(std::span(blocks).first(parts), kind, set);
+          std::vector<float> found(n * n);
+          for (std::size_t q = 0; q < n; ++q)  // rows that begin anywhere
+            for (std::size_t begin = 0; begin < n; begin += 1 + q)
+              descriptor_distances(base, q, begin,
+                                   std::span(found).subspan(q * n + begin, std::min(1 + q, n - begin)));
+          return found;
+        };
+        const std::vector<float> expected = all(InstructionSet::scalar);
+        for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
+          if (is_available(set)) CHECK(all(set) == expected);
+        CHECK(all(InstructionSet::automatic) == expected);
+      }
+  }
+}
+
 TEST_CASE("visit_distances: blocks of every size and every thread count give the same bits") {
   const std::size_t n = 700;
   const std::vector<float> values = random_histograms(n, 24, 6);
@@ -246,6 +272,11 @@ TEST_CASE("nearest_rows: the front of the sorted list, ties by row number") {
           std::equal(sorted.begin(), sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(query * kept)));
     }
   }
+  const std::vector<NearRow> all = nearest_rows_of_all(base, 5);
+  CHECK(nearest_rows_of(base, 40, 170, 5) ==
+        std::vector<NearRow>(all.begin() + 40 * 5, all.begin() + 170 * 5));
+  CHECK(nearest_rows_of(base, 40, 40, 5).empty());
+  CHECK_THROWS_AS(nearest_rows_of(base, 40, n + 1, 5), std::invalid_argument);
   CHECK_THROWS_AS(nearest_rows(base, n, 3), std::invalid_argument);
 }
 

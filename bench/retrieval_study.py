@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""How much low-discrepancy samples help retrieval: all scores over many seeds, beside random samples.
+
+    retrieval_study.py MEANDER DATA [-n 1024] [--seeds 20] [--json result.json]
+
+DATA holds retrieval/CLASS/MODEL and dirty/soup_CLASS_NAME.obj (a folder without soups is studied without
+them). Every seed samples all models twice, with --sequence shifted and random, and scores every combination of
+the six histogram descriptors with `retrieve select`, on retrieval/ alone and with the soups as further
+classes. Tables: mean +- standard deviation over the seeds; the difference of the two sequences, seed by seed;
+the choice leaving one class out. Interrupted (SIGINT), it prints the tables of the seeds that are done.
+Python's standard library only. Exit status 1 when a run failed.
+"""
+import argparse
+import json
+import math
+import os
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+EXTENSIONS = {".off", ".obj", ".ply", ".stl"}
+SCORES = ["NN", "1st tier", "2nd tier", "E-measure", "DCG", "mAP"]
+DESCRIPTORS = "d2,a3,d1,d3,d4,geodesic"
+SHOWN = ["d2", "geodesic", "d2+geodesic", "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
+CHOSEN = "chosen, one class left out"
+SEQUENCES = ["shifted", "random"]
+
+
+class Failure(Exception):
+    """A run that cannot be used."""
+
+
+def run_process(command):
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise Failure(f"{' '.join(command)}: exit {done.returncode}\n{done.stderr[-2000:]}")
+    return done.stdout
+
+
+# ---- models and classes --------------------------------------------------------------------------------------
+
+def classes_of(data):
+    """{class: files} of retrieval/ and of the soups, whose class is the middle of their name."""
+    clean, soups = {}, {}
+    for path in sorted((data / "retrieval").glob("*/*")):
+        if path.suffix.lower() in EXTENSIONS:
+            clean.setdefault(path.parent.name, []).append(path)
+    for path in sorted((data / "dirty").glob("soup_*_*.obj")):
+        soups.setdefault("soup-" + path.name.split("_")[1], []).append(path)
+    if len(clean) < 2:
+        raise Failure(f"{data}/retrieval: fewer than two folders of models")
+    names = [path.stem for files in [*clean.values(), *soups.values()] for path in files]
+    if len(set(names)) != len(names):
+        raise Failure("two models of one name: a .cla file could not tell them apart")
+    return clean, soups
+
+
+def write_classification(path, classes):
+    models = sum(len(files) for files in classes.values())
+    lines = ["PSB 1", f"{len(classes)} {models}"]
+    for name, files in classes.items():
+        lines += ["", f"{name} 0 {len(files)}", *(file.stem for file in files)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+# ---- the study -----------------------------------------------------------------------------------------------
+
+def scores_of(arguments, store, classification, models):
+    """{setting: scores} of the shown combinations and of the honest choice."""
+    text = run_process([arguments.meander, "retrieve", "select", str(store), "--classes", str(classification),
+                        "--criterion", arguments.criterion, "--json"])
+    answer = json.loads(text)
+    if answer["models"] + sum(answer["left_out"][k] for k in ("not_ok", "not_finite")) != models:
+        raise Failure(f"{classification.name}: {answer['models']} of {models} models in the store")
+    result = {row["descriptor"]: row for row in answer["settings"]
+              if row["distance"] == arguments.distance and row["descriptor"] in SHOWN}
+    result[CHOSEN] = answer["leaving_one_class_out"][0]
+    return {name: [result[name][score] for score in SCORES] for name in [*SHOWN, CHOSEN]}, answer["models"]
+
+
+def scores_of_seed(arguments, seed, bases, listing, store, scored):
+    """{(base, sequence): {setting: scores}} of one seed."""
+    result = {}
+    for sequence in SEQUENCES:
+        run_process([arguments.meander, "run", f"@{listing}", "-o", str(store), "--fresh", "-n",
+                     str(arguments.samples), "--sequence", sequence, "--seed", str(seed), "--describe",
+                     DESCRIPTORS, "--bins", str(arguments.bins), "--timeout", "0", "--progress", "none"])
+        for base, (classification, models) in bases.items():
+            result[base, sequence], scored[base] = scores_of(arguments, store, classification, models)
+    return result
+
+
+def measure(arguments, bases, files, scratch):
+    """values[base][sequence][setting]: one list of scores per seed; and how many seeds there are."""
+    listing = scratch / "models.txt"
+    listing.write_text("".join(f"{file}\n" for file in files))
+    values = {base: {s: {name: [] for name in [*SHOWN, CHOSEN]} for s in SEQUENCES} for base in bases}
+    scored, done = {}, 0
+    try:
+        while done < arguments.seeds:
+            of_seed = scores_of_seed(arguments, done + 1, bases, listing, scratch / "base.h5", scored)
+            for (base, sequence), settings in of_seed.items():
+                for name, row in settings.items():
+                    values[base][sequence][name].append(row)
+            done += 1
+            print(f"seed {done} of {arguments.seeds}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:  # what is finished counts, and the tables say how much it is
+        if done == 0:
+            raise Failure("interrupted before the first seed was done") from None
+    return values, scored, done
+
+
+def spread(numbers):
+    return statistics.stdev(numbers) if len(numbers) > 1 else 0.0
+
+
+def summary_of(values):
+    """Mean and standard deviation of every score, and of its differences shifted - random by seed."""
+    result = {}
+    for name in [*SHOWN, CHOSEN]:
+        columns = {s: list(zip(*values[s][name])) for s in SEQUENCES}
+        entry = {s: [[statistics.mean(c), spread(c)] for c in columns[s]] for s in SEQUENCES}
+        differences = [[a - b for a, b in zip(x, y)] for x, y in zip(*(columns[s] for s in SEQUENCES))]
+        entry["difference"] = [[statistics.mean(d), spread(d) / math.sqrt(len(d))] for d in differences]
+        result[name] = entry
+    return result
+
+
+def print_tables(base, models, summary, arguments):
+    print(f"\n{base}: {models} models, n = {arguments.samples}, {arguments.bins} bins, {arguments.distance}, "
+          f"{arguments.seeds} seeds; mean ± standard deviation over seeds\n")
+    print("| descriptor | samples | " + " | ".join(SCORES) + " |\n|---|---|" + "---|" * len(SCORES))
+    for name, entry in summary.items():
+        for sequence in SEQUENCES:
+            cells = " | ".join(f"{mean:.3f} ± {sd:.3f}" for mean, sd in entry[sequence])
+            print(f"| {name} | {sequence} | {cells} |")
+        cells = " | ".join(f"{mean:+.3f} ± {error:.3f}" for mean, error in entry["difference"])
+        print(f"| | difference, ± standard error | {cells} |")
+
+
+def study(arguments):
+    clean, soups = classes_of(Path(arguments.data).resolve())
+    with tempfile.TemporaryDirectory(prefix="meander-study-", dir=arguments.scratch) as folder:
+        scratch = Path(folder)
+        bases = {}
+        for base, classes in {"retrieval": clean, "retrieval and soups": {**clean, **soups}}.items():
+            if base != "retrieval" and not soups:
+                continue
+            classification = scratch / f"{base.replace(' ', '_')}.cla"
+            write_classification(classification, classes)
+            bases[base] = (classification, sum(len(files) for files in classes.values()))
+        files = [file for group in [*clean.values(), *soups.values()] for file in group]
+        start = time.perf_counter()
+        values, scored, arguments.seeds = measure(arguments, bases, files, scratch)
+        seconds = time.perf_counter() - start
+    context = {"meander": run_process([arguments.meander, "--version"]).strip(), "cores": os.cpu_count(),
+               "system": platform.platform(), "samples": arguments.samples, "bins": arguments.bins,
+               "distance": arguments.distance, "criterion": arguments.criterion, "seeds": arguments.seeds,
+               "seconds": seconds}
+    print(f"{context['meander']}; {len(files)} files, {2 * arguments.seeds} runs and their scores in {seconds:.0f} s")
+    summaries = {base: summary_of(v) for base, v in values.items()}
+    for base, summary in summaries.items():
+        print_tables(base, scored[base], summary, arguments)
+    if arguments.json:
+        Path(arguments.json).write_text(json.dumps({"context": context, "scores": SCORES, "models": scored,
+                                                    "summaries": summaries, "values": values}, indent=1) + "\n")
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("meander", help="the program")
+    parser.add_argument("data", help="folder with retrieval/ and dirty/")
+    parser.add_argument("-n", "--samples", type=int, default=1024, help="samples per model (default 1024)")
+    parser.add_argument("--bins", type=int, default=64, help="bins of every histogram (default 64)")
+    parser.add_argument("--seeds", type=int, default=20, help="seeds 1, 2, ... (default 20)")
+    parser.add_argument("--distance", default="l1", help="of the fixed combinations (default l1)")
+    parser.add_argument("--criterion", default="nn+ft", help="of the choice (default nn+ft)")
+    parser.add_argument("--json", metavar="FILE", help="all scores of all seeds as JSON")
+    parser.add_argument("--scratch", default=None, help="folder for stores (default: the system's)")
+    arguments = parser.parse_args()
+    if arguments.seeds < 1:
+        parser.error("--seeds: at least 1")
+    arguments.meander = os.path.abspath(shutil.which(arguments.meander) or arguments.meander)
+    try:
+        return study(arguments)
+    except Failure as failure:
+        print(f"retrieval_study: {failure}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
