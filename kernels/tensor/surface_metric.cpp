@@ -27,17 +27,19 @@ MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field) {
   for (int round = 0; broken && round < most_rounds; ++round) {
     broken = false;
     for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
-      // A needle of space cannot be asked for more slack than it has there.
       const std::uint32_t h = 3 * t;
       std::uint32_t longest = h;
       for (std::uint32_t k = h + 1; k < h + 3; ++k)
         if (length[k] > length[longest]) longest = k;
       const std::uint32_t b = next_half_edge(longest), c = previous_half_edge(longest);
+      const double missing = length[longest] - length[b] - length[c];
+      if (!(missing + margin * length[longest] > 0) || !(mesh.area[t] > 0)) continue;
+      // A needle of space cannot be asked for more slack than it has there.
       const double in_space =
           mesh.length_in_space(b) + mesh.length_in_space(c) - mesh.length_in_space(longest);
       const double slack = std::min(margin, 0.5 * in_space / mesh.length_in_space(longest)) * length[longest];
-      const double excess = length[longest] - length[b] - length[c] + slack;
-      if (!(mesh.area[t] > 0) || !(excess > 0) || !(slack > 0)) continue;
+      const double excess = missing + slack;
+      if (!(excess > 0) || !(slack > 0)) continue;
       broken = true;
       mended[t] = 1;
       // A little more than needed, so that rounding does not ask for another round.
