@@ -272,10 +272,12 @@ TEST_CASE("gradient_matching: the solution is the minimum of the energy over tri
 
 TEST_CASE("gradient_matching: a few flips are mended by patches in the metric") {
   const PreparedMesh mesh = prepare_mesh(wavy_grid(30, 30, 0.2, [](double, double) { return 0.0; }));
-  // A small whirl in a constant field: the direction turns by 3 radians and back within a few triangles.
+  // A small whirl in a constant field: the direction turns by pi within a few triangles, the spacing is four
+  // times finer in the middle.
   const TensorField field = field_by_formula(mesh, [](Vector3 p, Vector3) {
-    const double x = p.x - 0.5, y = p.y - 0.5, angle = 3 * std::exp(-(x * x + y * y) / 0.002);
-    return WantedSpacing{{std::cos(angle), std::sin(angle), 0}, 2, 1};
+    const double x = p.x - 0.5, y = p.y - 0.5, bump = std::exp(-(x * x + y * y) / 0.005);
+    const double angle = 3.14 * bump, size = std::pow(4.0, -bump);
+    return WantedSpacing{{std::cos(angle), std::sin(angle), 0}, 2 * size, size};
   });
   const CutChart cut = cut_to_disk(mesh, mesh.components[0], {0});
   const ChartGeometry geometry = chart_geometry(mesh, cut);
