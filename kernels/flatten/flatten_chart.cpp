@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "kernels/flatten/boundary_first.h"
@@ -23,14 +24,21 @@ struct CutDisk {
   CutChart cut;
   ChartGeometry geometry;
   IntrinsicDisk disk;  // mollified
+  // In a metric most triangulations are far from Delaunay: it is solved on its own, from the first try.
+  std::optional<IntrinsicDisk> delaunay;
 
-  CutDisk(const PreparedMesh& mesh, CutChart chart) : cut(std::move(chart)) {
+  const IntrinsicDisk& solved() const { return delaunay ? *delaunay : disk; }
+
+  CutDisk(const PreparedMesh& mesh, CutChart chart, const CancelToken& cancel) : cut(std::move(chart)) {
     geometry = chart_geometry(mesh, cut);
     disk.triangles = cut.triangles;
     disk.opposite = cut.opposite;
     disk.length = geometry.length;
     disk.vertex_count = static_cast<std::uint32_t>(cut.vertex_count());
     mollify(disk.length);
+    if (mesh.metric_length.empty()) return;
+    delaunay = disk;
+    make_intrinsic_delaunay(*delaunay, cancel);
   }
 };
 
@@ -156,9 +164,10 @@ std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenP
         add_seams(mesh, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
     if (added == 0) break;
     extra += added;
-    CutDisk next(mesh, cut);
-    next.disk.elimination = chart.disk.elimination;  // more seams, fewer interior vertices
-    Try attempt = try_conformal(next, next.disk, cancel);
+    CutDisk next(mesh, cut, cancel);
+    IntrinsicDisk& solved = next.delaunay ? *next.delaunay : next.disk;
+    solved.elimination = chart.solved().elimination;  // more seams, fewer interior vertices
+    Try attempt = try_conformal(next, solved, cancel);
     if (!attempt.finite) break;
     // A seam that brings q less than its share of the way to the bound is one of the two that may.
     const double wanted = (last.scan.capped_distortion - parameters.max_mean_distortion) /
@@ -179,13 +188,13 @@ std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenP
 
 FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel) {
-  CutDisk chart(mesh, std::move(cut));
-  Try best = try_conformal(chart, chart.disk, cancel);
-  chart.disk.elimination = best.elimination;
+  CutDisk chart(mesh, std::move(cut), cancel);
+  Try best = try_conformal(chart, chart.solved(), cancel);
+  (chart.delaunay ? *chart.delaunay : chart.disk).elimination = best.elimination;
   const std::uint32_t extra = add_seams_while_they_help(mesh, parameters, cancel, chart, best);
   Method method = Method::conformal;
   mend(chart, best, cancel);
-  if (!best.sound) {
+  if (!best.sound && !chart.delaunay) {
     IntrinsicDisk delaunay = chart.disk;
     make_intrinsic_delaunay(delaunay, cancel);
     Try second = try_conformal(chart, delaunay, cancel);
