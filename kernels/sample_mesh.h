@@ -29,7 +29,7 @@ enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 struct TensorChartParameters {
   AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
   SegmentParameters segment = {1, 20, {}};
-  std::uint32_t max_bisections = 3;  // rounds in which segments whose chart fails are halved; 0..16
+  std::uint32_t max_bisections = 6;  // rounds in which segments whose chart fails are halved; 0..16
   AlignmentLimits limits;
 };
 

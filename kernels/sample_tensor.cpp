@@ -57,7 +57,9 @@ SegmentChart chart_segment(const ModelState& model, CutChart cut, const SamplePa
     chart.flat = std::move(along.flat);
     chart.alignment = along.alignment;
   } else {
-    chart.flat = flatten_chart(model.mesh, std::move(cut), parameters.flatten, model.cancel);
+    FlattenParameters flatten = parameters.flatten;
+    flatten.max_flipped_share = wanted.limits.flipped;
+    chart.flat = flatten_chart(model.mesh, std::move(cut), flatten, model.cancel);
     chart.alignment = chart_alignment(model.mesh, chart.flat.cut, model.tensor, chart.flat.u, chart.flat.v);
     if (chart.flat.report.method == Method::conformal) chart.flat.report.method = Method::anisotropic;
   }

@@ -201,7 +201,9 @@ FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenPar
     mend(chart, second, cancel);
     if (second.sound) best = std::move(second);
   }
-  if (!best.sound) {
+  const double flips_allowed = parameters.max_flipped_share * static_cast<double>(chart.cut.triangle_count());
+  const bool tolerable = best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed;
+  if (!best.sound && !tolerable) {
     Try circle;
     circle.finite = flatten_to_circle(chart.disk, circle.u, circle.v);
     cancel.check();

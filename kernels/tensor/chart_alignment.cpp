@@ -132,7 +132,11 @@ AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart,
   }
   std::vector<std::uint8_t> counts(each.weight.size());
   for (std::size_t t = 0; t < counts.size(); ++t) counts[t] = each.weight[t] > 0;
-  report.flips = static_cast<std::uint32_t>(flipped_triangles(chart.triangles, counts, u, v).size());
+  const std::vector<std::uint32_t> flipped = flipped_triangles(chart.triangles, counts, u, v);
+  report.flips = static_cast<std::uint32_t>(flipped.size());
+  double flipped_area = 0;
+  for (const std::uint32_t t : flipped) flipped_area += each.weight[t];
+  if (report.area > 0) report.flipped_share = flipped_area / report.area;
   if (chart.triangle_count() > 1) {
     std::vector<double> square_u(u.begin(), u.end()), square_v(v.begin(), v.end());
     fit_square(square_u, square_v);
@@ -142,7 +146,7 @@ AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart,
 }
 
 bool is_accepted(const AlignmentReport& report, AlignmentForm form, const AlignmentLimits& limits) {
-  if (report.flips > 0 || report.overlap > limits.overlap) return false;
+  if (report.flipped_share > limits.flipped || report.overlap > limits.overlap) return false;
   if (form == AlignmentForm::metric) return report.ratio_95 <= limits.ratio;
   return report.angle_95 <= limits.angle && report.stretch_95 <= limits.stretch;
 }

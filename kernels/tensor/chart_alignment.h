@@ -31,6 +31,7 @@ struct AlignmentReport {
   double mean_ratio = 1, ratio_95 = 1;      // values are cut at 1e12
   double anisotropic_share = 0;             // of the area: s1 / s2 >= 1.05
   std::uint32_t flips = 0;                  // triangles that count and are not positive in UV (exact sign)
+  double flipped_share = 0;                 // of the area
   double overlap = 0;                       // overlap_share() of the chart placed in the unit square
   double area = 0;                          // that was weighed, working units squared
 };
@@ -39,6 +40,8 @@ struct AlignmentLimits {
   double angle = 15 * std::numbers::pi / 180;  // of the 95 % quantile, radians; (0, pi / 2]
   double stretch = 0.4054651081081644;         // of the 95 % quantile: log 1.5; > 0
   double ratio = 1.5;                          // of the 95 % quantile, form B; > 1
+  double flipped = 0.01;  // share of the area: where triangles flip, the curve is disordered within their
+                          // own size, no more; [0, 1]
   double overlap = 0.01;  // share of the UV area covered twice, what the raster cannot tell from 0; [0, 1]
 };
 
@@ -51,7 +54,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
 AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
                                 std::span<const double> u, std::span<const double> v);
 
-// Form A: angle and stretch; form B: the ratio; both: no flips, and no overlap beyond the limit.
+// Form A: angle and stretch; form B: the ratio; both: flips and overlap within the limits.
 bool is_accepted(const AlignmentReport& report, AlignmentForm form, const AlignmentLimits& limits = {});
 
 }  // namespace meander
