@@ -34,8 +34,10 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const double file = static_cast<double>(mesh.file_bytes) + vertices * bytes_per_file_vertex +
                       triangles * bytes_per_file_triangle;
   const double prepared = triangles * bytes_per_prepared_triangle;
+  // Elements weigh half the limit at least, but for needles in a metric.
+  const double spread = parameters.method == MethodChoice::anisotropic ? 4 : 2;
   const double elements =
-      (triangles + 2 * parameters.elements.elements_per_sample * samples) * bytes_per_element;
+      (triangles + spread * parameters.elements.elements_per_sample * samples) * bytes_per_element;
   const double placed = samples * bytes_per_sample;
   double widest = elements + placed;
   if (parameters.method != MethodChoice::direct) {
