@@ -1,5 +1,6 @@
 // run --method anisotropic as a user runs it: mistakes, stores, resuming.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
@@ -117,6 +118,10 @@ TEST_CASE("run --method anisotropic: every tensor and form gives a whole store w
     CHECK(verified.ok_rows == 3);
     CHECK(stores.insert(read_file(scratch / "s.h5")).second);  // no option is without effect
     const StoreReader reader(scratch / "s.h5");
+    for (const char* const name : anisotropy_names)
+      CHECK(
+          std::any_of(reader.descriptors().begin(), reader.descriptors().end(),
+                      [&](const DescriptorSchema& d) { return d.name == name && d.group == "anisotropy"; }));
     for (std::uint64_t row = 0; row < reader.rows(); ++row) {
       const Row content = reader.read_row(row);
       REQUIRE(content.samples.tensor_direction.size() == 3 * 64);
@@ -126,9 +131,7 @@ TEST_CASE("run --method anisotropic: every tensor and form gives a whole store w
         CHECK(std::hypot(d[0], d[1], d[2]) == Approx(1).epsilon(1e-5));
         CHECK(content.samples.tensor_spacing[2 * i] >= content.samples.tensor_spacing[2 * i + 1]);
       }
-      for (const char* const name : anisotropy_names)
-        CHECK(std::any_of(content.descriptors.begin(), content.descriptors.end(),
-                          [&](const DescriptorRow& d) { return d.name == name; }));
+      REQUIRE(content.descriptors.size() == reader.descriptors().size());
     }
   }
   // No tensor arrays where nobody asked for them.
@@ -219,4 +222,45 @@ TEST_CASE("run --method anisotropic: killed and started again, it ends with the 
   const ProcessResult other = run_process(command(scratch / "in", scratch / "s.h5", {"--tensor-ratio", "4"}));
   CHECK(other.exit_code == 2);
   CHECK(other.err.find("other parameters") != std::string::npos);
+}
+
+TEST_CASE("run --method anisotropic: whatever the conformal route samples of the shared meshes", "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  const ScratchFolder scratch;
+  const auto run = [&](const char* name, const std::vector<std::string>& more) {
+    const auto store = scratch / name;
+    std::vector<std::string> arguments = {
+        program, "run", shared_data("").string(), "-o", store.string(), "-n", "256", "--timeout", "0"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_process(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 3);
+    return store;
+  };
+  const StoreReader conformal(run("conformal.h5", {}));
+  for (const char* const form : {"metric", "gradient"}) {
+    const std::vector<std::string> options = {"--method", "anisotropic", "--parameterisation", form, "-j"};
+    const auto with = [&](const char* threads) {
+      std::vector<std::string> more = options;
+      more.push_back(threads);
+      return more;
+    };
+    const auto store = run((std::string(form) + "1.h5").c_str(), with("1"));
+    CHECK(same_bytes(store, run((std::string(form) + "2.h5").c_str(), with("2"))));
+    const StoreReader reader(store);
+    REQUIRE(reader.rows() == conformal.rows());
+    for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+      INFO(form << " " << reader.id(row) << ": " << reader.report(row).reason);
+      CHECK(reader.report(row).status == conformal.report(row).status);
+      if (reader.report(row).status != Status::ok) continue;
+      const Samples samples = reader.read_row(row).samples;
+      std::set<std::array<float, 3>> distinct;
+      for (std::size_t i = 0; i < samples.count(); ++i)
+        distinct.insert({samples.points[3 * i], samples.points[3 * i + 1], samples.points[3 * i + 2]});
+      CHECK(distinct.size() == 256);
+      CHECK(std::all_of(samples.tensor_spacing.begin(), samples.tensor_spacing.end(),
+                        [](float s) { return std::isfinite(s) && s > 0; }));
+    }
+    CHECK(verify_store(store).problems.empty());
+  }
 }
