@@ -25,6 +25,11 @@ namespace meander {
 enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
+// ElementParameters::elements_per_sample that anisotropic sampling should have, and has in `meander run`:
+// triangles that are round in space are needles in a metric, and while elements are not small against a
+// sample's cell the samples are less anisotropic than wanted (docs/ANISOTROPIC.md has the numbers).
+inline constexpr double tensor_elements_per_sample = 16;
+
 // How a tensor field is charted (ALGORITHMS 7.4).
 struct TensorChartParameters {
   AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
@@ -57,9 +62,9 @@ struct SampleParameters {
   PlaceParameters place;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
   DescribeParameters describe;
-  TensorParameters tensor;  // of the method anisotropic, as is the next one
-  TensorChartParameters tensor_charts;
-  bool certify = false;  // measure the samples of every model; needs the uniform density
+  TensorParameters tensor;              // of the method anisotropic, as is the next one
+  TensorChartParameters tensor_charts;  // (see also tensor_elements_per_sample)
+  bool certify = false;                 // measure the samples of every model; needs the uniform density
 };
 
 // What certify_model measures, as names of descriptors.

@@ -14,7 +14,9 @@ constexpr double bytes_per_file_triangle = 24;     // corners, offsets
 constexpr double bytes_per_prepared_triangle =
     150;  // half-edges, slots, positions of half a vertex, areas, scratch
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances, matrix in triplets
-constexpr double bytes_per_factor_entry = 12;     // double and index
+constexpr double bytes_per_tensor_triangle =
+    450;                                       // field, metric, steps, a second mesh while segments are cut
+constexpr double bytes_per_factor_entry = 12;  // double and index
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;                    // element, two sort arrays, result
@@ -33,9 +35,13 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const auto samples = static_cast<double>(parameters.place.samples);
   const double file = static_cast<double>(mesh.file_bytes) + vertices * bytes_per_file_vertex +
                       triangles * bytes_per_file_triangle;
-  const double prepared = triangles * bytes_per_prepared_triangle;
+  const double prepared =
+      triangles * (bytes_per_prepared_triangle +
+                   (parameters.method == MethodChoice::anisotropic ? bytes_per_tensor_triangle : 0.0));
+  // Elements weigh half the limit at least, but for needles in a metric.
+  const double spread = parameters.method == MethodChoice::anisotropic ? 4 : 2;
   const double elements =
-      (triangles + 2 * parameters.elements.elements_per_sample * samples) * bytes_per_element;
+      (triangles + spread * parameters.elements.elements_per_sample * samples) * bytes_per_element;
   const double placed = samples * bytes_per_sample;
   double widest = elements + placed;
   if (parameters.method != MethodChoice::direct) {

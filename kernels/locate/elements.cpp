@@ -103,16 +103,33 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
           w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
 }
 
-// Depth-first bisection of one triangle until every piece weighs at most `limit` and there are at least
-// `wanted` of them; `emit` is called in path order.
+// Whether a piece is much longer, where lengths are measured, than a well-shaped one of mass `limit` would be
+// there: samples would be spread along it. Never for pieces of less than limit / 8, so that their number is
+// bounded.
+bool is_needle(const WorkPiece& piece, double mass, double limit) {
+  if (!(8 * mass > limit)) return false;
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 edge = piece.corner[(k + 1) % 3] - piece.corner[k];
+    longest = std::max(longest, dot(edge, edge));
+  }
+  // 2.3 for an equilateral triangle of this mass, 4 for half a square.
+  return longest * mass > 4.1 * triangle_area(piece.corner[0], piece.corner[1], piece.corner[2]) * limit;
+}
+
+// Depth-first bisection of one triangle until every piece weighs at most `limit` (and, where asked for, none
+// is a needle) and there are at least `wanted` of them; `emit` is called in path order.
 template <class Emit>
 void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& shape, double limit,
-                  std::uint32_t wanted, std::vector<WorkPiece>& stack, const Emit& emit) {
+                  std::uint32_t wanted, bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
   const int least = wanted > 1 ? std::bit_width(wanted - 1) : 0;
   const WorkPiece whole = whole_triangle(shape);
   const double whole_mass = piece_mass(source, whole.weights, 0);
   if (!(whole_mass > 0)) return;
-  if (whole_mass <= limit && least == 0) {  // most triangles of a fine mesh
+  const auto too_large = [&](const WorkPiece& piece, double mass) {
+    return mass > limit || (no_needles && is_needle(piece, mass, limit));
+  };
+  if (!too_large(whole, whole_mass) && least == 0) {  // most triangles of a fine mesh
     emit(whole, whole_mass);
     return;
   }
@@ -122,7 +139,7 @@ void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& sh
     stack.pop_back();
     const int bisections = std::bit_width(piece.path) - 1;
     const double mass = piece_mass(source, piece.weights, bisections);
-    if ((mass > limit || bisections < least) && mass > 0 && piece.path < deepest_path) {
+    if ((too_large(piece, mass) || bisections < least) && mass > 0 && piece.path < deepest_path) {
       const auto children = bisect(piece);
       stack.push_back(children[1]);
       stack.push_back(children[0]);
@@ -184,24 +201,26 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
       const std::array<Vector3, 3> shape = bisection_corners(mesh, static_cast<std::uint32_t>(t));
-      cut_triangle(source, shape, limit, wanted, stack, [&](const WorkPiece& piece, double mass) {
-        const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
-                                  ? centroid(piece.weights)
-                                  : random_point(piece.weights, t, piece.path, key);
-        const double b0 = 1 - b1 - b2;
-        Element e;
-        e.key = chart == no_index
-                    ? hilbert_key_3d(b0 * source.corner[0] + b1 * source.corner[1] + b2 * source.corner[2])
-                    : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
-                                b0 * v[0] + b1 * v[1] + b2 * v[2]);
-        e.mass = mass;
-        e.triangle = static_cast<std::uint32_t>(t);
-        e.path = piece.path;
-        e.group = group;
-        e.b1 = static_cast<float>(b1);
-        e.b2 = static_cast<float>(b2);
-        part.push_back(e);
-      });
+      cut_triangle(source, shape, limit, wanted, !mesh.metric_length.empty(), stack,
+                   [&](const WorkPiece& piece, double mass) {
+                     const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
+                                               ? centroid(piece.weights)
+                                               : random_point(piece.weights, t, piece.path, key);
+                     const double b0 = 1 - b1 - b2;
+                     Element e;
+                     e.key = chart == no_index
+                                 ? hilbert_key_3d(b0 * source.corner[0] + b1 * source.corner[1] +
+                                                  b2 * source.corner[2])
+                                 : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
+                                             b0 * v[0] + b1 * v[1] + b2 * v[2]);
+                     e.mass = mass;
+                     e.triangle = static_cast<std::uint32_t>(t);
+                     e.path = piece.path;
+                     e.group = group;
+                     e.b1 = static_cast<float>(b1);
+                     e.b2 = static_cast<float>(b2);
+                     part.push_back(e);
+                   });
     }
   });
   if (parts.size() == 1) return std::move(parts.front());

@@ -57,12 +57,13 @@ struct TriangleHints {
 };
 
 // Bisects every triangle of positive mass by its longest edge (PreparedMesh::length) until each piece is
-// light enough, keys every piece by a uniformly random point of it (its curve vertex) and sorts: by
-// component, sheet, curve key of the chart, 3-D Hilbert key, triangle, path. Components whose chart is
-// Method::none (and all, when `charts` is empty: the method `direct`, without regard to components) are
-// ordered by the 3-D Hilbert key of their pieces' centroids alone. The masses of a triangle's elements sum to
-// its exact mass. O(E log E); 40 bytes an element at the peak. Throws ItemError(zero_density) when the total
-// is zero. Deterministic for every thread count.
+// light enough, and, where the mesh has a metric, no needle in it (down to 1/8 of the mass); keys every piece
+// by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key of the
+// chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when `charts` is
+// empty: the method `direct`, without regard to components) are ordered by the 3-D Hilbert key of their
+// pieces' centroids alone. The masses of a triangle's elements sum to its exact mass. O(E log E); 40 bytes an
+// element at the peak. Throws ItemError(zero_density) when the total is zero. Deterministic for every thread
+// count.
 CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel = {});
