@@ -271,7 +271,7 @@ std::string parameters_json(const SampleParameters& p, Compression compression) 
   json.member("describe", descriptors.empty() ? "none" : descriptors);
   json.member("descriptor_bins", p.describe.bins);
   json.member("descriptor_scale", p.describe.scale == HistogramScale::mean ? "mean" : "largest");
-  json.member("elements_per_sample", p.elements.elements_per_sample);
+  json.member("elements_per_sample", elements_per_sample(p));
   json.member("extremity_seams", p.cut.extremity_seams);
   json.member("geodesic_sources", p.describe.geodesic_sources);
   json.member("jitter", p.place.jitter);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <filesystem>
@@ -126,8 +125,6 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
   parameters.tensor_charts.form = value_of(parameterisation_words, texts.parameterisation);
   if (!texts.chooses_segments && parameters.tensor_charts.form == AlignmentForm::gradient)
     parameters.tensor_charts.segment.count = 16;
-  parameters.elements.elements_per_sample =
-      std::max(parameters.elements.elements_per_sample, tensor_elements_per_sample);
   const bool curved = tensor.kind == TensorKind::curvature;
   if (!curved && (tensor.adaptive || tensor.smoothing != TensorParameters{}.smoothing))
     problems.push_back("--tensor-density and --tensor-smoothing shape --tensor curvature only");

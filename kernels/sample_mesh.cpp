@@ -98,6 +98,11 @@ bool casts_rays(const SampleParameters& parameters) {
   return parameters.method != MethodChoice::direct && parameters.locate != LocatorKind::elements;
 }
 
+double elements_per_sample(const SampleParameters& parameters) {
+  const double asked = parameters.elements.elements_per_sample;
+  return parameters.method == MethodChoice::anisotropic ? std::max(asked, tensor_elements_per_sample) : asked;
+}
+
 void set_samples(SampleParameters& parameters, std::uint32_t samples) {
   parameters.place.samples = samples;
   parameters.elements.samples = samples;
@@ -165,6 +170,7 @@ void build_model_curves(ModelState& model, const SampleParameters& parameters) {
 
 void locate_model(ModelState& model, const SampleParameters& parameters, const EmbreeDevice* device) {
   ElementParameters elements = parameters.elements;
+  elements.elements_per_sample = elements_per_sample(parameters);
   elements.keep_vertices = parameters.place.place == PlaceKind::vertex;
   elements.curve = parameters.locator.curve.kind;
   const bool rays = casts_rays(parameters);

@@ -25,7 +25,7 @@ namespace meander {
 enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
-// ElementParameters::elements_per_sample that anisotropic sampling should have, and has in `meander run`:
+// The least number of elements per sample of anisotropic sampling, whatever ElementParameters ask for:
 // triangles that are round in space are needles in a metric, and while elements are not small against a
 // sample's cell the samples are less anisotropic than wanted (docs/ANISOTROPIC.md has the numbers).
 inline constexpr double tensor_elements_per_sample = 16;
@@ -62,9 +62,9 @@ struct SampleParameters {
   PlaceParameters place;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
   DescribeParameters describe;
-  TensorParameters tensor;              // of the method anisotropic, as is the next one
-  TensorChartParameters tensor_charts;  // (see also tensor_elements_per_sample)
-  bool certify = false;                 // measure the samples of every model; needs the uniform density
+  TensorParameters tensor;  // of the method anisotropic, as is the next one
+  TensorChartParameters tensor_charts;
+  bool certify = false;  // measure the samples of every model; needs the uniform density
 };
 
 // What certify_model measures, as names of descriptors.
@@ -80,6 +80,10 @@ std::vector<std::string> validate(const SampleParameters& parameters);
 
 // Whether the parameters cast rays: only then do the stages need an Embree device.
 bool casts_rays(const SampleParameters& parameters);
+
+// elements.elements_per_sample, or tensor_elements_per_sample where that is more and the method is
+// anisotropic.
+double elements_per_sample(const SampleParameters& parameters);
 
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);

@@ -41,7 +41,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   // Elements weigh half the limit at least, but for needles in a metric.
   const double spread = parameters.method == MethodChoice::anisotropic ? 4 : 2;
   const double elements =
-      (triangles + spread * parameters.elements.elements_per_sample * samples) * bytes_per_element;
+      (triangles + spread * elements_per_sample(parameters) * samples) * bytes_per_element;
   const double placed = samples * bytes_per_sample;
   double widest = elements + placed;
   if (parameters.method != MethodChoice::direct) {

@@ -33,7 +33,6 @@ inline SampleParameters anisotropic(TensorKind kind = TensorKind::curvature,
   SampleParameters parameters;
   parameters.method = MethodChoice::anisotropic;
   parameters.tensor.kind = kind;
-  parameters.elements.elements_per_sample = tensor_elements_per_sample;  // as `meander run`, both
   parameters.tensor_charts.form = form;
   if (form == AlignmentForm::gradient) parameters.tensor_charts.segment.count = 16;
   return parameters;
