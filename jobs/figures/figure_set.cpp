@@ -41,6 +41,11 @@ void FigureSet::table(const std::string& stem, const std::string& caption, const
   page.figures.back().data.push_back(stem + ".csv");
 }
 
+void FigureSet::file(const std::string& name, const std::string& bytes) {
+  write_whole_file(folder_ / name, bytes);
+  page.figures.back().data.push_back(name);
+}
+
 void FigureSet::text(const std::string& label, const std::string& text) {
   page.figures.back().paragraphs.push_back({label, text});
 }

@@ -44,6 +44,7 @@ class FigureSet {
   void drawing(const std::string& stem, const std::string& svg, const std::string& caption);
   void picture(const std::string& stem, const RgbImage& image, const std::string& caption);  // PNG
   void table(const std::string& stem, const std::string& caption, const Table& table);       // CSV and page
+  void file(const std::string& name, const std::string& bytes);  // as it is, linked from the page
   void text(const std::string& label, const std::string& text);
   // Draws; a mesh that cannot be sampled is said on the page, and the other figures go on.
   void attempt(const std::string& mesh, const std::function<void()>& draw);
@@ -65,6 +66,11 @@ void draw_mesh_discrepancy(FigureSet& figures);     // figure 4, meshes
 void draw_density_discrepancy(FigureSet& figures);  // figure 5
 void draw_surfaces(FigureSet& figures);             // figure 6
 void draw_adaptive_curve(FigureSet& figures);       // figure 8
+void draw_tensor_fields(FigureSet& figures);        // figure 12
+void draw_segments(FigureSet& figures);             // figure 13
+void draw_anisotropic_samples(FigureSet& figures);  // figure 14
+void draw_tensor_discrepancy(FigureSet& figures);   // figure 15
+void draw_tensor_differences(FigureSet& figures);   // figure 16, anisotropic samples
 void draw_spectra(FigureSet& figures);              // figure 16
 void draw_mesh_distances(FigureSet& figures);       // figure 21
 

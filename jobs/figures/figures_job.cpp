@@ -49,7 +49,12 @@ constexpr FigureName figure_names[] = {
     {"5", draw_density_discrepancy},
     {"6", draw_surfaces},
     {"8", draw_adaptive_curve},
+    {"12", draw_tensor_fields},
+    {"13", draw_segments},
+    {"14", draw_anisotropic_samples},
+    {"15", draw_tensor_discrepancy},
     {"16", draw_spectra},
+    {"16-tensor", draw_tensor_differences},
     {"21", draw_mesh_distances},
 };
 
@@ -138,7 +143,7 @@ JobFunction add_figures_job(CLI::App& program) {
   command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
       ->required();
   command->add_option("--models", options->models,
-                      "Triangle meshes for figures 4 and 16 (a torus made here when left out)");
+                      "Triangle meshes for figures 4, 12 - 14 and 16 (a torus made here when left out)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command->add_option("--only", options->only, "Draw these figures only")

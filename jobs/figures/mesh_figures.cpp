@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "jobs/figures/figure_set.h"
+#include "jobs/figures/staged_model.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/discrepancy_rings.h"
 #include "kernels/analyse/mesh_distance.h"
@@ -17,35 +18,6 @@ namespace meander {
 
 namespace {
 
-// A mesh up to its charts, made once; every set of samples starts from a copy.
-ModelState flattened(const FigureMesh& mesh, const SampleParameters& parameters) {
-  ModelState model;
-  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
-    model.file.x.push_back(mesh.positions[i]);
-    model.file.y.push_back(mesh.positions[i + 1]);
-    model.file.z.push_back(mesh.positions[i + 2]);
-  }
-  model.file.corners = mesh.faces;
-  for (std::size_t f = 0; f <= mesh.faces.size(); f += 3)
-    model.file.polygon_begin.push_back(static_cast<std::uint32_t>(f));
-  prepare_model(model, parameters);
-  cut_model(model, parameters);
-  flatten_model(model, parameters);
-  return model;
-}
-
-Row sampled(const ModelState& prepared, SampleParameters parameters, std::uint32_t count, std::uint64_t seed,
-            const EmbreeDevice& device) {
-  set_samples(parameters, count);
-  parameters.seed = seed;
-  ModelState model = prepared;
-  model.key = make_random_key(seed, {});
-  build_model_curves(model, parameters);
-  locate_model(model, parameters, &device);
-  place_model(model, parameters);
-  return std::move(model.row);
-}
-
 void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
   SampleParameters conformal, direct, vertex, random;
   direct.method = MethodChoice::direct;
@@ -53,7 +25,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
   vertex.place.place = PlaceKind::vertex;
   vertex.locator.curve.leaves_per_sample = 64;
   random.place.sequence = SequenceKind::random;
-  const ModelState charted = flattened(mesh, conformal), plain = flattened(mesh, direct);
+  const ModelState charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct);
   const PreparedMesh& surface = charted.mesh;
   std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
   for (std::size_t t = 0; t < surface.polygon.size(); ++t)
@@ -83,7 +55,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
       by_boxes.runs.emplace_back();
       by_rings.runs.emplace_back();
       for (std::uint32_t run = 0; run < runs; ++run) {
-        const Row row = sampled(model, parameters, count, figures.seed + run, device);
+        const Row row = sampled_row(model, parameters, count, figures.seed + run, device);
         const std::array<double, 3> centre = {surface.centre.x, surface.centre.y, surface.centre.z};
         std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
         for (const std::uint32_t face : row.samples.face) ++hits[triangle_of[face]];
