@@ -36,8 +36,8 @@ std::string coloured_mesh_ply(std::span<const double> positions, std::span<const
     throw std::invalid_argument("positions, faces and colours do not fit together");
   if (vertices >= std::size_t{1} << 31) throw std::invalid_argument("too many vertices");
   std::string data = fmt::format(
-      "{}element vertex {}\n{}element face {}\nproperty list uchar int vertex_indices\n{}end_header\n", beginning,
-      vertices, position_properties, count, colour_properties);
+      "{}element vertex {}\n{}element face {}\nproperty list uchar int vertex_indices\n{}end_header\n",
+      beginning, vertices, position_properties, count, colour_properties);
   data.reserve(data.size() + 24 * vertices + 16 * count);
   for (const double p : positions) append_little_endian(data, p);
   for (std::size_t f = 0; f < count; ++f) {

@@ -23,7 +23,8 @@ class ChartGrid {
         const auto [u0, u1] = std::minmax({u[0], u[1], u[2]});
         const auto [v0, v1] = std::minmax({v[0], v[1], v[2]});
         for (std::int64_t y = cell(v0); y <= cell(v1); ++y)
-          for (std::int64_t x = cell(u0); x <= cell(u1); ++x) visit(static_cast<std::size_t>(y * side_ + x), t);
+          for (std::int64_t x = cell(u0); x <= cell(u1); ++x)
+            visit(static_cast<std::size_t>(y * side_ + x), t);
       }
     };
     for_cells([&](std::size_t c, std::uint32_t) { ++count[c + 1]; });
@@ -56,7 +57,8 @@ class ChartGrid {
     return {values[c[0]], values[c[1]], values[c[2]]};
   }
   std::int64_t cell(double value) const {
-    return std::clamp<std::int64_t>(static_cast<std::int64_t>(value * static_cast<double>(side_)), 0, side_ - 1);
+    return std::clamp<std::int64_t>(static_cast<std::int64_t>(value * static_cast<double>(side_)), 0,
+                                    side_ - 1);
   }
 
   const FlatChart& chart_;

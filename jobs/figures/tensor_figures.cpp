@@ -44,7 +44,8 @@ void draw_ratio_scale(RgbImage& image, double most) {
   const std::string end = fmt::format("{:g}", most);
   draw_text(image, end, left + width - text_width(end) * scale, top + height + 3 * scale, scale, 40);
   const std::string middle = "s1/s2";
-  draw_text(image, middle, left + (width - text_width(middle) * scale) / 2, top + height + 3 * scale, scale, 40);
+  draw_text(image, middle, left + (width - text_width(middle) * scale) / 2, top + height + 3 * scale, scale,
+            40);
 }
 
 SurfacePictureParameters picture_of(const FigureSet& figures) {
@@ -163,26 +164,29 @@ void draw_one_field(FigureSet& figures, const FigureMesh& mesh, unsigned smoothi
   }
   RgbImage image = surface_picture(scene, picture_of(figures));
   draw_ratio_scale(image, parameters.tensor.max_ratio);
-  const std::string stem = fmt::format("figure12_{}", mesh.name);
+  const std::string stem = fmt::format("figure12_{}{}", mesh.name, smoothing > 3 ? "_smooth" : "");
   figures.picture(stem + "_field", image,
-                  fmt::format("{}: {} wedges (red) and {} trisectors (blue)", mesh.name, wedges, trisectors));
+                  fmt::format("{}, {} rounds of smoothing: {} wedges (red) and {} trisectors (blue)",
+                              mesh.name, smoothing, wedges, trisectors));
   figures.file(stem + "_singularities.csv", csv_text(table));
   const std::vector<std::string> names = {"index"};
-  figures.file(stem + "_singularities.ply", coloured_points_ply({positions, {}, colours, {}, names, indices}));
-  figures.text(mesh.name, fmt::format("Euler characteristic {}, sum of the indices left {:g}, mean ratio {:.2f}.",
-                                      2 * static_cast<std::int64_t>(row.report.components) -
-                                          2 * static_cast<std::int64_t>(row.report.genus) -
-                                          static_cast<std::int64_t>(row.report.boundaries),
-                                      0.5 * static_cast<double>(half_turns), report.mean_ratio));
+  figures.file(stem + "_singularities.ply",
+               coloured_points_ply({positions, {}, colours, {}, names, indices}));
+  figures.text(fmt::format("{}, {} rounds of smoothing", mesh.name, smoothing),
+               fmt::format("Euler characteristic {}, sum of the indices left {:g}, mean ratio {:.2f}.",
+                           2 * static_cast<std::int64_t>(row.report.components) -
+                               2 * static_cast<std::int64_t>(row.report.genus) -
+                               static_cast<std::int64_t>(row.report.boundaries),
+                           0.5 * static_cast<double>(half_turns), report.mean_ratio));
 }
 
 // ---- figure 13: segments and charts -----------------------------------------------------------------------
 
 // The numbers of the file for everything of a mesh that was split.
 struct FileNumbers {
-  std::vector<std::uint32_t> segment;                                 // by face of the file; no_index: none
-  std::vector<std::array<std::uint32_t, 2>> borders;                  // vertices of the file
-  std::vector<std::set<std::uint32_t>> neighbours;                    // by segment
+  std::vector<std::uint32_t> segment;                 // by face of the file; no_index: none
+  std::vector<std::array<std::uint32_t, 2>> borders;  // vertices of the file
+  std::vector<std::set<std::uint32_t>> neighbours;    // by segment
 };
 
 FileNumbers file_numbers(const ModelState& model) {
@@ -212,16 +216,17 @@ FileNumbers file_numbers(const ModelState& model) {
 
 // Neighbours get different colours while there are enough; colours are used about equally often.
 std::vector<SrgbColour> segment_colours(const FileNumbers& numbers) {
-  std::vector<std::size_t> chosen(numbers.neighbours.size(), palette_size);
-  std::array<std::uint32_t, palette_size> used{};
+  constexpr std::size_t first = 1, count = palette_size - first;  // no black: shading would not show on it
+  std::vector<std::size_t> chosen(numbers.neighbours.size(), count);
+  std::array<std::uint32_t, count> used{};
   std::vector<SrgbColour> colours;
   for (std::size_t c = 0; c < chosen.size(); ++c) {
-    std::array<std::uint32_t, palette_size> cost = used;
+    std::array<std::uint32_t, count> cost = used;
     for (const std::uint32_t n : numbers.neighbours[c])
-      if (chosen[n] < palette_size) cost[chosen[n]] += 1u << 20;
+      if (chosen[n] < count) cost[chosen[n]] += 1u << 20;
     chosen[c] = static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
     ++used[chosen[c]];
-    SrgbColour colour = srgb(palette_colour(chosen[c]));
+    SrgbColour colour = srgb(palette_colour(first + chosen[c]));
     // Paler, so that shading shows.
     for (std::uint8_t& part : colour) part = static_cast<std::uint8_t>(part + (255 - part) * 2 / 5);
     colours.push_back(colour);
@@ -238,7 +243,7 @@ void add_chain(PlanarDrawing& drawing, const CurveChain& chain, double leaves) {
   for (std::size_t i = 0; i + 1 < chain.u.size();) {
     const std::size_t bin = bin_of(i);
     PlanarPolyline line;
-    line.colour = map_colour(ColourMap::lagoon, 0.9 * (static_cast<double>(bin) + 0.5) / curve_bins);
+    line.colour = map_colour(ColourMap::lagoon, 0.78 * (static_cast<double>(bin) + 0.5) / curve_bins);
     line.width = 0.9;
     line.x.push_back(chain.u[i]);
     line.y.push_back(chain.v[i]);
@@ -250,7 +255,7 @@ void add_chain(PlanarDrawing& drawing, const CurveChain& chain, double leaves) {
   }
 }
 
-void add_outline(PlanarDrawing& drawing, const FlatChart& chart) {
+void add_outline(PlanarDrawing& drawing, const FlatChart& chart, SrgbColour colour) {
   const CutChart& cut = chart.cut;
   std::vector<std::uint32_t> next(cut.vertex_count(), no_index);
   for (std::uint32_t h = 0; h < cut.triangles.size(); ++h)
@@ -259,8 +264,8 @@ void add_outline(PlanarDrawing& drawing, const FlatChart& chart) {
     if (next[v] == no_index) continue;
     PlanarPolyline line;
     line.closed = true;
-    line.colour = {120, 120, 120};
-    line.width = 0.7;
+    line.colour = {colour[0], colour[1], colour[2]};
+    line.width = 2;
     for (std::uint32_t at = v; next[at] != no_index;) {
       line.x.push_back(chart.u[at]);
       line.y.push_back(chart.v[at]);
@@ -328,30 +333,31 @@ void draw_one_segmentation(FigureSet& figures, const FigureMesh& mesh, Alignment
       for (std::size_t i = 0; i + 1 < chain.position.size(); ++i)
         scene.lines.push_back({file_point(model.mesh, chain.position[i]),
                                file_point(model.mesh, chain.position[i + 1]), figures.quick ? 1.2 : 1.6,
-                               srgb(map_colour(ColourMap::lagoon, 0.9 * chain.along[i] / leaves))});
+                               srgb(map_colour(ColourMap::lagoon, 0.78 * chain.along[i] / leaves))});
     if (drawings.size() == most_charts || chains.empty()) continue;
     PlanarDrawing drawing;
     drawing.caption = fmt::format("{:.1f} % of the area, {} chain{}", 100 * share, chains.size(),
                                   chains.size() == 1 ? "" : "s");
     drawing.fit = true;
     drawing.frame = false;
-    add_outline(drawing, model.charts[c]);
+    add_outline(drawing, model.charts[c], colours[c]);
     for (const CurveChain& chain : chains) add_chain(drawing, chain, leaves);
     drawings.push_back(std::move(drawing));
   }
   PanelGrid grid;
   grid.columns = 4;
+  grid.panel_height = 220;
   figures.drawing(stem + "_charts", svg_panels(drawings, grid),
                   fmt::format("Charts of the {} largest segments, {} form", drawings.size(), name));
   figures.picture(stem + "_curve", surface_picture(scene, picture_of(figures)),
                   fmt::format("{}, {}: the curves on the surface", mesh.name, name));
   figures.file(stem + "_segments.csv", csv_text(table));
-  figures.text(fmt::format("{}, {}", mesh.name, name),
-               fmt::format("{} segments, {:.1f} % of the area in charts within the limits; mean angle to e1 {:.1f} "
-                           "degrees, mean ratio of the chart in the metric {:.3f}; {} chains in {} charts.",
-                           report.segments, 100 * report.accepted_share,
-                           report.mean_angle * 180 / std::numbers::pi, report.mean_chart_ratio, chains_in_all,
-                           charts_with_curve));
+  figures.text(
+      fmt::format("{}, {}", mesh.name, name),
+      fmt::format("{} segments, {:.1f} % of the area in charts within the limits; mean angle to e1 {:.1f} "
+                  "degrees, mean ratio of the chart in the metric {:.3f}; {} chains in {} charts.",
+                  report.segments, 100 * report.accepted_share, report.mean_angle * 180 / std::numbers::pi,
+                  report.mean_chart_ratio, chains_in_all, charts_with_curve));
 }
 
 // ---- figure 14: samples -----------------------------------------------------------------------------------
@@ -412,13 +418,16 @@ void draw_tensor_fields(FigureSet& figures) {
   figures.begin("Figure 12: tensor fields and their singularities");
   for (const FigureMesh& mesh : figure_meshes(figures, true)) {
     figures.note("  " + mesh.name);
-    figures.attempt(mesh.name, [&] { draw_one_field(figures, mesh, 3); });
+    for (const unsigned smoothing : {3u, 64u})
+      figures.attempt(mesh.name, [&] { draw_one_field(figures, mesh, smoothing); });
   }
-  figures.text("Measured",
-               "Lines along the direction of least absolute curvature, coloured by the ratio of the two wanted "
-               "spacings (`--tensor curvature`). The ellipsoid has its four wedges at the umbilics. Singularities "
-               "of isotropic regions count once, by the sum of their indices.");
-  figures.text("The survey", "Shows the field that the segmentation follows, with its wedges and trisectors.");
+  figures.text(
+      "Measured",
+      "Lines along the direction of least absolute curvature, coloured by the ratio of the two wanted "
+      "spacings (`--tensor curvature`). The ellipsoid has its four wedges at the umbilics. Singularities "
+      "of isotropic regions count once, by the sum of their indices.");
+  figures.text("The survey",
+               "Shows the field that the segmentation follows, with its wedges and trisectors.");
 }
 
 void draw_segments(FigureSet& figures) {
@@ -428,11 +437,12 @@ void draw_segments(FigureSet& figures) {
       figures.note(fmt::format("  {}, {}", mesh.name, form == AlignmentForm::metric ? "metric" : "gradient"));
       figures.attempt(mesh.name, [&] { draw_one_segmentation(figures, mesh, form); });
     }
-  figures.text("Measured",
-               "Segments by random walks, their charts with the part of the Hilbert curve that lies inside, from "
-               "violet to yellow along the curve of each chart, and the same curves on the surface. The metric "
-               "form makes charts conformal in the field's metric; the gradient form lays u along e1. PLY: "
-               "faces coloured by segment.");
+  figures.text(
+      "Measured",
+      "Segments by random walks, their charts with the part of the Hilbert curve that lies inside, from "
+      "violet to green along the curve of each chart, and the same curves on the surface. The metric "
+      "form makes charts conformal in the field's metric; the gradient form lays u along e1. PLY: "
+      "faces coloured by segment.");
   figures.text("The survey", "One curve over each chart, clipped to it: several chains per segment.");
 }
 
@@ -442,11 +452,13 @@ void draw_anisotropic_samples(FigureSet& figures) {
     figures.note("  " + mesh.name);
     figures.attempt(mesh.name, [&] { draw_one_sampling(figures, mesh); });
   }
-  figures.text("Measured",
-               "Samples along the curvature (ratios to 8, equal density), drawn as ellipses whose axes are 0.88 of "
-               "the wanted spacings along and across e1, and as points. PLY: points with normals, colours, "
-               "direction and spacings.");
-  figures.text("The survey", "Elongated samples follow ridges and cylinders and are round where the surface is.");
+  figures.text(
+      "Measured",
+      "Samples along the curvature (ratios to 8, equal density), drawn as ellipses whose axes are 0.88 of "
+      "the wanted spacings along and across e1, and as points. PLY: points with normals, colours, "
+      "direction and spacings.");
+  figures.text("The survey",
+               "Elongated samples follow ridges and cylinders and are round where the surface is.");
 }
 
 }  // namespace meander

@@ -37,8 +37,7 @@ float light_on(Vector3 normal) {
 void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
                     float background) {
   std::vector<float> smooth(depth.size());
-  for (std::size_t i = 0; i < smooth.size(); ++i)
-    smooth[i] = depth[i] == empty_depth ? background : depth[i];
+  for (std::size_t i = 0; i < smooth.size(); ++i) smooth[i] = depth[i] == empty_depth ? background : depth[i];
   const std::int64_t reach = std::max<std::int64_t>(1, size / 40);
   for (int pass = 0; pass < 2; ++pass) {
     blur(smooth, size, reach, 1, size);

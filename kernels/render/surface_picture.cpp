@@ -69,10 +69,9 @@ struct PixelRange {
 PixelRange pixels_around(const Canvas& canvas, double x0, double x1, double y0, double y1) {
   const double most = static_cast<double>(canvas.size - 1);
   const auto clamped = [&](double v) { return static_cast<std::int64_t>(std::clamp(v, -1.0, most + 1)); };
-  return {std::max<std::int64_t>(0, clamped(std::ceil(x0))),
-          std::min(canvas.size - 1, clamped(std::floor(x1))),
-          std::max<std::int64_t>(0, clamped(std::ceil(y0))),
-          std::min(canvas.size - 1, clamped(std::floor(y1)))};
+  return {
+      std::max<std::int64_t>(0, clamped(std::ceil(x0))), std::min(canvas.size - 1, clamped(std::floor(x1))),
+      std::max<std::int64_t>(0, clamped(std::ceil(y0))), std::min(canvas.size - 1, clamped(std::floor(y1)))};
 }
 
 void draw_triangle(Canvas& canvas, const std::array<Vector3, 3>& p, const std::array<Vector3, 3>& normal,
@@ -142,8 +141,7 @@ void around(const Canvas& canvas, Vector3 centre, double reach, Paint paint) {
     for (std::int64_t x = range.first_x; x <= range.last_x; ++x) {
       const auto i = static_cast<std::size_t>(y * canvas.size + x);
       if (canvas.depth[i] == empty_depth) continue;
-      paint(i,
-            Vector3{static_cast<double>(x), static_cast<double>(y), double{canvas.depth[i]}} - centre);
+      paint(i, Vector3{static_cast<double>(x), static_cast<double>(y), double{canvas.depth[i]}} - centre);
     }
 }
 
@@ -243,7 +241,8 @@ RgbImage resolve(const Canvas& canvas, std::uint32_t size) {
 RgbImage surface_picture(const SurfaceScene& scene, const SurfacePictureParameters& parameters) {
   const std::size_t faces = scene.faces.size() / 3;
   for (const std::uint32_t v : scene.faces)
-    if (v >= scene.positions.size() / 3) throw std::invalid_argument("a face names a vertex that is not there");
+    if (v >= scene.positions.size() / 3)
+      throw std::invalid_argument("a face names a vertex that is not there");
   if (!scene.face_colours.empty() && scene.face_colours.size() != faces)
     throw std::invalid_argument("one colour per face is needed, or none");
   if (faces == 0) return RgbImage(parameters.size, parameters.size);

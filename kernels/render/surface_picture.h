@@ -33,19 +33,19 @@ struct SurfaceDot {
 // Later layers cover earlier ones: faces, ellipses (of two that overlap each keeps what lies nearer to its
 // own centre, counted in its half-axes), lines (later ones on top), dots.
 struct SurfaceScene {
-  std::span<const double> positions;      // 3 V
-  std::span<const std::uint32_t> faces;   // 3 T
-  std::vector<SrgbColour> face_colours;   // T, or empty: pale grey
+  std::span<const double> positions;     // 3 V
+  std::span<const std::uint32_t> faces;  // 3 T
+  std::vector<SrgbColour> face_colours;  // T, or empty: pale grey
   std::vector<SurfaceEllipse> ellipses{};
   std::vector<SurfaceLine> lines{};
   std::vector<SurfaceDot> dots{};
 };
 
 struct SurfacePictureParameters {
-  std::uint32_t size = 800;        // pixels, width and height; 16..4096
-  double margin = 0.03;            // empty border, share of the size
-  double crease = 0.8;             // corners whose face normal and mean vertex normal have at least this cosine
-                                   // are shaded smoothly
+  std::uint32_t size = 800;  // pixels, width and height; 16..4096
+  double margin = 0.03;      // empty border, share of the size
+  double crease = 0.8;       // corners whose face normal and mean vertex normal have at least this cosine
+                             // are shaded smoothly
   Vector3 view = {0.55, 0.42, 1};  // from the model towards the eye; not along `up`
   Vector3 up = {0, 1, 0};          // this direction of the model points up in the picture
 };
