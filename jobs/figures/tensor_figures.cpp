@@ -216,7 +216,9 @@ FileNumbers file_numbers(const ModelState& model) {
 
 // Neighbours get different colours while there are enough; colours are used about equally often.
 std::vector<SrgbColour> segment_colours(const FileNumbers& numbers) {
-  constexpr std::size_t first = 1, count = palette_size - first;  // no black: shading would not show on it
+  // Without black, on which no shading would show.
+  constexpr std::array<std::size_t, palette_size - 1> usable = {0, 1, 2, 3, 4, 5, 7, 8, 9};
+  constexpr std::size_t count = usable.size();
   std::vector<std::size_t> chosen(numbers.neighbours.size(), count);
   std::array<std::uint32_t, count> used{};
   std::vector<SrgbColour> colours;
@@ -226,7 +228,7 @@ std::vector<SrgbColour> segment_colours(const FileNumbers& numbers) {
       if (chosen[n] < count) cost[chosen[n]] += 1u << 20;
     chosen[c] = static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
     ++used[chosen[c]];
-    SrgbColour colour = srgb(palette_colour(first + chosen[c]));
+    SrgbColour colour = srgb(palette_colour(usable[chosen[c]]));
     // Paler, so that shading shows.
     for (std::uint8_t& part : colour) part = static_cast<std::uint8_t>(part + (255 - part) * 2 / 5);
     colours.push_back(colour);

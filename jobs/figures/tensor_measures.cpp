@@ -196,7 +196,7 @@ std::string dip_label(const std::string& name, const Dip& dip) {
 }
 
 void draw_constant_fields(FigureSet& figures, const EmbreeDevice& device) {
-  const FigureMesh square = made_square(32);
+  const FigureMesh square = made_square(128);
   const std::uint32_t sets = figures.quick ? 3 : 16, count = figures.quick ? 1024 : 4096;
   std::vector<LabelledMap> area_maps, spacing_maps;
   Table table = dip_table("ratio");
@@ -352,7 +352,7 @@ void draw_mesh_field(FigureSet& figures, const FigureMesh& mesh, const EmbreeDev
 void draw_tensor_discrepancy(FigureSet& figures) {
   figures.begin("Figure 15: discrepancy of anisotropic samples in the plane");
   const EmbreeDevice device;
-  const FigureMesh square = made_square(32);
+  const FigureMesh square = made_square(128);
   const std::uint32_t most = figures.quick ? 1536 : 49152, runs = 3;
   AnisotropicDiscrepancyParameters measure;
   measure.shapes.shapes = figures.quick ? 512 : 2048;
