@@ -199,7 +199,7 @@ std::string dip_label(const std::string& name, const Dip& dip) {
 std::vector<LabelledMap> draw_constant_fields(FigureSet& figures, const EmbreeDevice& device,
                                               std::uint32_t side, Table& table) {
   const FigureMesh square = made_square(side);
-  const std::uint32_t sets = figures.quick ? 3 : 16, count = figures.quick ? 1000 : 5000;
+  const std::uint32_t sets = figures.quick ? 3 : 10, count = figures.quick ? 1000 : 5000;
   std::vector<LabelledMap> area_maps, spacing_maps;
   for (const double ratio : plane_ratios) {
     figures.note(fmt::format("  {} triangles, ratio {}", 2 * side * side, ratio));
@@ -303,7 +303,7 @@ struct ClassMaps {
 // e1 runs round the middle; the ratio grows from 1 there to 8 at the middles of the sides.
 void draw_swirl(FigureSet& figures, const EmbreeDevice& device) {
   const FigureMesh square = made_square(96);
-  const std::uint32_t sets = figures.quick ? 3 : 16, count = figures.quick ? 1000 : 5000;
+  const std::uint32_t sets = figures.quick ? 3 : 10, count = figures.quick ? 1000 : 5000;
   auto table = std::make_shared<TensorTable>();
   table->columns = 3;
   for (std::size_t i = 0; i < square.positions.size(); i += 3) {
@@ -331,7 +331,7 @@ void draw_swirl(FigureSet& figures, const EmbreeDevice& device) {
 }
 
 void draw_mesh_field(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
-  const std::uint32_t sets = figures.quick ? 2 : 10, count = figures.quick ? 1000 : 3000;
+  const std::uint32_t sets = figures.quick ? 2 : 8, count = figures.quick ? 1000 : 3000;
   SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
   const ModelState staged = staged_model(mesh, parameters);
   ClassMaps maps;
@@ -361,9 +361,9 @@ void draw_tensor_discrepancy(FigureSet& figures) {
   figures.begin("Figure 15: discrepancy of anisotropic samples in the plane");
   const EmbreeDevice device;
   const FigureMesh square = made_square(128);
-  const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
+  const std::uint32_t most = figures.quick ? 1536 : 12288, runs = 3;
   AnisotropicDiscrepancyParameters measure;
-  measure.shapes.shapes = figures.quick ? 512 : 2048;
+  measure.shapes.shapes = figures.quick ? 512 : 1024;
   measure.shapes.seed = figures.seed;
   measure.shapes.stable_rise = 0;
   measure.windows = 4;
