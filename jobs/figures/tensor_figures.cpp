@@ -15,7 +15,6 @@
 #include "jobs/figures/staged_model.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/render/bitmap_font.h"
-#include "kernels/render/splat_picture.h"
 #include "kernels/render/surface_picture.h"
 #include "kernels/tensor/singularities.h"
 
@@ -391,12 +390,12 @@ void draw_one_sampling(FigureSet& figures, const FigureMesh& mesh) {
   const std::string stem = fmt::format("figure14_{}", mesh.name);
   figures.picture(stem + "_ellipses", image,
                   fmt::format("{}: {} samples as ellipses of their spacings", mesh.name, samples.count()));
-  SplatParameters splat;
-  splat.size = picture_of(figures).size;
-  splat.bead_radius = 0.22;
-  figures.picture(stem + "_points",
-                  splat_picture(samples.points, samples.normals,
-                                row.report.area / (row.report.scale * row.report.scale), splat),
+  constexpr SrgbColour ink = {20, 45, 110};
+  for (SurfaceEllipse& mark : scene.ellipses) {
+    const double a = norm(mark.first), b = norm(mark.second), radius = 0.42 * std::sqrt(a * b);
+    mark = {mark.centre, (radius / a) * mark.first, (radius / b) * mark.second, ink};
+  }
+  figures.picture(stem + "_points", surface_picture(scene, picture_of(figures)),
                   fmt::format("{}: the same as points", mesh.name));
   const std::vector<std::string> names = {"spacing_1", "spacing_2"};
   std::vector<float> spacings;
