@@ -457,8 +457,10 @@ void draw_tensor_differences(FigureSet& figures) {
       "Differences between samples in the frame of e1 (to the right), over those of independent samples "
       "in the same field: black 0, white 2 times white noise; 3.5 units to each side. Red: the dip at "
       "half its depth, by adaptive moments. In units of area the dip is an ellipse of the wanted ratio; "
-      "in units of spacings it is round whatever the ratio, as long as the triangles are not much larger "
-      "than the shorter spacing.");
+      "in units of spacings it is round whatever the ratio. Triangles whose sides lie between the two "
+      "spacings "
+      "are taken whole, so that samples across e1 come nearer to each other than wanted: see the meshes of "
+      "32,768 and 2,048 triangles at high ratios.");
   figures.text("The survey",
                "Shows that anisotropic samples keep their distances in the metric of the tensor.");
 }
