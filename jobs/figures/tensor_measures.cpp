@@ -126,6 +126,7 @@ RgbImage map_picture(const MapPair& maps, const Dip& dip) {
   look.upper = 2;
   look.upwards = true;
   look.pixels = cell_pixels;
+  look.not_a_number = {205, 212, 225};  // no pair of independent samples reaches there
   const auto side = static_cast<std::uint32_t>(maps.ours.side());
   RgbImage image = heat_map(ratio, side, side, look);
   if (!dip.found) return image;
@@ -277,7 +278,7 @@ struct ClassMaps {
     Table table = dip_table("ratios");
     const Dip all = dip_of(spacings);
     for (std::size_t c = 0; c < area.size(); ++c) {
-      if (counted[c] < 200) continue;
+      if (counted[c] < 300) continue;
       const Dip dip = dip_of(area[c]), own = dip_of(own_spacings[c]);
       const double mean = ratio_sum[c] / counted[c];
       above.push_back({dip_label(fmt::format("area, {:.1f}", mean), dip), map_picture(area[c], dip)});
