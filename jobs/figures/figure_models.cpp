@@ -55,32 +55,4 @@ FigureMesh sphere_mesh(std::uint32_t rings) {
   return mesh;
 }
 
-ModelState flattened_model(const FigureMesh& mesh, const SampleParameters& parameters) {
-  ModelState model;
-  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
-    model.file.x.push_back(mesh.positions[i]);
-    model.file.y.push_back(mesh.positions[i + 1]);
-    model.file.z.push_back(mesh.positions[i + 2]);
-  }
-  model.file.corners = mesh.faces;
-  for (std::size_t f = 0; f <= mesh.faces.size(); f += 3)
-    model.file.polygon_begin.push_back(static_cast<std::uint32_t>(f));
-  prepare_model(model, parameters);
-  cut_model(model, parameters);
-  flatten_model(model, parameters);
-  return model;
-}
-
-Row sample_flattened(const ModelState& prepared, SampleParameters parameters, std::uint32_t count,
-                     std::uint64_t seed, const EmbreeDevice& device) {
-  set_samples(parameters, count);
-  parameters.seed = seed;
-  ModelState model = prepared;
-  model.key = make_random_key(seed, {});
-  build_model_curves(model, parameters);
-  locate_model(model, parameters, &device);
-  place_model(model, parameters);
-  return std::move(model.row);
-}
-
 }  // namespace meander

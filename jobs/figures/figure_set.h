@@ -66,6 +66,11 @@ void draw_mesh_discrepancy(FigureSet& figures);     // figure 4, meshes
 void draw_density_discrepancy(FigureSet& figures);  // figure 5
 void draw_surfaces(FigureSet& figures);             // figure 6
 void draw_adaptive_curve(FigureSet& figures);       // figure 8
+void draw_tensor_fields(FigureSet& figures);        // figure 12
+void draw_segments(FigureSet& figures);             // figure 13
+void draw_anisotropic_samples(FigureSet& figures);  // figure 14
+void draw_tensor_discrepancy(FigureSet& figures);   // figure 15
+void draw_tensor_differences(FigureSet& figures);   // figure 16, anisotropic samples
 void draw_spectra(FigureSet& figures);              // figure 16
 void draw_mesh_distances(FigureSet& figures);       // figure 21
 void draw_distance_histograms(FigureSet& figures);  // figures 22 to 24 and table 1

@@ -49,7 +49,12 @@ constexpr FigureName figure_names[] = {
     {"5", draw_density_discrepancy},
     {"6", draw_surfaces},
     {"8", draw_adaptive_curve},
+    {"12", draw_tensor_fields},
+    {"13", draw_segments},
+    {"14", draw_anisotropic_samples},
+    {"15", draw_tensor_discrepancy},
     {"16", draw_spectra},
+    {"16-tensor", draw_tensor_differences},
     {"21", draw_mesh_distances},
     {"22-24", draw_distance_histograms},
     {"24-floor", draw_histogram_floors},
@@ -116,8 +121,9 @@ JobFunction add_figures_job(CLI::App& program) {
   auto options = std::make_shared<FiguresOptions>();
   command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
       ->required();
-  command->add_option("--models", options->models,
-                      "Triangle meshes for figures 4, 16 and 22 to 26 (a torus made here when left out)");
+  command->add_option(
+      "--models", options->models,
+      "Triangle meshes for figures 4, 12 - 14, 16 and 22 to 26 (a torus made here when left out)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command->add_option("--only", options->only, "Draw these figures only")

@@ -8,6 +8,7 @@
 #include "io/json_writer.h"
 #include "io/plot/json_table.h"
 #include "jobs/figures/histogram_figures.h"
+#include "jobs/figures/staged_model.h"
 #include "kernels/core/parallel.h"
 #include "kernels/density/curvature.h"
 #include "kernels/describe/curved_samples.h"
@@ -15,7 +16,7 @@
 namespace meander {
 
 HistogramModel::HistogramModel(const FigureMesh& mesh, std::uint64_t seed_of_all)
-    : name(mesh.name), charted(flattened_model(mesh, {})), seed(seed_of_all) {
+    : name(mesh.name), charted(staged_model(mesh, {})), seed(seed_of_all) {
   const PreparedMesh& surface = charted.mesh;
   creased = crease_normals(surface.x, surface.y, surface.z, surface.triangles);
   vertex_area = vertex_curvature(surface).mixed_area;
@@ -86,7 +87,7 @@ MeshSamples draw_samples(const HistogramModel& model, HistogramMethod method, st
   const auto number = static_cast<std::uint32_t>(method);
   parameters.place.sequence = sequences[number];
   const std::uint64_t seed = model.seed + (std::uint64_t{number} << 32) + (std::uint64_t{run} << 40);
-  Row row = sample_flattened(model.charted, parameters, count, seed, device);
+  Row row = sampled_row(model.charted, parameters, count, seed, device);
   return {sample_triangles(model.charted.file, model.charted.mesh, row.samples),
           std::move(row.samples.barycentric)};
 }

@@ -8,6 +8,7 @@
 
 #include "jobs/figures/figure_models.h"
 #include "jobs/figures/figure_set.h"
+#include "jobs/figures/staged_model.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/discrepancy_rings.h"
 #include "kernels/analyse/mesh_distance.h"
@@ -24,7 +25,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
   vertex.place.place = PlaceKind::vertex;
   vertex.locator.curve.leaves_per_sample = 64;
   random.place.sequence = SequenceKind::random;
-  const ModelState charted = flattened_model(mesh, conformal), plain = flattened_model(mesh, direct);
+  const ModelState charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct);
   const PreparedMesh& surface = charted.mesh;
   std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
   for (std::size_t t = 0; t < surface.polygon.size(); ++t)
@@ -54,7 +55,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
       by_boxes.runs.emplace_back();
       by_rings.runs.emplace_back();
       for (std::uint32_t run = 0; run < runs; ++run) {
-        const Row row = sample_flattened(model, parameters, count, figures.seed + run, device);
+        const Row row = sampled_row(model, parameters, count, figures.seed + run, device);
         const std::array<double, 3> centre = {surface.centre.x, surface.centre.y, surface.centre.z};
         std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
         for (const std::uint32_t face : row.samples.face) ++hits[triangle_of[face]];

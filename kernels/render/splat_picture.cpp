@@ -6,12 +6,13 @@
 #include <limits>
 #include <vector>
 
+#include "kernels/render/shading.h"
+
 namespace meander {
 
 namespace {
 
 constexpr std::uint32_t oversampling = 3;
-constexpr float nothing = -std::numeric_limits<float>::infinity();
 
 struct Camera {
   Vector3 right, up, back;   // orthonormal; `back` points to the eye
@@ -22,8 +23,6 @@ struct Camera {
   double near = 0, far = 1;  // range of depths (along `back`) in fine pixels
 };
 
-Vector3 unit(Vector3 v) { return (1 / norm(v)) * v; }
-
 Vector3 vector_at(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
@@ -33,8 +32,8 @@ bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std:
 // Fits all finite points and their discs into the picture; false when there are none.
 bool place_camera(Camera& camera, std::span<const float> points, double area,
                   const SplatParameters& parameters) {
-  camera.back = unit(parameters.view);
-  camera.right = unit(cross(parameters.up, camera.back));
+  camera.back = unit_vector(parameters.view);
+  camera.right = unit_vector(cross(parameters.up, camera.back));
   camera.up = cross(camera.back, camera.right);
   const Vector3 axes[3] = {camera.right, camera.up, camera.back};
   std::array<double, 3> least, most;
@@ -73,20 +72,12 @@ struct Canvas {
   std::vector<float> depth, light, bead;
 };
 
-// Light on a normal in the camera's frame that faces the eye: a key light from the upper left, a weak one
-// from below right, and what the sky gives.
-float light_on(Vector3 n) {
-  static const Vector3 key = unit({-0.45, -0.65, 0.75}), fill = unit({0.7, 0.35, 0.4});
-  const double lit = 0.34 + 0.62 * std::max(0.0, dot(n, key)) + 0.16 * std::max(0.0, dot(n, fill));
-  return static_cast<float>(lit);
-}
-
 // A round spot perpendicular to `normal` (unit, facing the eye). `bend`: how far the normals of a bead lean
 // outwards at its rim, 0 for a flat disc.
 void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double bend) {
   // Spots seen edge-on keep a thin outline: a slope of more than 4 would leave gaps at contours.
   normal.z = std::max(normal.z, 0.25);
-  normal = unit(normal);
+  normal = unit_vector(normal);
   const double slope_x = -normal.x / normal.z, slope_y = -normal.y / normal.z;
   const auto first_x = std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(at.x - radius)));
   const auto last_x = std::min(canvas.size - 1, static_cast<std::int64_t>(std::floor(at.x + radius)));
@@ -104,55 +95,9 @@ void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double
       if (depth <= canvas.depth[i]) continue;
       canvas.depth[i] = depth;
       const double lean = bend / radius;
-      canvas.light[i] = light_on(unit(normal + Vector3{lean * dx, lean * dy, lean * dz}));
+      canvas.light[i] = light_on(unit_vector(normal + Vector3{lean * dx, lean * dy, lean * dz}));
       canvas.bead[i] = bend > 0 ? 1.0f : 0.0f;
     }
-}
-
-// Mean over a square window of 2 reach + 1, along one axis, with running sums; the border repeats.
-void blur(std::vector<float>& values, std::int64_t size, std::int64_t reach, std::int64_t step,
-          std::int64_t line) {
-  std::vector<float> row(static_cast<std::size_t>(size));
-  const float share = 1.0f / static_cast<float>(2 * reach + 1);
-  for (std::int64_t l = 0; l < size; ++l) {
-    const auto at = [&](std::int64_t i) -> float& {
-      return values[static_cast<std::size_t>(l * line + std::clamp<std::int64_t>(i, 0, size - 1) * step)];
-    };
-    double sum = 0;
-    for (std::int64_t i = -reach; i <= reach; ++i) sum += at(i);
-    for (std::int64_t i = 0; i < size; ++i) {
-      row[static_cast<std::size_t>(i)] = static_cast<float>(sum) * share;
-      sum += at(i + reach + 1) - at(i - reach);
-    }
-    for (std::int64_t i = 0; i < size; ++i) at(i) = row[static_cast<std::size_t>(i)];
-  }
-}
-
-// What lies behind its surroundings is darkened (creases, contact), in place.
-void darken_hollows(Canvas& canvas, const Camera& camera) {
-  // Background counts as a little behind the model: contours stay bright.
-  const auto behind = static_cast<float>(camera.far);
-  std::vector<float> smooth(canvas.depth.size());
-  for (std::size_t i = 0; i < smooth.size(); ++i)
-    smooth[i] = canvas.depth[i] == nothing ? behind : canvas.depth[i];
-  const std::int64_t reach = std::max<std::int64_t>(1, canvas.size / 40);
-  for (int pass = 0; pass < 2; ++pass) {
-    blur(smooth, canvas.size, reach, 1, canvas.size);
-    blur(smooth, canvas.size, reach, canvas.size, 1);
-  }
-  const float unit_depth = static_cast<float>(canvas.size) * 0.05f;
-  for (std::size_t i = 0; i < smooth.size(); ++i) {
-    if (canvas.depth[i] == nothing) continue;
-    const float hollow = std::clamp((smooth[i] - canvas.depth[i]) / unit_depth, 0.0f, 1.0f);
-    canvas.light[i] *= 1 - 0.55f * hollow;
-  }
-}
-
-// Linear light to an sRGB byte.
-std::uint8_t to_byte(float linear) {
-  const float c = std::clamp(linear, 0.0f, 1.0f);
-  const float s = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(std::lround(255 * s));
 }
 
 RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size) {
@@ -167,7 +112,7 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
       for (std::uint32_t s = 0; s < oversampling * oversampling; ++s) {
         const std::size_t fx = x * oversampling + s % oversampling, fy = y * oversampling + s / oversampling;
         const std::size_t i = fy * static_cast<std::size_t>(canvas.size) + fx;
-        const bool empty = canvas.depth[i] == nothing;
+        const bool empty = canvas.depth[i] == empty_depth;
         const float t =
             empty ? 0 : std::clamp((static_cast<float>(camera.near) - canvas.depth[i]) / range, 0.0f, 1.0f);
         for (std::size_t k = 0; k < 3; ++k) {
@@ -177,7 +122,7 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
         }
       }
       for (std::size_t k = 0; k < 3; ++k)
-        image.pixel(x, y)[k] = to_byte(sum[k] / (oversampling * oversampling));
+        image.pixel(x, y)[k] = srgb_byte(sum[k] / (oversampling * oversampling));
     }
   return image;
 }
@@ -194,7 +139,7 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
 
   Canvas canvas;
   canvas.size = static_cast<std::int64_t>(parameters.size) * oversampling;
-  canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), nothing);
+  canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), empty_depth);
   canvas.light.assign(canvas.depth.size(), 0.0f);
   canvas.bead.assign(canvas.depth.size(), 0.0f);
   for (std::size_t i = 0; i < count; ++i) {
@@ -207,12 +152,13 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     Vector3 facing{dot(camera.right, n), -dot(camera.up, n), dot(camera.back, n)};
     if (!finite(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
-    facing = unit(facing);
+    facing = unit_vector(facing);
     // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.
     if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0);
     draw_spot(canvas, at, facing, bead, 0.7);
   }
-  darken_hollows(canvas, camera);
+  // Background counts as a little behind the model: contours stay bright.
+  darken_hollows(canvas.depth, canvas.light, canvas.size, static_cast<float>(camera.far));
   return resolve(canvas, camera, parameters.size);
 }
 

@@ -8,6 +8,7 @@
 #include "kernels/render/bitmap_font.h"
 #include "kernels/render/contact_sheet.h"
 #include "kernels/render/splat_picture.h"
+#include "kernels/render/surface_picture.h"
 
 using namespace meander;
 
@@ -164,4 +165,111 @@ TEST_CASE("contact_sheet: lays out cells and labels") {
   for (std::uint32_t x = 0; x < sheet.width; ++x) CHECK(white(sheet, x, 0));
   CHECK(contact_sheet(models, parameters).pixels == sheet.pixels);
   CHECK(painted(contact_sheet({}, parameters)) == 0);
+}
+
+namespace {
+
+// The square [-1, 1]^2 at a height, seen along z.
+struct Plate {
+  std::vector<double> positions;
+  std::vector<std::uint32_t> faces;
+  void add(double half, double height) {
+    const auto first = static_cast<std::uint32_t>(positions.size() / 3);
+    positions.insert(positions.end(),
+                     {-half, -half, height, half, -half, height, half, half, height, -half, half, height});
+    for (const std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u}) faces.push_back(first + k);
+  }
+};
+
+SurfacePictureParameters from_above(std::uint32_t size) {
+  SurfacePictureParameters parameters;
+  parameters.size = size;
+  parameters.margin = 0.05;
+  parameters.view = {0, 0, 1};
+  return parameters;
+}
+
+// Pixels where the first part of the colour clearly beats the other two.
+std::size_t red_pixels(const RgbImage& image) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); i += 3)
+    count += image.pixels[i] > image.pixels[i + 1] + 60 && image.pixels[i] > image.pixels[i + 2] + 60;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("surface_picture: a plate covers what it should, in the colour of its faces") {
+  Plate plate;
+  plate.add(1, 0);
+  SurfaceScene scene{plate.positions, plate.faces, {{200, 20, 20}, {200, 20, 20}}};
+  const RgbImage image = surface_picture(scene, from_above(200));
+  CHECK(painted(image) == Approx(180 * 180).epsilon(0.03));
+  // All but the rim, which is pale.
+  CHECK(red_pixels(image) >= 178 * 178);
+  // No gap along the diagonal.
+  for (std::uint32_t i = 12; i < 188; ++i) CHECK_FALSE(white(image, i, i));
+}
+
+TEST_CASE("surface_picture: an ellipse has its area and its axes, and is hidden by what is in front") {
+  Plate plate;
+  plate.add(1, 0);
+  SurfaceScene scene{plate.positions, plate.faces, {}};
+  scene.ellipses.push_back({{0.1, -0.2, 0}, {0.6, 0, 0}, {0, 0.15, 0}, {220, 10, 10}});
+  const RgbImage image = surface_picture(scene, from_above(200));
+  const double unit = 90;  // pixels
+  CHECK(static_cast<double>(red_pixels(image)) == Approx(3.14159 * 0.6 * 0.15 * unit * unit).epsilon(0.05));
+  const auto red_at = [&](double x, double y) {
+    const std::uint8_t* p =
+        image.pixel(static_cast<std::uint32_t>(100 + unit * x), static_cast<std::uint32_t>(100 - unit * y));
+    return p[0] > p[1] + 60;
+  };
+  CHECK(red_at(0.65, -0.2));
+  CHECK_FALSE(red_at(0.1, 0));
+  plate.add(0.9, 0.5);
+  scene.positions = plate.positions;
+  scene.faces = plate.faces;
+  CHECK(red_pixels(surface_picture(scene, from_above(200))) == 0);
+}
+
+TEST_CASE("surface_picture: lines have their width, dots their radius; both are hidden by what is in front") {
+  Plate plate;
+  plate.add(1, 0);
+  SurfaceScene scene{plate.positions, plate.faces, {}};
+  scene.lines.push_back({{-0.5, -0.3, 0}, {0.5, 0.4, 0}, 4, {230, 0, 0}});
+  const double length = 90 * std::hypot(1.0, 0.7);
+  CHECK(static_cast<double>(red_pixels(surface_picture(scene, from_above(200)))) ==
+        Approx(4 * length + 12.6).epsilon(0.15));
+  scene.lines.clear();
+  scene.dots.push_back({{0.2, 0.2, 0}, 10, {230, 0, 0}});
+  // Without the white rim: 62 % of the disk.
+  CHECK(static_cast<double>(red_pixels(surface_picture(scene, from_above(200)))) ==
+        Approx(0.62 * 314.16).epsilon(0.12));
+  scene.lines.push_back({{-0.5, -0.3, 0}, {0.5, 0.4, 0}, 4, {230, 0, 0}});
+  plate.add(0.9, 0.5);
+  scene.positions = plate.positions;
+  scene.faces = plate.faces;
+  CHECK(red_pixels(surface_picture(scene, from_above(200))) == 0);
+}
+
+TEST_CASE("surface_picture: what is not finite is left out, what does not fit is refused") {
+  Plate plate;
+  plate.add(1, 0);
+  SurfaceScene scene{plate.positions, plate.faces, {}};
+  const RgbImage plain = surface_picture(scene, from_above(64));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  scene.ellipses.push_back({{nan, 0, 0}, {1, 0, 0}, {0, 1, 0}, {255, 0, 0}});
+  scene.ellipses.push_back({{0, 0, 0}, {0, 0, 0}, {0, 1, 0}, {255, 0, 0}});
+  scene.lines.push_back({{0, 0, 0}, {nan, 0, 0}, 2, {255, 0, 0}});
+  scene.dots.push_back({{0, nan, 0}, 5, {255, 0, 0}});
+  CHECK(surface_picture(scene, from_above(64)).pixels == plain.pixels);
+  scene.faces = {};
+  CHECK(painted(surface_picture(scene, from_above(64))) == 0);
+  scene.faces = plate.faces;
+  scene.face_colours = {{1, 2, 3}};
+  CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
+  const std::vector<std::uint32_t> wrong = {0, 1, 4};
+  scene.face_colours.clear();
+  scene.faces = wrong;
+  CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
 }
