@@ -9,6 +9,7 @@
 
 #include "io/plot/csv_writer.h"
 #include "jobs/figures/figure_models.h"
+#include "jobs/figures/staged_model.h"
 #include "kernels/analyse/kd_tree.h"
 
 namespace meander {
