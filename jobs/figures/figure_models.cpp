@@ -65,7 +65,9 @@ ModelState flattened_model(const FigureMesh& mesh, const SampleParameters& param
   model.file.corners = mesh.faces;
   for (std::size_t f = 0; f <= mesh.faces.size(); f += 3)
     model.file.polygon_begin.push_back(static_cast<std::uint32_t>(f));
+  model.key = make_random_key(parameters.seed, {});
   prepare_model(model, parameters);
+  follow_tensor_model(model, parameters);
   cut_model(model, parameters);
   flatten_model(model, parameters);
   return model;
