@@ -337,6 +337,15 @@ const HistogramErrors* find_errors(const std::vector<HistogramErrors>& all, cons
   return nullptr;
 }
 
+// The kinds of charts that were measured against a truth.
+std::vector<HistogramMethod> measured_charts(const std::vector<HistogramErrors>& all,
+                                             const std::string& truth) {
+  std::vector<HistogramMethod> methods;
+  for (const HistogramMethod method : chart_methods)
+    if (find_errors(all, truth, method) != nullptr) methods.push_back(method);
+  return methods;
+}
+
 // Relative, largest and norm of a method at a number of points.
 using Measured = std::array<Spread, 3>;
 Measured measured(const std::vector<HistogramErrors>& all, const std::string& truth, HistogramMethod method,
@@ -405,7 +414,7 @@ void add_to_table_one(Table& table, const std::string& model, const std::vector<
                               {},
                               published.largest[k][1]});
     for (const std::string& truth : truths)
-      for (const HistogramMethod method : chart_methods) {
+      for (const HistogramMethod method : measured_charts(all, truth)) {
         const Compared c = compared(all, truth, method, points);
         table.rows.push_back({model, points, truth, sampling_of(method).charts, 100 * c.regular[0].mean,
                               100 * c.regular[0].error, 100 * c.random[0].mean, 100 * c.random[0].error,
@@ -437,7 +446,7 @@ void add_claims(Table& table, const std::string& model, const std::vector<Histog
   constexpr const char* measures[] = {"relative", "largest"};
   for (const std::string& truth : truths)
     for (const std::uint32_t points : table_points)
-      for (const HistogramMethod method : chart_methods) {
+      for (const HistogramMethod method : measured_charts(all, truth)) {
         const Compared c = compared(all, truth, method, points);
         const char* const charts = sampling_of(method).charts;
         for (std::size_t m = 0; m < 2; ++m) {
