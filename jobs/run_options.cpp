@@ -247,7 +247,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
     options.retry.push_back(static_cast<Status>(at - status_names.begin()));
   }
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
-    problems.push_back("--reuse knows rows by their mesh alone, not by the tensors of --tensor file:");
+    problems.push_back("--reuse knows rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !options.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));

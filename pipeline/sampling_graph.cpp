@@ -280,6 +280,17 @@ class SamplingGraph {
   std::exception_ptr sink_error_;
 };
 
+// What is wrong with the tensors is said of their file: the mesh is another one, and not empty.
+TensorTable read_tensors(const PlanItem& plan, const ModelState& model) {
+  if (!plan.tensor_dataset.empty())
+    return read_tensor_dataset(plan.tensor_path, plan.tensor_dataset, model.file.vertex_count());
+  try {
+    return read_tensor_table(plan.tensor_path, model.cancel);
+  } catch (const ItemError& error) {
+    throw ItemError(Status::unreadable, "the tensors of " + plan.tensor_path.string() + ": " + error.what());
+  }
+}
+
 void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
   const PlanItem& plan = *item.plan;
   if (!plan.known_format)
@@ -295,10 +306,6 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   }
   item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
   item.model.file = read_mesh(file.bytes(), plan.format, item.model.cancel);
-  if (!plan.tensor_path.empty())
-    item.model.tensor_table = std::make_shared<const TensorTable>(
-        plan.tensor_dataset.empty() ? read_tensor_table(plan.tensor_path, item.model.cancel)
-                                    : read_tensor_dataset(plan.tensor_path, plan.tensor_dataset));
   MeshEstimate actual;
   actual.file_bytes = item.file_bytes;
   actual.vertices = item.model.file.vertex_count();
@@ -306,6 +313,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
   const std::uint64_t needed = estimate_bytes(actual, parameters);
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+  if (!plan.tensor_path.empty())
+    item.model.tensor_table = std::make_shared<const TensorTable>(read_tensors(plan, item.model));
 }
 
 }  // namespace

@@ -171,7 +171,7 @@ Row StoreReader::read_row(std::uint64_t row) const {
         state_->file->read_rows(d, row, 1, spec.samples_room(result.samples, elements));
       } else if (spec.role == Role::descriptor) {
         DescriptorRow& descriptor = result.descriptors.emplace_back();
-        descriptor.name = spec.path.substr(std::string_view("/descriptors/").size());
+        descriptor.name = spec.path.substr(spec.path.rfind('/') + 1);
         descriptor.values.resize(spec.width);
         state_->file->read_rows(d, row, 1, std::as_writable_bytes(std::span(descriptor.values)));
       }

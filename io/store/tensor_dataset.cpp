@@ -9,7 +9,8 @@ namespace meander {
 
 using namespace store;
 
-TensorTable read_tensor_dataset(const std::filesystem::path& path, const std::string& dataset) {
+TensorTable read_tensor_dataset(const std::filesystem::path& path, const std::string& dataset,
+                                std::size_t vertices) {
   const Hdf5Lock lock;
   try {
     const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open " + path.string());
@@ -21,6 +22,10 @@ TensorTable read_tensor_dataset(const std::filesystem::path& path, const std::st
         (extents[1] != 3 && extents[1] != 6))
       throw ItemError(Status::unreadable, "the tensor dataset /" + dataset + " of " + path.string() +
                                               " is not of the shape V x 6 or V x 3");
+    if (extents[0] != vertices)
+      throw ItemError(Status::unreadable, "the tensor dataset /" + dataset + " of " + path.string() +
+                                              " has " + std::to_string(extents[0]) + " rows, but the mesh " +
+                                              std::to_string(vertices) + " vertices");
     TensorTable table;
     table.columns = static_cast<unsigned>(extents[1]);
     table.values.resize(extents[0] * extents[1]);

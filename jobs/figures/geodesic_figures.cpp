@@ -109,7 +109,7 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   figures.note(fmt::format("  ground truths from {} vertices made", sources.size()));
 
   std::vector<HistogramErrors> all;
-  std::vector<double> shown[2];
+  ShownHistograms shown{truths.alike, truths.by_area, {}};
   const std::vector<std::uint32_t> counts = histogram_counts(figures.quick ? 500 : 1000);
   for (const HistogramMethod method : {HistogramMethod::shifted, HistogramMethod::random}) {
     HistogramErrors alike{published, name_of(method)}, by_area{weighted, name_of(method)};
@@ -123,15 +123,15 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
             nearest_vertices(tree, model, draw_samples(model, method, count, run, device)), range);
         alike.add(shares, truths.alike);
         by_area.add(shares, truths.by_area);
-        if (run == 0 && count == 100) shown[method == HistogramMethod::random] = shares;
+        if (run == 0 && count == 100) shown.samples.emplace_back(name_of(method), shares);
       }
     }
     all.push_back(std::move(alike));
     all.push_back(std::move(by_area));
   }
 
-  const Plot histograms = histogram_plot(mesh.name + ": geodesic distances, 100 samples", "geodesic distance",
-                                         {truths.alike, truths.by_area, shown[0], shown[1]}, range);
+  const Plot histograms =
+      histogram_plot(mesh.name + ": geodesic distances, 100 samples", "geodesic distance", shown, range);
   figures.plot("figure25_geodesic_histograms_" + mesh.name, histograms,
                "Ground truths over the vertices, and one set of each kind, snapped to vertices");
   for (const bool relative : {true, false}) {

@@ -68,26 +68,72 @@ void HistogramModel::weigh_by_lifted_area() {
   charted.masses = triangle_masses(mesh, charted.density);
 }
 
-const char* name_of(HistogramMethod method) {
-  switch (method) {
-    case HistogramMethod::shifted:
-      return "low discrepancy";
-    case HistogramMethod::stratified:
-      return "stratified";
-    default:
-      return "random";
+void HistogramModel::chart_isotropic_tensor() {
+  const PolygonMesh& file = charted.file;
+  FigureMesh mesh;
+  mesh.name = name;
+  for (std::size_t v = 0; v < file.vertex_count(); ++v)
+    mesh.positions.insert(mesh.positions.end(), {file.x[v], file.y[v], file.z[v]});
+  mesh.faces = file.corners;
+  for (const HistogramMethod method : tensor_histogram_methods)
+    tensor_charted.push_back(staged_model(mesh, parameters_of(*this, method)));
+}
+
+namespace {
+
+struct HistogramSampling {
+  const char* name;
+  const char* charts;
+  SequenceKind sequence;
+};
+// By the numbers of HistogramMethod.
+constexpr HistogramSampling samplings[] = {
+    {"low discrepancy", "conformal", SequenceKind::shifted},
+    {"stratified", "conformal", SequenceKind::stratified},
+    {"random", "conformal", SequenceKind::random},
+    {"isotropic tensor", "isotropic tensor", SequenceKind::shifted},
+    {"isotropic tensor by gradient", "isotropic tensor by gradient", SequenceKind::shifted}};
+
+const HistogramSampling& sampling_of(HistogramMethod method) {
+  return samplings[static_cast<std::size_t>(method)];
+}
+
+// Of low discrepancy, each on charts of its own.
+constexpr HistogramMethod chart_methods[] = {HistogramMethod::shifted, HistogramMethod::tensor_metric,
+                                             HistogramMethod::tensor_gradient};
+
+const ModelState& charted_by(const HistogramModel& model, HistogramMethod method) {
+  if (!follows_tensor(method)) return model.charted;
+  return model.tensor_charted.at(method == HistogramMethod::tensor_gradient);
+}
+
+}  // namespace
+
+const char* name_of(HistogramMethod method) { return sampling_of(method).name; }
+
+bool follows_tensor(HistogramMethod method) {
+  return method == HistogramMethod::tensor_metric || method == HistogramMethod::tensor_gradient;
+}
+
+SampleParameters parameters_of(const HistogramModel& model, HistogramMethod method) {
+  SampleParameters parameters = model.parameters;
+  parameters.place.sequence = sampling_of(method).sequence;
+  if (!follows_tensor(method)) return parameters;
+  parameters.method = MethodChoice::anisotropic;
+  parameters.tensor.kind = TensorKind::isotropic;
+  parameters.seed = model.seed;
+  if (method == HistogramMethod::tensor_gradient) {
+    parameters.tensor_charts.form = AlignmentForm::gradient;
+    parameters.tensor_charts.segment.count = 16;
   }
+  return parameters;
 }
 
 MeshSamples draw_samples(const HistogramModel& model, HistogramMethod method, std::uint32_t count,
                          std::uint32_t run, const EmbreeDevice& device) {
-  SampleParameters parameters = model.parameters;
-  constexpr SequenceKind sequences[] = {SequenceKind::shifted, SequenceKind::stratified,
-                                        SequenceKind::random};
   const auto number = static_cast<std::uint32_t>(method);
-  parameters.place.sequence = sequences[number];
   const std::uint64_t seed = model.seed + (std::uint64_t{number} << 32) + (std::uint64_t{run} << 40);
-  Row row = sampled_row(model.charted, parameters, count, seed, device);
+  Row row = sampled_row(charted_by(model, method), parameters_of(model, method), count, seed, device);
   return {sample_triangles(model.charted.file, model.charted.mesh, row.samples),
           std::move(row.samples.barycentric)};
 }
@@ -252,8 +298,8 @@ Plot histogram_plot(const std::string& title, const std::string& distance, const
   };
   add_truth("all vertices", shown.alike, LineDash::dotted);
   add_truth("vertices by area", shown.by_area, LineDash::solid);
-  add("low discrepancy", shown.regular).colour = 0;
-  add("random", shown.random).colour = 1;
+  for (std::size_t s = 0; s < shown.samples.size(); ++s)
+    add(shown.samples[s].first.c_str(), shown.samples[s].second).colour = s;
   return plot;
 }
 
@@ -292,21 +338,32 @@ const HistogramErrors* find_errors(const std::vector<HistogramErrors>& all, cons
   return nullptr;
 }
 
-// Both errors of both methods at a number of points.
+// The kinds of charts that were measured against a truth.
+std::vector<HistogramMethod> measured_charts(const std::vector<HistogramErrors>& all,
+                                             const std::string& truth) {
+  std::vector<HistogramMethod> methods;
+  for (const HistogramMethod method : chart_methods)
+    if (find_errors(all, truth, method) != nullptr) methods.push_back(method);
+  return methods;
+}
+
+// Relative, largest and norm of a method at a number of points.
+using Measured = std::array<Spread, 3>;
+Measured measured(const std::vector<HistogramErrors>& all, const std::string& truth, HistogramMethod method,
+                  std::uint32_t points) {
+  const HistogramErrors* const errors = find_errors(all, truth, method);
+  return {spread_of(errors->relative_at(points)), spread_of(errors->largest_at(points)),
+          spread_of(errors->norm_at(points))};
+}
+
+// Of the conformal charts, random samples and those of the given charts.
 struct Compared {
-  Spread regular[3], random[3];  // relative, largest, norm
+  Measured conformal, random, regular;
 };
-Compared compared(const std::vector<HistogramErrors>& all, const std::string& truth, std::uint32_t points) {
-  Compared result;
-  const HistogramErrors *const regular = find_errors(all, truth, HistogramMethod::shifted),
-                               *const random = find_errors(all, truth, HistogramMethod::random);
-  result.regular[0] = spread_of(regular->relative_at(points));
-  result.regular[1] = spread_of(regular->largest_at(points));
-  result.regular[2] = spread_of(regular->norm_at(points));
-  result.random[2] = spread_of(random->norm_at(points));
-  result.random[0] = spread_of(random->relative_at(points));
-  result.random[1] = spread_of(random->largest_at(points));
-  return result;
+Compared compared(const std::vector<HistogramErrors>& all, const std::string& truth, HistogramMethod method,
+                  std::uint32_t points) {
+  return {measured(all, truth, HistogramMethod::shifted, points),
+          measured(all, truth, HistogramMethod::random, points), measured(all, truth, method, points)};
 }
 
 }  // namespace
@@ -321,6 +378,7 @@ Table table_one() {
   Table table{{{"model"},
                {"points"},
                {"ground truth"},
+               {"charts"},
                {"low discrepancy %", 4},
                {"its error", 2},
                {"random %", 4},
@@ -332,7 +390,8 @@ Table table_one() {
                {"error of random largest", 2},
                {"largest gap", 2},
                {"root of squares %", 4},
-               {"random root of squares %", 4}},
+               {"random root of squares %", 4},
+               {"gap to conformal", 2}},
               {}};
   return table;
 }
@@ -346,6 +405,7 @@ void add_to_table_one(Table& table, const std::string& model, const std::vector<
         table.rows.push_back({model,
                               points,
                               "the survey's table 1",
+                              {},
                               published.percent[k][0],
                               {},
                               published.percent[k][1],
@@ -354,19 +414,22 @@ void add_to_table_one(Table& table, const std::string& model, const std::vector<
                               published.largest[k][0],
                               {},
                               published.largest[k][1]});
-    for (const std::string& truth : truths) {
-      const Compared c = compared(all, truth, points);
-      table.rows.push_back({model, points, truth, 100 * c.regular[0].mean, 100 * c.regular[0].error,
-                            100 * c.random[0].mean, 100 * c.random[0].error,
-                            gap_of(c.random[0], c.regular[0]), c.regular[1].mean, c.regular[1].error,
-                            c.random[1].mean, c.random[1].error, gap_of(c.random[1], c.regular[1]),
-                            100 * c.regular[2].mean, 100 * c.random[2].mean});
-    }
+    for (const std::string& truth : truths)
+      for (const HistogramMethod method : measured_charts(all, truth)) {
+        const Compared c = compared(all, truth, method, points);
+        table.rows.push_back({model, points, truth, sampling_of(method).charts, 100 * c.regular[0].mean,
+                              100 * c.regular[0].error, 100 * c.random[0].mean, 100 * c.random[0].error,
+                              gap_of(c.random[0], c.regular[0]), c.regular[1].mean, c.regular[1].error,
+                              c.random[1].mean, c.random[1].error, gap_of(c.random[1], c.regular[1]),
+                              100 * c.regular[2].mean, 100 * c.random[2].mean});
+        if (follows_tensor(method)) table.rows.back().emplace_back(gap_of(c.regular[0], c.conformal[0]));
+      }
   }
 }
 
 Table claim_table() {
   return {{{"claim"},
+           {"charts"},
            {"model"},
            {"points"},
            {"ground truth"},
@@ -374,7 +437,8 @@ Table claim_table() {
            {"holds"},
            {"low discrepancy"},
            {"random"},
-           {"gap", 2}},
+           {"gap", 2},
+           {"conformal"}},
           {}};
 }
 
@@ -382,22 +446,58 @@ void add_claims(Table& table, const std::string& model, const std::vector<Histog
                 const std::vector<std::string>& truths) {
   constexpr const char* measures[] = {"relative", "largest"};
   for (const std::string& truth : truths)
-    for (const std::uint32_t points : table_points) {
-      const Compared c = compared(all, truth, points);
-      for (std::size_t m = 0; m < 2; ++m) {
-        const double gap = gap_of(c.random[m], c.regular[m]);
-        table.rows.push_back({"smaller error", model, points, truth, measures[m],
-                              gap > 2    ? "yes"
-                              : gap < -2 ? "no"
-                                         : "undecided",
-                              c.regular[m].mean, c.random[m].mean, gap});
+    for (const std::uint32_t points : table_points)
+      for (const HistogramMethod method : measured_charts(all, truth)) {
+        const Compared c = compared(all, truth, method, points);
+        const char* const charts = sampling_of(method).charts;
+        for (std::size_t m = 0; m < 2; ++m) {
+          const double gap = gap_of(c.random[m], c.regular[m]);
+          table.rows.push_back({"smaller error", charts, model, points, truth, measures[m],
+                                gap > 2    ? "yes"
+                                : gap < -2 ? "no"
+                                           : "undecided",
+                                c.regular[m].mean, c.random[m].mean, gap});
+        }
+        // The deviation of a run is known to 1 / sqrt(2 (runs - 1)); no more than an order is claimed.
+        for (std::size_t m = 0; m < 2; ++m)
+          table.rows.push_back({"smaller deviation over runs", charts, model, points, truth, measures[m],
+                                c.regular[m].deviation < c.random[m].deviation ? "yes" : "no",
+                                c.regular[m].deviation, c.random[m].deviation});
+        for (std::size_t m = 0; m < 2 && follows_tensor(method); ++m) {
+          const double gap = gap_of(c.regular[m], c.conformal[m]);
+          table.rows.push_back({"equals conformal",
+                                charts,
+                                model,
+                                points,
+                                truth,
+                                measures[m],
+                                std::abs(gap) <= 2 ? "yes" : "no",
+                                c.regular[m].mean,
+                                {},
+                                gap,
+                                c.conformal[m].mean});
+        }
       }
-      // The deviation of a run is known to 1 / sqrt(2 (runs - 1)); no more than an order is claimed.
-      for (std::size_t m = 0; m < 2; ++m)
-        table.rows.push_back({"smaller deviation over runs", model, points, truth, measures[m],
-                              c.regular[m].deviation < c.random[m].deviation ? "yes" : "no",
-                              c.regular[m].deviation, c.random[m].deviation});
-    }
+}
+
+Table tensor_chart_table() {
+  return {{{"model"},
+           {"charts"},
+           {"segments"},
+           {"accepted share", 3},
+           {"chart ratio", 4},
+           {"overlap", 3},
+           {"flips"}},
+          {}};
+}
+
+void add_tensor_charts(Table& table, const HistogramModel& model) {
+  for (const HistogramMethod method : tensor_histogram_methods) {
+    const ModelState& charted = charted_by(model, method);
+    const AnisotropyReport& found = charted.anisotropy;
+    table.rows.push_back({model.name, sampling_of(method).charts, found.segments, found.accepted_share,
+                          found.mean_chart_ratio, charted.row.report.overlap, charted.row.report.flips});
+  }
 }
 
 void write_json(FigureSet& figures, const std::string& stem,

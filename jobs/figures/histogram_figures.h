@@ -20,6 +20,8 @@ inline constexpr std::uint32_t histogram_bins = 32;  // the survey's
 struct HistogramModel {
   std::string name;
   ModelState charted;
+  // By the method anisotropic with the isotropic tensor: in its metric, along its directions.
+  std::vector<ModelState> tensor_charted;
   std::vector<double> creased;      // 9 T corner normals, split at creases
   SampleParameters parameters;      // but for points, sequence and seed
   std::vector<double> vertices;     // 3 W
@@ -29,13 +31,23 @@ struct HistogramModel {
   // From now on samples are uniform on the lifted surface: their density is the area of the lifted triangle
   // over that of the flat one. The share of either differs by O((edge x curvature)^2).
   void weigh_by_lifted_area();
+  // Makes the charts of the methods tensor_metric and tensor_gradient, for the uniform density.
+  void chart_isotropic_tensor();
 };
 
-// The two methods of table 1, and another low-discrepancy one.
-enum class HistogramMethod : std::uint8_t { shifted, stratified, random };
-inline constexpr HistogramMethod all_histogram_methods[] = {HistogramMethod::shifted, HistogramMethod::random,
-                                                            HistogramMethod::stratified};
+// The two methods of table 1, another low-discrepancy sequence, and the first one's on charts of the
+// isotropic tensor, as the survey had them: conformal in its metric, and along its directions (16 segments).
+// They number the streams of randomness: new ones at the end.
+enum class HistogramMethod : std::uint8_t { shifted, stratified, random, tensor_metric, tensor_gradient };
+inline constexpr HistogramMethod tensor_histogram_methods[] = {HistogramMethod::tensor_metric,
+                                                               HistogramMethod::tensor_gradient};
+inline constexpr HistogramMethod all_histogram_methods[] = {
+    HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::stratified,
+    HistogramMethod::tensor_metric, HistogramMethod::tensor_gradient};
 const char* name_of(HistogramMethod method);
+bool follows_tensor(HistogramMethod method);
+// What decides its samples, but for points and seed.
+SampleParameters parameters_of(const HistogramModel& model, HistogramMethod method);
 
 // Samples by triangle and weights of corners 1 and 2. Runs and methods share no randomness.
 struct MeshSamples {
@@ -89,10 +101,11 @@ std::uint32_t histogram_runs(const FigureSet& figures, std::uint32_t count);
 std::vector<std::uint32_t> histogram_counts(std::uint32_t most);
 // Truth, method, points, runs; mean, deviation and standard error of both errors.
 Table histogram_error_table(const std::vector<HistogramErrors>& all);
-// Histograms as steps over [0, range]: the ground truths over all vertices and by area, and two sets of
-// samples.
+// Histograms as steps over [0, range]: the ground truths over all vertices and by area, and sets of samples
+// by the names of their methods.
 struct ShownHistograms {
-  std::vector<double> alike, by_area, regular, random;
+  std::vector<double> alike, by_area;
+  std::vector<std::pair<std::string, std::vector<double>>> samples;
 };
 Plot histogram_plot(const std::string& title, const std::string& distance, const ShownHistograms& shown,
                     double range);
@@ -100,15 +113,19 @@ Plot histogram_plot(const std::string& title, const std::string& distance, const
 Plot histogram_error_plot(const std::string& title, const std::vector<HistogramErrors>& all,
                           const std::string& truth, bool relative, std::size_t vertices);
 
-// Rows of table 1 and the claims that they bear out or not, for one model.
 // What the names of the survey's models start with.
 std::vector<std::string> published_models();
+// Rows of table 1 and the claims that they bear out or not, for one model: low discrepancy samples on every
+// kind of charts against random ones, and those of the isotropic tensor against the conformal ones.
 Table table_one();
 void add_to_table_one(Table& table, const std::string& model, const std::vector<HistogramErrors>& all,
                       const std::vector<std::string>& truths);
 Table claim_table();
 void add_claims(Table& table, const std::string& model, const std::vector<HistogramErrors>& all,
                 const std::vector<std::string>& truths);
+// What the charts of the isotropic tensor came to.
+Table tensor_chart_table();
+void add_tensor_charts(Table& table, const HistogramModel& model);
 // Writes tables as members of one JSON object, linked from the page.
 void write_json(FigureSet& figures, const std::string& stem,
                 const std::vector<std::pair<std::string, Table>>& tables);
