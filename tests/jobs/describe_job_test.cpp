@@ -401,6 +401,10 @@ TEST_CASE("export of descriptors: neither the store nor what is no file is repla
       CHECK_FALSE(fs::exists(output + ".ids.csv"));
     }
   CHECK(fs::is_fifo(c.path("pipe")));  // a device would be taken away in the same manner
+  const ProcessResult fresh = c.describe("s.h5", {"--descriptors", "a3", "--fresh", "-o", c.path("pipe")});
+  CHECK(fresh.exit_code == 2);
+  CHECK(contains(fresh.err, "is no store"));
+  CHECK(fs::is_fifo(c.path("pipe")));
   // A link to a file stays a link.
   write_file(c.path("far.csv"), "old");
   fs::create_symlink("far.csv", c.path("near.csv"));
