@@ -18,7 +18,19 @@ namespace {
 
 }  // namespace
 
-WholeFileWriter::WholeFileWriter(const std::filesystem::path& path) : path_(path), temporary_(path) {
+std::filesystem::path replaced_file(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const fs::file_status status = fs::status(path, none);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    errno = fs::is_directory(status) ? EISDIR : EEXIST;
+    fail("not a file that can be replaced:", path);
+  }
+  return fs::exists(status) && fs::is_symlink(path, none) ? fs::canonical(path) : path;
+}
+
+WholeFileWriter::WholeFileWriter(const std::filesystem::path& path)
+    : path_(replaced_file(path)), temporary_(path_) {
   temporary_ += ".tmp" + std::to_string(::getpid());
   file_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file_ < 0) fail("cannot create", temporary_);

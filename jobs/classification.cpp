@@ -9,6 +9,7 @@ namespace meander {
 
 Classification read_classification(const std::filesystem::path& file) {
   std::ifstream in(file);
+  if (!in) throw UsageError("cannot open `" + file.string() + "`");
   std::string magic, version;
   std::uint64_t classes = 0, models = 0;
   if (!(in >> magic >> version >> classes >> models) || magic != "PSB")

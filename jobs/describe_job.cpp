@@ -38,13 +38,13 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DescribeOptions {
-  std::string store, output, descriptors, scale = "mean", memory = "4G", timeout = "120s", progress = "auto";
+  std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
   std::vector<std::string> inputs;
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
   double timeout_seconds = 0;
-  bool shapes_geodesics = false;  // --geodesic-sources was given
+  DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
 };
 
@@ -59,7 +59,6 @@ void resolve(DescribeOptions& options) {
   if (options.descriptors.empty())
     problems.push_back(fmt::format("describe needs --descriptors with some of {}, with commas",
                                    fmt::join(descriptor_names, ", ")));
-  describe.scale = options.scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
     problems.push_back(
@@ -68,8 +67,7 @@ void resolve(DescribeOptions& options) {
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
         fmt::format("{} need no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
-  if (problems.empty() && options.shapes_geodesics && !has(describe.descriptors, Descriptor::geodesic))
-    problems.push_back("--geodesic-sources shapes the descriptor geodesic only");
+  if (problems.empty()) resolve_descriptor_shape(options.shape, describe, problems);
   try {
     options.memory_bytes = parse_bytes(options.memory);
     if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory: at least 16M");
@@ -123,11 +121,10 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
     described.push_back({descriptor, has(describe.descriptors, descriptor)});
   }
   members["describe"] = "\"" + names + "\"";
-  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described,
-                  [](Descriptor d) { return d != Descriptor::basics; });
+  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described, has_bins);
   merge_parameter(members, "descriptor_scale",
                   describe.scale == HistogramScale::mean ? "\"mean\"" : "\"largest\"", described,
-                  [](Descriptor d) { return d == Descriptor::d2 || d == Descriptor::geodesic; });
+                  takes_scale);
   merge_parameter(members, "geodesic_sources", fmt::format("{}", describe.geodesic_sources), described,
                   [](Descriptor d) { return d == Descriptor::geodesic; });
   return join_members(members);
@@ -440,6 +437,8 @@ class DescribeJob {
   int describe_rows() {
     set_allocator_limits();
     stop_ = &catch_stop_signals();
+    for (std::uint64_t row = 0; row < header_.ids.size(); ++row)
+      if (directory_->done(row) && store_->report(row).status == Status::ok) done_before_.push_back(row);
     const auto start = std::chrono::steady_clock::now();
     bool stopped = false;
     {
@@ -463,6 +462,7 @@ class DescribeJob {
     store_.reset();
     directory_->finish();
     directory_.reset();
+    find_earlier_problems();
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     print_summary(seconds.count());
     return problems_.empty() ? exit_done : exit_some_failed;
@@ -571,6 +571,26 @@ class DescribeJob {
     progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.reused});
   }
 
+  // Rows that an earlier start of this job ended without their descriptors. A geodesic histogram of several
+  // components may rightly be all 0.
+  void find_earlier_problems() {
+    if (done_before_.empty()) return;
+    const StoreReader store(output_);
+    for (const DescriptorSchema& schema : store.descriptors()) {
+      if (schema.group != "descriptors" || !describer_.makes(schema.name)) continue;
+      const bool may_be_zero = schema.name == name_of(Descriptor::geodesic);
+      constexpr std::uint64_t block = 4096;
+      for (auto row = done_before_.begin(); row != done_before_.end();) {
+        const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);
+        const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
+        for (; row != done_before_.end() && *row < begin + count; ++row)
+          if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)) &&
+              !(may_be_zero && store.report(*row).components > 1))
+            problems_.try_emplace(*row, Problem{Status::unreadable, "failed before the job was interrupted"});
+      }
+    }
+  }
+
   void print_summary(double seconds) const {
     std::string names;
     for (const Descriptor descriptor : options_.describe.descriptors)
@@ -604,8 +624,14 @@ class DescribeJob {
     fmt::print("\n");
     if (problems_.empty()) return;
     fmt::print("{} rows could not be described completely, what they lack is 0:\n", problems_.size());
-    for (const auto& [row, problem] : problems_)
+    constexpr std::size_t most_shown = 100;
+    std::size_t shown = 0;
+    for (const auto& [row, problem] : problems_) {
+      if (shown++ == most_shown) break;
       fmt::print("  {}: {}: {}\n", header_.ids[row], name_of(problem.status), problem.reason);
+    }
+    if (problems_.size() > most_shown)
+      fmt::print("  and {} more (--json lists all)\n", problems_.size() - most_shown);
   }
 
   DescribeOptions& options_;
@@ -620,6 +646,7 @@ class DescribeJob {
   Progress* progress_ = nullptr;
   std::mutex problems_mutex_;
   std::map<std::uint64_t, Problem> problems_;  // by row
+  std::vector<std::uint64_t> done_before_;     // ok rows that an earlier start ended, ascending
   std::exception_ptr store_error_;
   std::uint64_t not_ok_ = 0;
 };
@@ -637,19 +664,7 @@ JobFunction add_describe_job(CLI::App& program) {
   command->add_option("--descriptors", options->descriptors,
                       "Some of d2,a3,d1,d3,d4,geodesic,basics with commas; needed");
   command->add_option("-o,--output", options->output, "Write another store instead");
-  command->add_option("--bins", options->describe.bins, "Bins of histograms, 8 to 1024")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--descriptor-scale", options->scale,
-          "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
-      ->capture_default_str()
-      ->check(OneOf({"mean", "largest"}));
-  command
-      ->add_option("--geodesic-sources", options->describe.geodesic_sources,
-                   "Samples that geodesic distances start from (0: all)")
-      ->capture_default_str()
-      ->each([options](const std::string&) { options->shapes_geodesics = true; });
+  add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
   command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
   const char* running = "Running";
   command

@@ -1,10 +1,12 @@
 #include "jobs/descriptor_choice.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 
+#include "jobs/command_line.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -29,6 +31,43 @@ std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_v
   return chosen;
 }
 
+void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
+                                  DescribeParameters& describe, const std::string& group) {
+  const auto told = [](bool& given) { return [&given](const std::string&) { given = true; }; };
+  command.add_option("--bins", describe.bins, "Bins of histograms, 8 to 1024")
+      ->capture_default_str()
+      ->each(told(texts.bins_given))
+      ->group(group);
+  command
+      .add_option(
+          "--descriptor-scale", texts.scale,
+          "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
+      ->capture_default_str()
+      ->check(OneOf({"mean", "largest"}))
+      ->each(told(texts.scale_given))
+      ->group(group);
+  command
+      .add_option("--geodesic-sources", describe.geodesic_sources,
+                  "Samples that geodesic distances start from (0: all)")
+      ->capture_default_str()
+      ->each(told(texts.sources_given))
+      ->group(group);
+}
+
+void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
+                              std::vector<std::string>& problems) {
+  describe.scale = texts.scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
+  const auto none_is = [&](bool (*shaped)(Descriptor)) {
+    return std::none_of(describe.descriptors.begin(), describe.descriptors.end(), shaped);
+  };
+  if (texts.bins_given && none_is(has_bins))
+    problems.push_back("--bins shapes histograms, and basics is none");
+  if (texts.scale_given && none_is(takes_scale))
+    problems.push_back("--descriptor-scale shapes the descriptors d2 and geodesic only");
+  if (texts.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
+    problems.push_back("--geodesic-sources shapes the descriptor geodesic only");
+}
+
 DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters) {
   constexpr std::array<const char*, descriptor_names.size()> values = {
       "distance of all pairs of samples (Osada et al. 2002, D2)",
@@ -47,9 +86,8 @@ DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& para
     schema.attributes.emplace_back(columns_attribute, fmt::format("{}", fmt::join(basics_names, ",")));
     return schema;
   }
-  const bool scaled = descriptor == Descriptor::d2 || descriptor == Descriptor::geodesic;
   const char* const range = descriptor == Descriptor::a3 ? "pi"
-                            : scaled && parameters.scale == HistogramScale::largest
+                            : takes_scale(descriptor) && parameters.scale == HistogramScale::largest
                                 ? "the largest value"
                                 : "3 x the mean; larger values count in the last bin";
   schema.attributes.emplace_back("bins",

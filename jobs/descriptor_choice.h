@@ -9,12 +9,27 @@
 #include "io/store/store.h"
 #include "kernels/describe/describe_samples.h"
 
+namespace CLI {
+class App;
+}
+
 namespace meander {
 
 // "d2,geodesic,...": each once, in that order. Unknown names are added to the problems, with the option's
 // name and the nearest descriptor.
 std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
                                           std::vector<std::string>& problems);
+
+// The options --bins, --descriptor-scale and --geodesic-sources, as given.
+struct DescriptorShapeTexts {
+  std::string scale = "mean";
+  bool bins_given = false, scale_given = false, sources_given = false;
+};
+void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
+                                  DescribeParameters& describe, const std::string& group);
+// After the descriptors are known: the scale, and a problem for an option that shapes none of them.
+void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
+                              std::vector<std::string>& problems);
 
 // Name, width and the attributes that explain its values.
 DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters);

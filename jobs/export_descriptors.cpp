@@ -136,22 +136,11 @@ void write_csv(const StoreReader& store, const DescribedRows& table, const std::
   file.finish();
 }
 
-void write_fbin(const DescribedRows& table, const std::string& path) {
-  if (table.rows().size() > std::numeric_limits<std::uint32_t>::max())
-    throw UsageError("fbin holds at most 2^32 - 1 rows");
-  WholeFileWriter file(path);
-  const std::uint32_t header[2] = {static_cast<std::uint32_t>(table.rows().size()), table.width()};
-  file.append(std::as_bytes(std::span(header)));
-  table.visit_blocks([&](std::span<const std::uint64_t>, std::span<const float> values) {
-    file.append(std::as_bytes(values));
-  });
-  file.finish();
-}
+std::string ids_path(const std::string& path) { return path + ".ids.csv"; }
 
 // Where the rows of the file come from. `test`: one entry per row where there is a split, else empty.
 void write_ids(const StoreReader& store, const DescribedRows& table, const std::vector<std::uint8_t>& test,
-               const std::string& path) {
-  WholeFileWriter file(path + ".ids.csv");
+               WholeFileWriter& file) {
   append_text(file, test.empty() ? "position,row,id,label\n" : "part,position,row,id,label\n");
   for (const std::uint8_t part : {std::uint8_t{0}, std::uint8_t{1}}) {
     std::uint64_t position = 0;
@@ -164,7 +153,20 @@ void write_ids(const StoreReader& store, const DescribedRows& table, const std::
     }
     append_text(file, text);
   }
+}
+
+void write_fbin(const StoreReader& store, const DescribedRows& table, const std::string& path) {
+  if (table.rows().size() > std::numeric_limits<std::uint32_t>::max())
+    throw UsageError("fbin holds at most 2^32 - 1 rows");
+  WholeFileWriter file(path), ids(ids_path(path));
+  const std::uint32_t header[2] = {static_cast<std::uint32_t>(table.rows().size()), table.width()};
+  file.append(std::as_bytes(std::span(header)));
+  table.visit_blocks([&](std::span<const std::uint64_t>, std::span<const float> values) {
+    file.append(std::as_bytes(values));
+  });
+  write_ids(store, table, {}, ids);
   file.finish();
+  ids.finish();
 }
 
 // ---- ANN-benchmarks ---------------------------------------------------------------------------------------
@@ -221,6 +223,7 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
 
   AnnFileWriter file(options.output, {train, queries, table.width(), static_cast<std::uint32_t>(count)},
                      kind == DistanceKind::l2 ? "euclidean" : "angular");
+  WholeFileWriter ids(ids_path(options.output));
   GrowingBase all(kind, table.width(), rows);
   std::vector<float> test_values;
   std::size_t at = 0;
@@ -260,8 +263,9 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
     });
     file.append_neighbours(positions, distances);
   }
-  write_ids(store, table, test, options.output);
+  write_ids(store, table, test, ids);
   file.finish();
+  ids.finish();
 }
 
 }  // namespace
@@ -319,8 +323,7 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
   if (options.format == "csv") {
     write_csv(store, table, options.output);
   } else if (options.format == "fbin") {
-    write_ids(store, table, {}, options.output);
-    write_fbin(table, options.output);
+    write_fbin(store, table, options.output);
   } else {
     write_ann(store, table, options);
   }

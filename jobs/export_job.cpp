@@ -83,6 +83,7 @@ int export_picture(const StoreReader& store, const ExportOptions& options) {
 }
 
 int export_store(const ExportOptions& options) {
+  keep_store(options.store, {options.output, options.picture});
   const StoreReader store(options.store);
   if (is_descriptor_format(options.format)) {
     DescriptorExport wanted = options.descriptors;

@@ -152,15 +152,6 @@ int info(const InfoOptions& options) {
 
 }  // namespace
 
-std::uint64_t find_item(const StoreReader& store, const std::string& item) {
-  if (const auto row = store.find(item)) return *row;
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
-  if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
-  throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
-                   std::to_string(store.rows()) + ")");
-}
-
 JobFunction add_info_job(CLI::App& program) {
   CLI::App* command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
   auto options = std::make_shared<InfoOptions>();

@@ -34,6 +34,7 @@
 #include "kernels/analyse/spectrum.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -457,9 +458,10 @@ Table measure_distance(const MeasureOptions& options) {
   for (std::size_t m = 0; m < 2; ++m) {
     const PreparedMesh& mesh = meshes[m];
     for (std::size_t v = 0; v < mesh.x.size(); ++v) {
-      at[3 * m].push_back(mesh.centre.x + mesh.unit * mesh.x[v]);
-      at[3 * m + 1].push_back(mesh.centre.y + mesh.unit * mesh.y[v]);
-      at[3 * m + 2].push_back(mesh.centre.z + mesh.unit * mesh.z[v]);
+      const Vector3 p = to_file(mesh, mesh.position(static_cast<std::uint32_t>(v)));
+      at[3 * m].push_back(p.x);
+      at[3 * m + 1].push_back(p.y);
+      at[3 * m + 2].push_back(p.z);
     }
     spans[m] = {at[3 * m], at[3 * m + 1], at[3 * m + 2], mesh.triangles};
   }

@@ -14,6 +14,7 @@
 #include "jobs/inputs.h"
 #include "jobs/store_items.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -37,11 +38,11 @@ MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::u
   set.item = store.id(number);
   set.name = path + "::" + set.item;
   set.progressive = store.order() == "progressive";
-  const std::vector<float>& points = row.samples.points;
-  for (std::size_t i = 0; i < points.size(); i += 3) {
-    set.x.push_back(row.report.loc[0] + row.report.scale * points[i]);
-    set.y.push_back(row.report.loc[1] + row.report.scale * points[i + 1]);
-    set.z.push_back(row.report.loc[2] + row.report.scale * points[i + 2]);
+  for (std::size_t i = 0; i < row.samples.count(); ++i) {
+    const Vector3 p = file_point(row.report, row.samples.points, i);
+    set.x.push_back(p.x);
+    set.y.push_back(p.y);
+    set.z.push_back(p.z);
   }
   set.normals = row.samples.normals;
   set_density({row.samples.density.begin(), row.samples.density.end()}, set);
@@ -182,9 +183,8 @@ std::vector<double> working_points(const MeasuredSet& set, const PreparedMesh& m
   std::vector<double> points;
   points.reserve(3 * set.count());
   for (std::size_t i = 0; i < set.count(); ++i) {
-    points.push_back((set.x[i] - mesh.centre.x) / mesh.unit);
-    points.push_back((set.y[i] - mesh.centre.y) / mesh.unit);
-    points.push_back((set.z[i] - mesh.centre.z) / mesh.unit);
+    const Vector3 p = to_working(mesh, {set.x[i], set.y[i], set.z[i]});
+    points.insert(points.end(), {p.x, p.y, p.z});
   }
   return points;
 }

@@ -124,7 +124,7 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
 // Rows by all that a .cla may call them.
 class RowNames {
  public:
-  explicit RowNames(const StoreReader& store) {
+  explicit RowNames(const StoreReader& store) : store_(store) {
     for (std::uint64_t row = 0; row < store.rows(); ++row) {
       const std::string id = store.id(row);
       const std::filesystem::path path(id);
@@ -134,6 +134,8 @@ class RowNames {
   }
   std::optional<std::uint64_t> find(const std::string& model) const {
     for (const std::string& name : {model, "m" + model}) {
+      if (const std::optional<std::uint64_t> row = store_.find(name))
+        return row;  // whatever else is called so
       const auto at = rows_.find(name);
       if (at == rows_.end()) continue;
       if (at->second.uses > 1)
@@ -148,6 +150,7 @@ class RowNames {
   struct Entry {
     std::uint64_t row, uses;
   };
+  const StoreReader& store_;
   std::unordered_map<std::string, Entry> rows_;
 };
 

@@ -31,6 +31,8 @@ namespace meander {
 
 namespace {
 
+constexpr std::size_t most_drawn_classes = 1024;
+
 struct RetrieveOptions {
   std::string store, item, descriptor, distance = "l1", classes;
   std::uint32_t k = 10;
@@ -43,6 +45,7 @@ struct RetrieveOptions {
 // ---- query -----------------------------------------------------------------------------------------------
 
 int query(const RetrieveOptions& options) {
+  keep_store(options.store, {options.csv});
   const StoreReader store(options.store);
   const std::uint64_t row = find_item(store, options.item);
   const ItemReport report = store.report(row);
@@ -52,7 +55,8 @@ int query(const RetrieveOptions& options) {
   const RetrievalBase base = load_base(store, options.descriptor, options.kind());
   const auto at = std::lower_bound(base.rows.begin(), base.rows.end(), row);
   if (at == base.rows.end() || *at != row)
-    throw UsageError(fmt::format("`{}` has no usable descriptor: its values are not finite or all 0", options.item));
+    throw UsageError(
+        fmt::format("`{}` has no usable descriptor: its values are not finite or all 0", options.item));
   const std::vector<NearRow> found =
       nearest_rows(base.base, static_cast<std::size_t>(at - base.rows.begin()), options.k);
   Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};
@@ -86,7 +90,7 @@ int query(const RetrieveOptions& options) {
 // ---- evaluate --------------------------------------------------------------------------------------------
 
 RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
-                               const std::string& matrix) {
+                               const std::string& matrix, bool with_confusion) {
   std::optional<WholeFileWriter> file;
   if (!matrix.empty()) file.emplace(matrix);
   const std::size_t n = task.rows();
@@ -99,7 +103,7 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
     if (file) file->append(std::as_bytes(distances));
   });
   if (file) file->finish();
-  return summarise(task, queries);
+  return summarise(task, queries, with_confusion);
 }
 
 std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
@@ -223,10 +227,15 @@ int evaluate(const RetrieveOptions& options) {
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
       !options.confusion.ends_with(".png"))
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
+  keep_store(options.store, {options.csv, options.matrix, options.picture, options.confusion});
   const StoreReader store(options.store);
   const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
-  const RetrievalSummary summary = evaluate_base(base, task, options.matrix);
+  const bool with_confusion = !options.confusion.empty();
+  if (with_confusion && base.classes.size() > most_drawn_classes)
+    throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
+                                 base.classes.size()));
+  const RetrievalSummary summary = evaluate_base(base, task, options.matrix, with_confusion);
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
   if (!options.picture.empty())

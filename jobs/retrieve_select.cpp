@@ -15,6 +15,7 @@
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
 #include "jobs/retrieve_base.h"
+#include "jobs/store_items.h"
 #include "kernels/retrieve/setting_choice.h"
 
 namespace meander {
@@ -210,6 +211,7 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
 }
 
 int select(const SelectOptions& options) {
+  keep_store(options.store, {options.csv});
   const StoreReader store(options.store);
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
                                                                 : listed_combinations(options.descriptors);

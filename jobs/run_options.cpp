@@ -37,10 +37,12 @@ void resolve_density(const std::string& text, DensityParameters& density,
 // "none" or "d2,geodesic,..."; each once.
 void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& describe,
                          std::vector<std::string>& problems) {
-  describe.scale = texts.descriptor_scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
   if (texts.describe != "none")
     describe.descriptors = parse_descriptors("--describe", texts.describe, problems);
-  if (describe.descriptors.empty() && texts.shapes_descriptors)
+  const DescriptorShapeTexts& shape = texts.descriptor_shape;
+  if (!describe.descriptors.empty())
+    resolve_descriptor_shape(shape, describe, problems);
+  else if (shape.bins_given || shape.scale_given || shape.sources_given)
     problems.push_back("--bins, --descriptor-scale and --geodesic-sources shape descriptors: see --describe");
 }
 
@@ -130,24 +132,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
                   "Descriptors to store: none, or some of d2,a3,d1,d3,d4,geodesic,basics with commas")
       ->capture_default_str()
       ->group(collection);
-  command.add_option("--bins", options.sample.describe.bins, "Bins of descriptors, 8 to 1024")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
-      ->group(collection);
-  command
-      .add_option(
-          "--descriptor-scale", texts.descriptor_scale,
-          "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
-      ->capture_default_str()
-      ->check(OneOf({"mean", "largest"}))
-      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
-      ->group(collection);
-  command
-      .add_option("--geodesic-sources", options.sample.describe.geodesic_sources,
-                  "Samples that geodesic distances start from (0: all)")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_descriptors = true; })
-      ->group(collection);
+  add_descriptor_shape_options(command, texts.descriptor_shape, options.sample.describe, collection);
   command
       .add_flag("--certify", options.sample.certify,
                 "Measure every model's own samples: error over rotated boxes, rho (/certificate)")

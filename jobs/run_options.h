@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/descriptor_choice.h"
 #include "jobs/tensor_options.h"
 #include "kernels/sample_mesh.h"
 
@@ -40,9 +41,8 @@ struct RunOptionTexts {
               compress = "default", memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
   TensorOptionTexts tensor;
-  std::string descriptor_scale = "mean";
-  bool shapes_descriptors = false;  // --bins, --descriptor-scale or --geodesic-sources was given
-  bool shapes_density = false;      // --density-floor or --density-exponent was given
+  DescriptorShapeTexts descriptor_shape;
+  bool shapes_density = false;  // --density-floor or --density-exponent was given
 };
 
 // Adds the subcommand with its options.

@@ -14,6 +14,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/describe/curved_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/sample/point_frames.h"
 #include "kernels/sample_tensor.h"
 
 namespace meander {
@@ -203,10 +204,7 @@ void lift_model_samples(ModelState& model, const OutputFrame& frame) {
   const std::vector<double> normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
   const std::vector<double> lifted =
       lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, triangle, samples.barycentric);
-  const std::array<double, 3> shift = {mesh.centre.x - frame.loc.x, mesh.centre.y - frame.loc.y,
-                                       mesh.centre.z - frame.loc.z};
-  for (std::size_t i = 0; i < lifted.size(); ++i)
-    samples.points[i] = static_cast<float>((mesh.unit * lifted[i] + shift[i % 3]) / frame.scale) + 0.0f;
+  samples.points = stored_points(lifted, mesh, frame);
 }
 
 }  // namespace
@@ -262,11 +260,7 @@ void certify_model(ModelState& model, const SampleParameters& parameters) {
   if (!parameters.certify) return;
   release_curves(model);
   const PreparedMesh& mesh = model.mesh;
-  const ItemReport& report = model.row.report;
-  const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
-  std::vector<double> points(model.row.samples.points.begin(), model.row.samples.points.end());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    points[i] = (report.loc[i % 3] + report.scale * points[i] - centre[i % 3]) / mesh.unit;
+  const std::vector<double> points = working_points(model.row.report, model.row.samples.points, mesh);
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
   model.cancel.check();

@@ -22,6 +22,7 @@ constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;                    // element, two sort arrays, result
 constexpr double bytes_per_batched_vertex = 16 * 3 * 8 * 2;  // sixteen sources, three vectors, two batches
 constexpr double most_kept_distances = 1 << 25;              // of a geodesic histogram
+constexpr double bytes_per_creased_triangle = 270;           // crease normals, their edges and sums
 constexpr double bytes_per_sample = 160;                     // sequence, points twice, row, encoded row
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
@@ -51,6 +52,11 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
     const double locate = chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf;
     widest = std::max({flatten, locate + elements, chart + elements + placed});
+  }
+  if (parameters.curved) {  // while charts and elements are still there
+    const double charts =
+        parameters.method == MethodChoice::direct ? 0 : triangles * bytes_per_chart_triangle;
+    widest = std::max(widest, charts + elements + placed + triangles * bytes_per_creased_triangle);
   }
   const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end()) {

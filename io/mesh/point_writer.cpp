@@ -12,6 +12,8 @@
 #include <string>
 #include <system_error>
 
+#include "kernels/sample/point_frames.h"
+
 namespace meander {
 
 namespace {
@@ -72,13 +74,6 @@ class PendingFile {
   bool kept_ = false;
 };
 
-std::array<double, 3> file_point(const Samples& samples, const ItemReport& report, std::size_t i) {
-  std::array<double, 3> point;
-  for (std::size_t k = 0; k < 3; ++k)
-    point[k] = report.loc[k] + report.scale * double{samples.points[3 * i + k]};
-  return point;
-}
-
 template <class Number>
 void append_decimal(std::string& text, Number number, char behind) {
   std::array<char, 32> digits;
@@ -114,7 +109,8 @@ std::string header(PointFormat format, const Samples& samples) {
 
 void append_row(std::string& data, PointFormat format, const Samples& samples, const ItemReport& report,
                 std::size_t i) {
-  const std::array<double, 3> point = file_point(samples, report, i);
+  const Vector3 at = file_point(report, samples.points, i);
+  const std::array<double, 3> point = {at.x, at.y, at.z};
   const float* const normal = samples.normals.data() + 3 * i;
   if (format == PointFormat::ply) {
     for (const double value : point) append_little_endian(data, value);

@@ -9,6 +9,7 @@
 #include "io/store/hdf5_handles.h"
 #include "io/store/posix_file.h"
 #include "io/store/store_file.h"
+#include "io/whole_file.h"
 
 namespace meander {
 
@@ -88,8 +89,8 @@ AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileSha
                              std::string_view distance)
     : state_(std::make_unique<State>()) {
   State& state = *state_;
-  state.path = path;
-  state.temporary = path;
+  state.path = replaced_file(path);
+  state.temporary = state.path;
   state.temporary += ".tmp" + std::to_string(::getpid());
   open_file(state.temporary, O_WRONLY | O_CREAT | O_TRUNC);  // says what is wrong with the place, if anything
   state.guarded([&] {

@@ -299,6 +299,8 @@ void discard_run(const fs::path& store) {
 }
 
 void discard_store(const fs::path& store) {
+  if (fs::exists(store) && !fs::is_regular_file(store))  // a device, say: others need it
+    throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
   discard_run(store);
   if (::unlink(store.c_str()) != 0 && errno != ENOENT) throw_file_error(errno, "remove", store);
 }

@@ -105,6 +105,8 @@ StoreReader::StoreReader(const std::filesystem::path& store) : state_(std::make_
   state_->path = store;
   if (!std::filesystem::exists(store))
     throw RunError(RunError::Kind::unusable, fmt::format("there is no store {}", store.string()));
+  if (!std::filesystem::is_regular_file(store))
+    throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
   state_->guarded([&] {
     state_->file = std::make_unique<StoreFileReader>(store);
     if (!state_->file->problems().empty())

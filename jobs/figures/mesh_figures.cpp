@@ -13,6 +13,7 @@
 #include "kernels/analyse/discrepancy_rings.h"
 #include "kernels/analyse/mesh_distance.h"
 #include "kernels/analyse/slope_fit.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -56,12 +57,9 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
       by_rings.runs.emplace_back();
       for (std::uint32_t run = 0; run < runs; ++run) {
         const Row row = sampled_row(model, parameters, count, figures.seed + run, device);
-        const std::array<double, 3> centre = {surface.centre.x, surface.centre.y, surface.centre.z};
         std::vector<std::uint32_t> hits(surface.triangle_count(), 0);
         for (const std::uint32_t face : row.samples.face) ++hits[triangle_of[face]];
-        std::vector<double> points(row.samples.points.begin(), row.samples.points.end());
-        for (std::size_t i = 0; i < points.size(); ++i)
-          points[i] = (row.report.loc[i % 3] + row.report.scale * points[i] - centre[i % 3]) / surface.unit;
+        const std::vector<double> points = working_points(row.report, row.samples.points, surface);
         by_boxes.runs.back().push_back(box_error_ratio(boxes, points) *
                                        std::sqrt(variance / static_cast<double>(count)));
         by_rings.runs.back().push_back(

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
@@ -60,6 +62,9 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
   std::vector<std::uint32_t> result(samples.count());
   for (std::size_t i = 0; i < result.size(); ++i) {
     const std::uint32_t polygon = samples.face[i];
+    if (polygon + std::size_t{1} >= begin.size() || begin[polygon] == begin[polygon + 1])
+      throw std::invalid_argument("a sample on polygon " + std::to_string(polygon) +
+                                  ", which the mesh does not have");
     result[i] = triangles[begin[polygon]];
     for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k) {
       const std::uint32_t* const slots = mesh.corner_slot.data() + 3 * std::size_t{triangles[k]};

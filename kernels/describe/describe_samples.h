@@ -30,6 +30,12 @@ constexpr bool needs_mesh(Descriptor descriptor) {
   return descriptor == Descriptor::geodesic || descriptor == Descriptor::basics;
 }
 
+// What DescribeParameters::bins and ::scale shape.
+constexpr bool has_bins(Descriptor descriptor) { return descriptor != Descriptor::basics; }
+constexpr bool takes_scale(Descriptor descriptor) {
+  return descriptor == Descriptor::d2 || descriptor == Descriptor::geodesic;
+}
+
 // basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
 // has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
 inline constexpr std::size_t basics_count = shape_basics_count + 1;
@@ -48,7 +54,8 @@ struct DescribeParameters {
   std::uint32_t geodesic_sources = 64;          // 0: all samples
 };
 
-// The working triangle of every sample: the one of its polygon that has its corners. O(T + N).
+// The working triangle of every sample: the one of its polygon that has its corners. Throws
+// std::invalid_argument when a sample's polygon is not in the mesh. O(T + N).
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples);
 

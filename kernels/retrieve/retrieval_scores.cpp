@@ -243,17 +243,19 @@ QueryScores score_query(const RetrievalTask& task, std::size_t query, std::span<
   return result;
 }
 
-RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries) {
+RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries,
+                           bool with_confusion) {
   const std::size_t classes = task.members.size();
   RetrievalSummary summary;
   summary.by_class.resize(classes);
-  summary.confusion.assign(classes * classes, 0);
+  if (with_confusion) summary.confusion.assign(classes * classes, 0);
   for (std::size_t row = 0; row < task.rows(); ++row) {
     if (!task.scores(row)) continue;
     const std::uint32_t own = task.label[row];
     ++summary.queries;
     summary.micro += queries[row].scores;
     summary.by_class[own] += queries[row].scores;
+    if (!with_confusion) continue;
     for (const auto& [other, share] : queries[row].nearest_classes)
       summary.confusion[own * classes + other] += share;
   }
@@ -261,7 +263,7 @@ RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScore
     if (!task.scored[c]) continue;
     ++summary.classes;
     summary.by_class[c] /= task.members[c].size();
-    for (std::size_t other = 0; other < classes; ++other)
+    for (std::size_t other = 0; with_confusion && other < classes; ++other)
       summary.confusion[c * classes + other] /= static_cast<double>(task.members[c].size());
     summary.macro += summary.by_class[c];
   }

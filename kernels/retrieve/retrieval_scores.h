@@ -79,12 +79,13 @@ struct RetrievalSummary {
   RetrievalScores macro;                  // mean over classes of their means
   std::vector<RetrievalScores> by_class;  // zero where the class is not scored
   // classes x classes, row by row: share of the queries of class a whose nearest row is of class b; rows of
-  // classes that are not scored are zero.
+  // classes that are not scored are zero. Empty unless asked for.
   std::vector<double> confusion;
 };
 
 // queries: one entry per row of the task; those of rows that are not scored are not read. Sums run in the
-// order of the rows. With nothing scored all is zero.
-RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries);
+// order of the rows. With nothing scored all is zero. with_confusion: 8 bytes for every pair of classes.
+RetrievalSummary summarise(const RetrievalTask& task, std::span<const QueryScores> queries,
+                           bool with_confusion = true);
 
 }  // namespace meander

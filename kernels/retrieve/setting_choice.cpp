@@ -129,20 +129,21 @@ LeftOutScores leave_one_class_out(const RetrievalTask& task, std::span<const Ret
   LeftOutScores result;
   result.setting.assign(classes, LeftOutScores::no_setting);
   result.scores.by_class.resize(classes);
-  std::vector<double> values(settings.size());
+  // Of all scored classes; those of all but one are the difference.
+  std::vector<double> totals(settings.size(), 0), values(settings.size());
+  double queries = 0;
+  const auto members_of = [&](std::size_t c) { return static_cast<double>(task.members[c].size()); };
   for (std::size_t c = 0; c < classes; ++c) {
     if (task.scored[c] == 0) continue;
-    for (std::size_t s = 0; s < settings.size(); ++s) {
-      double sum = 0;
-      std::size_t queries = 0;
-      for (std::size_t other = 0; other < classes; ++other) {
-        if (other == c || task.scored[other] == 0) continue;
-        const std::size_t members = task.members[other].size();
-        sum += criterion_of(settings[s].by_class[other], criterion) * static_cast<double>(members);
-        queries += members;
-      }
-      values[s] = sum / static_cast<double>(queries);
-    }
+    queries += members_of(c);
+    for (std::size_t s = 0; s < settings.size(); ++s)
+      totals[s] += criterion_of(settings[s].by_class[c], criterion) * members_of(c);
+  }
+  for (std::size_t c = 0; c < classes; ++c) {
+    if (task.scored[c] == 0) continue;
+    for (std::size_t s = 0; s < settings.size(); ++s)
+      values[s] = (totals[s] - criterion_of(settings[s].by_class[c], criterion) * members_of(c)) /
+                  (queries - members_of(c));
     result.setting[c] = first_of_largest(values);
     const RetrievalScores& own = settings[result.setting[c]].by_class[c];
     result.scores.by_class[c] = own;

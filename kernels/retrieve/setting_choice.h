@@ -20,7 +20,7 @@ using BlockCombination = std::vector<std::uint32_t>;
 // are: the same bits as of a base that make_descriptor_base makes of these blocks alone. Summaries carry no
 // confusion matrix. The same for every thread count. Throws std::invalid_argument for an empty combination, a
 // block that does not exist, or a task of another number of rows. O(N^2 (total width + combinations x log
-// C)); memory (blocks + 1) x N floats a thread and 53 KB a combination.
+// C)); memory (blocks + 1) x N floats a thread, and 53 KB and 208 bytes a class for every combination.
 std::vector<RetrievalSummary> score_combinations(const DescriptorBase& base, const RetrievalTask& task,
                                                  std::span<const BlockCombination> combinations);
 
@@ -51,7 +51,7 @@ struct LeftOutScores {
 };
 
 // settings: summaries of one task. Throws std::invalid_argument when there is none, or fewer than two scored
-// classes. O(settings x classes^2).
+// classes. O(settings x classes).
 LeftOutScores leave_one_class_out(const RetrievalTask& task, std::span<const RetrievalSummary> settings,
                                   SettingCriterion criterion);
 

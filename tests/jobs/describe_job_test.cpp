@@ -1,4 +1,6 @@
 // meander describe: descriptors for a finished store; basics; export of descriptors.
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -165,6 +167,47 @@ TEST_CASE("describe: killed, the old store is whole and the same command goes on
   CHECK_FALSE(fs::exists(c.path("s.h5.run")));
 }
 
+TEST_CASE("describe: rows that failed before a kill are still told at the end") {
+  const Collection c;
+  c.sample("s.h5");
+  fs::remove(c.path("in/ring.off"));
+  const std::vector<std::string> more = {c.in, "--descriptors", "d2,basics"};
+  const auto begun = [&](const StoreHeader& header, std::uint64_t row, Row content) {
+    RunDirectory run(c.path("s.h5"), header);
+    run.begin_item(row);
+    run.end_item(encode_row(header, row, content));
+    run.sync();
+  };
+  // What a process leaves that dies after its second round has written that row: made by hand.
+  REQUIRE(c.describe("s.h5", more + std::vector<std::string>{"-o", c.path("made.h5")}).exit_code == 3);
+  {
+    const StoreReader made(c.path("made.h5"));
+    StoreHeader header;
+    header.content = made.content();
+    header.samples = made.samples();
+    header.compression = made.compression();
+    header.seed = made.seed();
+    header.order = made.order();
+    header.label_names = made.label_names();
+    header.method_version = made.method_version();
+    header.tool_version = made.tool_version();
+    header.descriptors = made.descriptors();
+    header.parameters_json = made.parameters_json();
+    for (std::uint64_t row = 0; row < made.rows(); ++row) {
+      header.ids.push_back(made.id(row));
+      header.labels.push_back(made.label(row));
+    }
+    const std::uint64_t row = *made.find("ring.off");
+    begun(header, row, made.read_row(row));
+  }
+  const ProcessResult result = c.describe("s.h5", more);
+  INFO(result.err << result.out);
+  CHECK(result.exit_code == 3);
+  CHECK(contains(result.out, "4 rows described"));
+  CHECK(contains(result.out, "ring.off: unreadable: failed before the job was interrupted"));
+  CHECK(same_bytes(c.path("s.h5"), c.path("made.h5")));
+}
+
 TEST_CASE("describe: the parameters say what every descriptor was made with") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2"});
@@ -196,6 +239,8 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
   CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "need no meshes"));
   CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
+  CHECK(contains(error_of({"--descriptors", "a3", "--descriptor-scale", "largest"}), "d2 and geodesic only"));
+  CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}), "basics is none"));
   CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
   CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "at least 16M"));
   fs::create_directories(c.path("other"));
@@ -337,6 +382,37 @@ TEST_CASE("export of descriptors: CSV and fbin") {
   std::memcpy(first.data(), bytes.data() + 8, 32);
   CHECK(first == expected);
   CHECK(read_file(c.path("d.fbin.ids.csv")) == "position,row,id,label\n0,0,ball.off,in\n1,3,ring.off,in\n");
+}
+
+TEST_CASE("export of descriptors: neither the store nor what is no file is replaced") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2"});
+  const std::string before = read_file(c.path("s.h5"));
+  fs::create_symlink("s.h5", c.path("link.h5"));
+  fs::create_directories(c.path("folder"));
+  REQUIRE(mkfifo(c.path("pipe").c_str(), 0600) == 0);
+  for (const char* format : {"csv", "fbin", "ann-hdf5"})
+    for (const std::string& output : {c.path("s.h5"), c.path("link.h5"), c.path("folder"), c.path("pipe")}) {
+      const ProcessResult result =
+          meander_with({"export", c.path("s.h5"), "--descriptors", "d2", "--format", format, "-o", output});
+      INFO(format << " " << output << ": " << result.err);
+      CHECK(result.exit_code == 2);
+      CHECK((read_file(c.path("s.h5")) == before));
+      CHECK_FALSE(fs::exists(output + ".ids.csv"));
+    }
+  CHECK(fs::is_fifo(c.path("pipe")));  // a device would be taken away in the same manner
+  const ProcessResult fresh = c.describe("s.h5", {"--descriptors", "a3", "--fresh", "-o", c.path("pipe")});
+  CHECK(fresh.exit_code == 2);
+  CHECK(contains(fresh.err, "is no store"));
+  CHECK(fs::is_fifo(c.path("pipe")));
+  // A link to a file stays a link.
+  write_file(c.path("far.csv"), "old");
+  fs::create_symlink("far.csv", c.path("near.csv"));
+  REQUIRE(meander_with(
+              {"export", c.path("s.h5"), "--descriptors", "d2", "--format", "csv", "-o", c.path("near.csv")})
+              .exit_code == 0);
+  CHECK(fs::is_symlink(c.path("near.csv")));
+  CHECK(contains(read_file(c.path("far.csv")), "ball.off"));
 }
 
 TEST_CASE("export of descriptors: mistakes are usage errors") {

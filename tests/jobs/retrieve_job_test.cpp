@@ -351,6 +351,15 @@ TEST_CASE("retrieve: mistakes are explained") {
   CHECK(contains(refusal({"query", scratch / "s.h5", "m99"}), "no item `m99`"));
   CHECK(contains(refusal({"query", scratch / "s.h5", "9"}), "unreadable"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--per-clas"}), "did you mean `--per-class`?"));
+  CHECK(
+      contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "absent.cla"}), "cannot open"));
+  std::filesystem::create_directories(scratch / "folder.h5");
+  CHECK(contains(refusal({"evaluate", scratch / "folder.h5"}), "it is no file"));
+  const std::string store = scratch / "s.h5";
+  for (const char* option : {"--csv", "--matrix"})
+    CHECK(contains(refusal({"evaluate", store, option, store}), "is the store itself"));
+  CHECK(contains(refusal({"select", store, "--csv", store}), "is the store itself"));
+  CHECK(contains(refusal({"query", store, "0", "--csv", store}), "is the store itself"));
   write_file(scratch / "none.cla", "PSB 1\n1 1\nfar 0 1\n777\n");
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "none.cla"}), "no model of"));
   write_file(scratch / "twice.cla", "PSB 1\n1 2\nfar 0 2\n16 m16\n");

@@ -1,6 +1,7 @@
 #include "kernels/describe/describe_samples.h"
 
 #include <catch2/catch.hpp>
+#include <stdexcept>
 
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample_mesh.h"
@@ -31,4 +32,13 @@ TEST_CASE(
     CHECK(centre.y + model.mesh.unit * p.y == Approx(samples.points[3 * i + 1]).margin(1e-6));
     CHECK(centre.z + model.mesh.unit * p.z == Approx(samples.points[3 * i + 2]).margin(1e-6));
   }
+
+  // A mesh that was not the one sampled.
+  Samples elsewhere = samples;
+  elsewhere.face.back() = static_cast<std::uint32_t>(model.file.polygon_count());
+  CHECK_THROWS_AS(sample_triangles(model.file, model.mesh, elsewhere), std::invalid_argument);
+  PreparedMesh without = model.mesh;
+  for (std::uint32_t& polygon : without.polygon)
+    if (polygon == samples.face[0]) polygon = samples.face[0] > 0 ? 0 : 1;
+  CHECK_THROWS_AS(sample_triangles(model.file, without, samples), std::invalid_argument);
 }

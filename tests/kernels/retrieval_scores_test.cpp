@@ -227,6 +227,11 @@ TEST_CASE("summarise: tiny classes, micro, macro, classes and confusion by hand"
     CHECK(s.macro.nearest_neighbour == Approx(psb ? 1 : 0.5));
     CHECK(s.confusion == (psb ? std::vector<double>{1, 0, 0, 0, 0, 0, 0, 0, 0}
                               : std::vector<double>{1, 0, 0, 1, 0, 0, 0, 0, 0}));
+    // Many classes have no room for their pairs.
+    const RetrievalSummary scores = summarise(task, queries, false);
+    CHECK(scores.confusion.empty());
+    CHECK(scores.micro.average_precision == s.micro.average_precision);
+    CHECK(scores.by_class[0].dcg == s.by_class[0].dcg);
   }
   const std::vector<std::uint32_t> first{0};
   const RetrievalTask none = make_retrieval_task(labels, 3, true, first);
