@@ -30,6 +30,7 @@ int say(int status, const std::string& text) {
 
 int run_program(int argc, char** argv, StageHook hook) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is no failure
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is told like a full disk
   CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
   program.set_version_flag("--version", std::string("meander ") + meander_version);
   program.require_subcommand(1);

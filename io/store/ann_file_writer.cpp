@@ -17,6 +17,8 @@ using namespace store;
 
 namespace {
 
+constexpr std::uint64_t overhead_bytes = 16384;  // of headers and attributes: 8,192 are needed
+
 // A dataset of rows that is filled from its front.
 struct Filling {
   Hdf5Dataset dataset;
@@ -59,14 +61,14 @@ struct AnnFileWriter::State {
   Hdf5File file;
   Filling train, test, neighbours, distances;
 
-  // Runs with the library locked, its errors turned into RunError(stopped).
+  // Runs with the library locked, its errors turned into RunError(unusable): no second start continues.
   template <class Body>
   void guarded(const Body& body) {
     const Hdf5Lock lock;
     try {
       body();
     } catch (const Hdf5Error& error) {
-      throw RunError(RunError::Kind::stopped, error.what());
+      throw RunError(RunError::Kind::unusable, error.what());
     }
   }
 
@@ -93,6 +95,14 @@ AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileSha
   state.temporary = state.path;
   state.temporary += ".tmp" + std::to_string(::getpid());
   open_file(state.temporary, O_WRONLY | O_CREAT | O_TRUNC);  // says what is wrong with the place, if anything
+  // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
+  const std::uint64_t numbers =
+      (shape.train + shape.test) * shape.width + 2 * shape.test * std::uint64_t{shape.neighbours};
+  try {
+    reserve_space(state.temporary, sizeof(float) * numbers + overhead_bytes);
+  } catch (const RunError& error) {
+    throw RunError(RunError::Kind::unusable, error.what());
+  }
   state.guarded([&] {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
     hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");

@@ -17,7 +17,8 @@ struct AnnFileShape {
 };
 
 // Takes the file piece by piece, every part in the order of its rows. The file gets its name in finish(),
-// synced; without that nothing is left. Throws RunError(stopped) when it cannot be written. No thread-safety.
+// synced; without that nothing is left. Throws RunError(unusable) when it cannot be written. No
+// thread-safety.
 class AnnFileWriter {
  public:
   // distance: "euclidean" or "angular", as ANN-benchmarks names them.

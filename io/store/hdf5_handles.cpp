@@ -17,6 +17,15 @@ herr_t take_description(unsigned, const H5E_error2_t* error, void* target) {
   return 0;
 }
 
+// Of the system's errors HDF5 tells time, buffers and sizes over two lines: what failed and why is enough.
+std::string in_short(const std::string& description) {
+  constexpr std::string_view before = "error message = '";
+  const std::size_t details = description.find(": time = "), why = description.find(before);
+  if (details == std::string::npos || why == std::string::npos) return description;
+  const std::size_t begin = why + before.size(), end = description.find('\'', begin);
+  return description.substr(0, details) + ": " + description.substr(begin, end - begin);
+}
+
 }  // namespace
 
 Hdf5Lock::Hdf5Lock() : lock_(library_mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
@@ -25,8 +34,8 @@ void throw_hdf5_error(std::string_view action) {
   std::string description;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_description, &description);
   H5Eclear2(H5E_DEFAULT);
-  throw Hdf5Error(
-      fmt::format("cannot {}: {}", action, description.empty() ? "unknown HDF5 error" : description));
+  throw Hdf5Error(fmt::format("cannot {}: {}", action,
+                              description.empty() ? "unknown HDF5 error" : in_short(description)));
 }
 
 }  // namespace meander::store

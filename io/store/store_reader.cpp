@@ -194,8 +194,7 @@ std::vector<float> StoreReader::read_descriptor(std::string_view name, std::uint
       const DatasetSpec& spec = layout.datasets[d].spec;
       if (spec.role != Role::descriptor || spec.path.substr(spec.path.rfind('/') + 1) != name) continue;
       std::vector<float> values(count * spec.width);  // rows that are not ok hold the fill value, NaN
-      if (!values.empty())
-        state_->file->read_rows(d, row, count, std::as_writable_bytes(std::span(values)));
+      if (!values.empty()) state_->file->read_rows(d, row, count, std::as_writable_bytes(std::span(values)));
       return values;
     }
     throw Hdf5Error(fmt::format("{} has no descriptor {}", state_->path.string(), name));

@@ -1,4 +1,5 @@
 // meander describe: descriptors for a finished store; basics; export of descriptors.
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -413,6 +414,35 @@ TEST_CASE("export of descriptors: neither the store nor what is no file is repla
               .exit_code == 0);
   CHECK(fs::is_symlink(c.path("near.csv")));
   CHECK(contains(read_file(c.path("far.csv")), "ball.off"));
+}
+
+TEST_CASE("describe and export: a limit on file sizes is told, and describe goes on") {
+  const Collection c;
+  c.sample("s.h5", {"--describe", "d2", "--bins", "1024"});
+  const std::string before = read_file(c.path("s.h5"));
+  ProcessOptions small;
+  small.in_child = [] {
+    const rlimit limit{4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  };
+  const std::vector<std::string> describe = {"describe", c.path("s.h5"), "--descriptors", "a3"};
+  const ProcessResult stopped = meander_with(describe, small);
+  INFO(stopped.err);
+  CHECK(stopped.signal == 0);
+  CHECK(stopped.exit_code == 75);
+  CHECK(contains(stopped.err, "File too large"));
+  CHECK((read_file(c.path("s.h5")) == before));
+  for (const char* format : {"csv", "fbin", "ann-hdf5"}) {
+    const ProcessResult result = meander_with(
+        {"export", c.path("s.h5"), "--descriptors", "d2", "--format", format, "-o", c.path("x")}, small);
+    INFO(format << ": " << result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, "File too large"));
+    CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  }
+  for (const auto& entry : fs::directory_iterator(c.scratch.path()))
+    CHECK(entry.path().filename().string()[0] != 'x');  // x, x.ids.csv, x.tmp123
+  CHECK(meander_with(describe).exit_code == 0);
 }
 
 TEST_CASE("export of descriptors: mistakes are usage errors") {
