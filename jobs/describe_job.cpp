@@ -114,6 +114,7 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
   std::string names;
   for (const DescriptorSchema& schema : schemas) {
     if (schema.group != "descriptors") continue;
+    if (schema.name == geodesic_disconnected_name) continue;  // comes with geodesic
     names += (names.empty() ? "" : ",") + schema.name;
     const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), schema.name);
     if (at == descriptor_names.end()) continue;  // of a later program
@@ -140,13 +141,9 @@ StoreHeader described_header(const StoreReader& store, const DescribeOptions& op
   header.label_names = store.label_names();
   header.method_version = store.method_version();
   header.tool_version = store.tool_version();
-  std::vector<DescriptorSchema> added;
-  for (const Descriptor descriptor : options.describe.descriptors) {
-    DescriptorSchema schema = schema_of(descriptor, options.describe);
-    if (store.tool_version() != meander_version)
-      schema.attributes.emplace_back("tool_version", meander_version);
-    added.push_back(std::move(schema));
-  }
+  std::vector<DescriptorSchema> added = schemas_of(options.describe);
+  if (store.tool_version() != meander_version)
+    for (DescriptorSchema& schema : added) schema.attributes.emplace_back("tool_version", meander_version);
   // Those of the store keep their places; measures of the samples come last.
   std::vector<DescriptorSchema> certificates;
   for (const DescriptorSchema& old : store.descriptors()) {
@@ -189,7 +186,7 @@ struct Describer {
   bool allow_oversize = false;
 
   bool makes(std::string_view name) const {
-    const auto named = [&](Descriptor descriptor) { return name_of(descriptor) == name; };
+    const auto named = [&](Descriptor descriptor) { return makes_row(descriptor, name); };
     const auto &of_points = points.describe.descriptors, &of_meshes = meshes.describe.descriptors;
     return std::any_of(of_points.begin(), of_points.end(), named) ||
            std::any_of(of_meshes.begin(), of_meshes.end(), named);
@@ -578,6 +575,7 @@ class DescribeJob {
     const StoreReader store(output_);
     for (const DescriptorSchema& schema : store.descriptors()) {
       if (schema.group != "descriptors" || !describer_.makes(schema.name)) continue;
+      if (schema.name == geodesic_disconnected_name) continue;  // most are 0
       const bool may_be_zero = schema.name == name_of(Descriptor::geodesic);
       constexpr std::uint64_t block = 4096;
       for (auto row = done_before_.begin(); row != done_before_.end();) {

@@ -68,6 +68,8 @@ void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParamet
     problems.push_back("--geodesic-sources shapes the descriptor geodesic only");
 }
 
+namespace {
+
 DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters) {
   constexpr std::array<const char*, descriptor_names.size()> values = {
       "distance of all pairs of samples (Osada et al. 2002, D2)",
@@ -93,6 +95,22 @@ DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& para
   schema.attributes.emplace_back("bins",
                                  fmt::format("shares in {} equal bins from 0 to {}", parameters.bins, range));
   return schema;
+}
+
+}  // namespace
+
+std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
+  std::vector<DescriptorSchema> schemas;
+  for (const Descriptor descriptor : parameters.descriptors) {
+    schemas.push_back(schema_of(descriptor, parameters));
+    if (descriptor == Descriptor::geodesic)
+      schemas.push_back({std::string(geodesic_disconnected_name),
+                         1,
+                         {{"value", "share of the pairs of samples that no path along the surface joins"},
+                          {columns_attribute, "share"}},
+                         "descriptors"});
+  }
+  return schemas;
 }
 
 bool is_histogram(const DescriptorSchema& schema) {

@@ -31,8 +31,8 @@ void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts
 void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
                               std::vector<std::string>& problems);
 
-// Name, width and the attributes that explain its values.
-DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters);
+// Names, widths and the attributes that explain the values, of the rows of the descriptors in their order.
+std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters);
 
 // The attribute of descriptors that are separate values and no histogram: their names with commas.
 inline constexpr const char* columns_attribute = "columns";

@@ -44,8 +44,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
   header.parameters_json = parameters_json(options.sample, options.compression);
   header.label_names = inputs.label_names;
-  for (const Descriptor descriptor : options.sample.describe.descriptors)
-    header.descriptors.push_back(schema_of(descriptor, options.sample.describe));
+  header.descriptors = schemas_of(options.sample.describe);
   if (options.sample.method == MethodChoice::anisotropic) {
     constexpr std::array<const char*, anisotropy_names.size()> meanings = {
         "segments that the surface was charted in",

@@ -28,8 +28,8 @@ ShapeFunction function_of(Descriptor descriptor) {
   }
 }
 
-std::vector<float> geodesic_shares(const PolygonMesh& file, const PreparedMesh& mesh, const Samples& samples,
-                                   const DescribeParameters& parameters, const CancelToken& cancel) {
+GeodesicHistogram geodesics_of(const PolygonMesh& file, const PreparedMesh& mesh, const Samples& samples,
+                               const DescribeParameters& parameters, const CancelToken& cancel) {
   PointsOnMeshArrays points;
   points.triangle = sample_triangles(file, mesh, samples);
   points.barycentric.assign(samples.barycentric.begin(), samples.barycentric.end());
@@ -37,7 +37,7 @@ std::vector<float> geodesic_shares(const PolygonMesh& file, const PreparedMesh& 
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
   histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
-  return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel).share;
+  return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel);
 }
 
 std::vector<float> basics_of(const PreparedMesh& mesh) {
@@ -90,7 +90,10 @@ std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const Prepa
       histogram.scale = parameters.scale;
       row.values = to_float(distance_histogram(samples.points, histogram).shares);
     } else if (descriptor == Descriptor::geodesic) {
-      row.values = geodesic_shares(file, mesh, samples, parameters, cancel);
+      const GeodesicHistogram geodesics = geodesics_of(file, mesh, samples, parameters, cancel);
+      row.values = geodesics.share;
+      rows.push_back(std::move(row));
+      row = {std::string(geodesic_disconnected_name), {static_cast<float>(geodesics.disconnected_share)}};
     } else if (descriptor == Descriptor::basics) {
       row.values = basics_of(mesh);
     } else {

@@ -25,6 +25,15 @@ constexpr std::string_view name_of(Descriptor descriptor) {
   return descriptor_names[static_cast<std::size_t>(descriptor)];
 }
 
+// The row of one value that comes after geodesic: the share of the pairs of samples, [0, 1], that no path
+// joins and that are therefore in no bin.
+inline constexpr std::string_view geodesic_disconnected_name = "geodesic_disconnected";
+// Whether a row of that name comes with the descriptor.
+constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
+  return name == name_of(descriptor) ||
+         (descriptor == Descriptor::geodesic && name == geodesic_disconnected_name);
+}
+
 // What needs the mesh besides the samples.
 constexpr bool needs_mesh(Descriptor descriptor) {
   return descriptor == Descriptor::geodesic || descriptor == Descriptor::basics;
@@ -59,10 +68,10 @@ struct DescribeParameters {
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples);
 
-// One row per descriptor asked for, in that order: basics, or a histogram of `bins` shares of sum 1 (a
-// geodesic one without any connected pair is all 0). File and mesh may be empty unless a descriptor
-// needs_mesh. Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
-// samples. Throws what they throw; deterministic for every thread count.
+// The rows of the descriptors asked for, in that order (geodesic has a second one): basics, or a histogram of
+// `bins` shares of sum 1 (a geodesic one without any connected pair is all 0). File and mesh may be empty
+// unless a descriptor needs_mesh. Randomness is a pure function of the key. Cost: see the kernels. Needs at
+// least 4 samples. Throws what they throw; deterministic for every thread count.
 std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters,
