@@ -159,7 +159,10 @@ TEST_CASE("describe: killed, the old store is whole and the same command goes on
         meander_with(std::vector<std::string>{"describe", c.path("s.h5")} + more, options);
     if (result.signal == 0) break;
     ++killed;
-    REQUIRE((read_file(c.path("s.h5")) == before));
+    // A signal may come between the renaming of the whole new store and the end of the process.
+    if (read_file(c.path("s.h5")) == before) continue;
+    REQUIRE(same_bytes(c.path("s.h5"), c.path("all.h5")));
+    break;
   }
   CHECK(killed > 0);
   if (read_file(c.path("s.h5")) == before) REQUIRE(c.describe("s.h5", more).exit_code == 0);
