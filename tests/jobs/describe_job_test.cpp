@@ -165,10 +165,12 @@ TEST_CASE("describe: killed, the old store is whole and the same command goes on
     break;
   }
   CHECK(killed > 0);
-  if (read_file(c.path("s.h5")) == before) REQUIRE(c.describe("s.h5", more).exit_code == 0);
+  const bool unfinished = read_file(c.path("s.h5")) == before;
+  if (unfinished) REQUIRE(c.describe("s.h5", more).exit_code == 0);
   // a3 was made without --geodesic-sources, which concern it no more than they would in a run.
   CHECK(same_bytes(c.path("s.h5"), c.path("all.h5")));
-  CHECK_FALSE(fs::exists(c.path("s.h5.run")));
+  // Killed after the renaming, a process leaves its folder behind.
+  if (unfinished) CHECK_FALSE(fs::exists(c.path("s.h5.run")));
 }
 
 TEST_CASE("describe: rows that failed before a kill are still told at the end") {
