@@ -46,8 +46,10 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
     tensor.attribute = text.substr(face.size());
   } else if (text.starts_with(constant)) {
     tensor.kind = TensorKind::constant;
-    if (!parse_six(std::string_view(text).substr(constant.size()), tensor.constant))
+    if (!parse_six(std::string_view(text).substr(constant.size()), tensor.constant)) {
       problems.push_back("--tensor: `" + text + "` needs six numbers XX,XY,XZ,YY,YZ,ZZ");
+      tensor.constant = TensorParameters{}.constant;  // half of it would be found indefinite as well
+    }
   } else if (text.starts_with(file)) {
     tensor.kind = TensorKind::table;
     tensor.attribute = text.substr(file.size());

@@ -47,6 +47,9 @@ struct SegmentChart {
   FlatChart flat;
   AlignmentReport alignment;
   bool accepted = false;
+
+  // A chart that no solver finds a finite map for has no coordinates.
+  bool is_measurable() const { return !flat.u.empty(); }
 };
 
 SegmentChart chart_segment(const ModelState& model, CutChart cut, const SampleParameters& parameters) {
@@ -60,7 +63,8 @@ SegmentChart chart_segment(const ModelState& model, CutChart cut, const SamplePa
     FlattenParameters flatten = parameters.flatten;
     flatten.max_flipped_share = wanted.limits.flipped;
     chart.flat = flatten_chart(model.mesh, std::move(cut), flatten, model.cancel);
-    chart.alignment = chart_alignment(model.mesh, chart.flat.cut, model.tensor, chart.flat.u, chart.flat.v);
+    if (chart.is_measurable())
+      chart.alignment = chart_alignment(model.mesh, chart.flat.cut, model.tensor, chart.flat.u, chart.flat.v);
     if (chart.flat.report.method == Method::conformal) chart.flat.report.method = Method::anisotropic;
   }
   chart.accepted = chart.flat.report.method == Method::anisotropic &&
@@ -122,19 +126,22 @@ void bisect_failed(ModelState& model, std::vector<SegmentChart>& charts, Triangl
 void summarise(ModelState& model, const std::vector<SegmentChart>& charts) {
   AnisotropyReport& report = model.anisotropy;
   report.segments = static_cast<std::uint32_t>(charts.size());
-  double area = 0, accepted = 0, angle = 0, ratio = 0;
+  double area = 0, accepted = 0, measured = 0, angle = 0, ratio = 0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     const double weight = model.mesh.components[c].area;
     if (!(weight > 0)) continue;
     area += weight;
     if (charts[c].accepted) accepted += weight;
+    if (!charts[c].is_measurable()) continue;
+    measured += weight;
     angle += weight * charts[c].alignment.mean_angle;
     ratio += weight * charts[c].alignment.mean_ratio;
   }
   if (!(area > 0)) return;
   report.accepted_share = accepted / area;
-  report.mean_angle = angle / area;
-  report.mean_chart_ratio = ratio / area;
+  if (!(measured > 0)) return;
+  report.mean_angle = angle / measured;
+  report.mean_chart_ratio = ratio / measured;
 }
 
 }  // namespace
