@@ -78,6 +78,7 @@ class NearestSource {
   void add_farthest(std::uint32_t count, std::vector<std::uint32_t>& seeds) {
     const auto end = begin_ + static_cast<std::uint32_t>(distance_.size());
     while (seeds.size() < count) {
+      cancel_.check();  // each seed is looked for among all triangles
       const std::uint32_t seed = farthest(begin_, end);
       if (!(distance_[seed - begin_] > 0)) break;
       seeds.push_back(seed);

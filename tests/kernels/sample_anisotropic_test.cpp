@@ -415,6 +415,27 @@ TEST_CASE("anisotropic sampling: a tensor that is not there or no tensor makes t
   CHECK_FALSE(length.report.reason.empty());
 }
 
+TEST_CASE("anisotropic sampling: spacings so different that segments have no finite chart are sampled") {
+  const PolygonMesh mesh = grid_plane(20, 20);
+  TensorTable table;
+  for (const double x : mesh.x) {
+    const double metric = std::pow(10.0, 600 * x - 300);
+    table.values.insert(table.values.end(), {metric, 0, 0, metric, 0, metric});
+  }
+  for (const AlignmentForm form : forms) {
+    INFO(label(form));
+    SampleParameters parameters = anisotropic(TensorKind::table);
+    parameters.tensor.table = std::make_shared<TensorTable>(table);
+    parameters.tensor.form = TensorForm::metric;
+    parameters.tensor_charts.form = form;
+    parameters.tensor_charts.segment.count = 16;
+    set_samples(parameters, 100);
+    const Row row = sampled(mesh, parameters);
+    CHECK(row.report.status == Status::ok);
+    CHECK(row.samples.count() == 100);
+  }
+}
+
 TEST_CASE("anisotropic sampling: parameters out of range are named") {
   SampleParameters parameters = anisotropic();
   parameters.tensor.max_ratio = 0.5;
