@@ -384,8 +384,8 @@ TEST_CASE("anisotropic sampling: geodesic descriptors know nothing of segments")
   parameters.describe.descriptors = {Descriptor::d2, Descriptor::geodesic};
   const Row row = sampled(icosphere(3), parameters);
   REQUIRE(row.report.status == Status::ok);
-  REQUIRE(row.descriptors.size() == 2 + anisotropy_names.size());
-  CHECK(row.descriptors[2].values[0] >= 12);  // segments
+  REQUIRE(row.descriptors.size() == 3 + anisotropy_names.size());
+  CHECK(row.descriptors[3].values[0] >= 12);  // segments
   // Along a sphere: sin(theta) / 2 in theta, whose mean is pi / 2; 32 bins to three times that. The stretched
   // samples are a little denser at the poles, in pairs as a whole hardly.
   const std::vector<float>& bins = row.descriptors[1].values;
