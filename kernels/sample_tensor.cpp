@@ -162,7 +162,8 @@ void make_tensor_segments(ModelState& model, const SampleParameters& parameters)
   if (along)
     cut_through_singularities(model.mesh, model.tensor, model.cancel);
   else
-    model.anisotropy.mended_triangles = set_surface_metric(model.mesh, model.tensor).mended_triangles;
+    model.anisotropy.mended_triangles =
+        set_surface_metric(model.mesh, model.tensor, model.cancel).mended_triangles;
   if (along || wanted.segment.count > model.mesh.components.size())
     adopt(model, segment_mesh(model.mesh, model.tensor, wanted.segment, model.cancel));
 }
@@ -182,7 +183,7 @@ void flatten_segments(ModelState& model, const SampleParameters& parameters) {
   summarise(model, charts);
   if (wanted.form == AlignmentForm::gradient) {
     // What no chart along the directions fits is charted in the metric.
-    set_surface_metric(model.mesh, model.tensor);
+    set_surface_metric(model.mesh, model.tensor, model.cancel);
     SampleParameters metric = parameters;
     metric.tensor_charts.form = AlignmentForm::metric;
     for (SegmentChart& chart : charts)

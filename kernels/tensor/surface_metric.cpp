@@ -13,7 +13,7 @@ constexpr int most_rounds = 100;
 
 }  // namespace
 
-MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field) {
+MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel) {
   MetricReport report;
   mesh.metric_length = metric_edge_lengths(mesh, field);
   const std::vector<double> wanted = mesh.metric_length;
@@ -26,6 +26,7 @@ MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field) {
   bool broken = true;
   for (int round = 0; broken && round < most_rounds; ++round) {
     broken = false;
+    cancel.check();
     for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
       const std::uint32_t h = 3 * t;
       std::uint32_t longest = h;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/tensor/tensor_field.h"
 
@@ -18,7 +19,8 @@ struct MetricReport {
 // triangle, its lengths may break the triangle inequality: the long side gives and the short ones take, a
 // quarter of the excess each, in rounds over the mesh until every triangle stands with a margin of 1e-3 of
 // its longest side, or 100 rounds are over (flattening mollifies what is left). Triangles that have no area
-// in space are left alone. O(T) a round; deterministic.
-MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field);
+// in space are left alone. O(T) a round; deterministic. Throws timeout /
+// RunCancelled.
+MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -9,10 +9,13 @@
 #include <queue>
 #include <stdexcept>
 
+#include "io/mesh/mapped_file.h"
+#include "io/mesh/mesh_reader.h"
 #include "kernels/core/random.h"
 #include "kernels/describe/exact_geodesics.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/collection.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -359,4 +362,68 @@ TEST_CASE("Geodesic histogram: isometric copies of a sheet agree, their Euclidea
       euclidean_bent += distance(file_position(bent, samples, i), file_position(bent, samples, j));
     }
   CHECK(euclidean_bent < 0.85 * euclidean_flat);
+}
+
+namespace {
+
+// Sum of the differences of two histograms of 32 shares up to the largest of `expected`: 0 equal, 2 apart.
+double histogram_distance(const std::vector<double>& found, const std::vector<double>& expected) {
+  const double largest = *std::max_element(expected.begin(), expected.end());
+  std::vector<double> difference(32, 0);
+  const auto add = [&](const std::vector<double>& distances, double sign) {
+    for (const double d : distances)
+      difference[std::min<std::size_t>(31, static_cast<std::size_t>(32 * d / largest))] +=
+          sign / static_cast<double>(distances.size());
+  };
+  add(found, 1);
+  add(expected, -1);
+  double sum = 0;
+  for (const double d : difference) sum += std::abs(d);
+  return sum;
+}
+
+std::vector<std::uint32_t> spread_vertices(const PreparedMesh& mesh, std::uint32_t count) {
+  std::vector<std::uint32_t> vertices;
+  for (std::uint32_t i = 0; i < count; ++i)
+    vertices.push_back(static_cast<std::uint32_t>(mesh.vertex_count() * i / count));
+  return vertices;
+}
+
+}  // namespace
+
+TEST_CASE("Geodesic histogram: the closed form on a sphere, exact distances on a torus") {
+  const PreparedMesh ball = prepare_mesh(icosphere(4));
+  const GeodesicHistogram on_ball = geodesic_histogram(HeatGeodesics(ball), random_points(ball, 2000, 17));
+  double apart = 0;
+  // Distances d of uniform points have the density sin(d) / 2 on [0, pi].
+  for (std::size_t b = 0; b < on_ball.share.size(); ++b) {
+    const double width = on_ball.upper / static_cast<double>(on_ball.share.size());
+    const double low = std::min(std::numbers::pi, static_cast<double>(b) * width);
+    const double high = std::min(std::numbers::pi, low + width);
+    apart += std::abs(on_ball.share[b] - 0.5 * (std::cos(low) - std::cos(high)));
+  }
+  CAPTURE(apart, on_ball.mean);
+  CHECK(on_ball.mean == Approx(std::numbers::pi / 2).epsilon(0.01));
+  CHECK(apart < 0.05);  // 64 sources
+
+  const PreparedMesh ring = prepare_mesh(torus(60, 24));
+  const PointsOnMeshArrays sources = vertices_as_points(ring, spread_vertices(ring, 16));
+  const double off = histogram_distance(heat_to_vertices(ring, sources), exact_to_vertices(ring, sources));
+  CAPTURE(off);
+  CHECK(off < 0.12);
+}
+
+TEST_CASE("Geodesic histogram: exact distances on the bunny", "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  const MappedFile file(shared_data("paper/bunny_closed.off"));
+  const PreparedMesh mesh = prepare_mesh(read_mesh(file.bytes(), MeshFormat::off));
+  const PointsOnMeshArrays sources = vertices_as_points(mesh, spread_vertices(mesh, 4));
+  const std::vector<double> exact = exact_to_vertices(mesh, sources), heat = heat_to_vertices(mesh, sources);
+  const double largest = *std::max_element(exact.begin(), exact.end());
+  const Errors errors = errors_of(heat, [&](std::size_t i) { return exact[i]; });
+  const double off = histogram_distance(heat, exact);
+  WARN("bunny: mean error " << 100 * errors.mean / largest << " % of the largest distance, worst "
+                            << 100 * errors.worst / largest << " %; histograms differ by " << off << " of 2");
+  CHECK(errors.mean < 0.01 * largest);
+  CHECK(off < 0.08);
 }
