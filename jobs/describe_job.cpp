@@ -132,23 +132,16 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
 }
 
 StoreHeader described_header(const StoreReader& store, const DescribeOptions& options) {
-  StoreHeader header;
-  header.content = store.content();
-  header.samples = store.samples();
-  header.compression = store.compression();
-  header.seed = store.seed();
-  header.order = store.order();
-  header.label_names = store.label_names();
-  header.method_version = store.method_version();
-  header.tool_version = store.tool_version();
+  StoreHeader header = store.header();
+  header.descriptors.clear();
   std::vector<DescriptorSchema> added = schemas_of(options.describe);
   if (store.tool_version() != meander_version)
     for (DescriptorSchema& schema : added) schema.attributes.emplace_back("tool_version", meander_version);
   // Those of the store keep their places; measures of the samples come last.
-  std::vector<DescriptorSchema> certificates;
+  std::vector<DescriptorSchema> measures;
   for (const DescriptorSchema& old : store.descriptors()) {
     if (old.group != "descriptors") {
-      certificates.push_back(old);
+      measures.push_back(old);
       continue;
     }
     const auto again = std::find_if(added.begin(), added.end(),
@@ -160,12 +153,8 @@ StoreHeader described_header(const StoreReader& store, const DescribeOptions& op
     if (again != added.end()) added.erase(again);
   }
   header.descriptors.insert(header.descriptors.end(), added.begin(), added.end());
-  header.descriptors.insert(header.descriptors.end(), certificates.begin(), certificates.end());
+  header.descriptors.insert(header.descriptors.end(), measures.begin(), measures.end());
   header.parameters_json = described_parameters(store, header.descriptors, options.describe);
-  for (std::uint64_t row = 0; row < store.rows(); ++row) {
-    header.ids.push_back(store.id(row));
-    header.labels.push_back(store.label(row));
-  }
   return header;
 }
 

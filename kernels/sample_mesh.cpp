@@ -216,7 +216,7 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.scale = frame.scale;
   model.row.samples = place_samples(model.file, model.mesh, model.density, model.elements, model.key,
                                     parameters.place, frame, report.repairs, model.cancel);
-  if (parameters.method == MethodChoice::anisotropic) add_sample_tensors(model, parameters);
+  if (parameters.method == MethodChoice::anisotropic) add_sample_tensors(model);
   if (parameters.curved) {
     join_segments(model, parameters);
     lift_model_samples(model, frame);

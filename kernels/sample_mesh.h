@@ -41,12 +41,11 @@ struct TensorChartParameters {
 // What anisotropic sampling found; angles and ratios are means over the area.
 struct AnisotropyReport {
   std::uint32_t segments = 0;
-  double accepted_share = 0;           // of the area: charts within the limits, [0, 1]
-  double mean_angle = 0;               // between a chart's axis and the primary direction, radians
-  double mean_chart_ratio = 1;         // singular-value ratio of the chart in the metric, >= 1
-  double mean_spacing_ratio = 1;       // s1 / s2 of the field, >= 1
-  double clamped_share = 0;            // of the triangles: their ratio was cut to the largest allowed, [0, 1]
-  std::uint64_t mended_triangles = 0;  // see MetricReport
+  double accepted_share = 0;      // of the area: charts within the limits, [0, 1]
+  double mean_angle = 0;          // between a chart's axis and the primary direction, radians
+  double mean_chart_ratio = 1;    // singular-value ratio of the chart in the metric, >= 1
+  double mean_spacing_ratio = 1;  // s1 / s2 of the field, >= 1
+  double clamped_share = 0;       // of the triangles: their ratio was cut to the largest allowed, [0, 1]
 };
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.

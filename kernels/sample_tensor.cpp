@@ -22,14 +22,14 @@ void multiply(Density& density, std::vector<double> factor) {
   density.corner = std::move(factor);
 }
 
-// The segments take the place of the components, and everything that is kept by triangle moves with them.
+// The segments take the place of the components, and what is kept by triangle moves with them, but for the
+// masses, which follow from the density once the segments are final.
 void adopt(ModelState& model, SegmentedMesh segmented) {
   model.tensor = carry_field(segmented, model.tensor);
   model.density.corner = carry_half_edge_values(segmented, model.density.corner);
   if (!model.mesh.metric_length.empty())
     segmented.mesh.metric_length = carry_half_edge_values(segmented, model.mesh.metric_length);
   model.mesh = std::move(segmented.mesh);
-  model.masses = triangle_masses(model.mesh, model.density);
 }
 
 // Slits through the singularities of odd index, so that a direction can be chosen everywhere.
@@ -52,10 +52,11 @@ struct SegmentChart {
   bool is_measurable() const { return !flat.u.empty(); }
 };
 
-SegmentChart chart_segment(const ModelState& model, CutChart cut, const SampleParameters& parameters) {
+SegmentChart chart_segment(const ModelState& model, CutChart cut, const SampleParameters& parameters,
+                           AlignmentForm form) {
   SegmentChart chart;
   const TensorChartParameters& wanted = parameters.tensor_charts;
-  if (wanted.form == AlignmentForm::gradient) {
+  if (form == AlignmentForm::gradient) {
     FieldChart along = flatten_to_field(model.mesh, std::move(cut), model.tensor, {}, model.cancel);
     chart.flat = std::move(along.flat);
     chart.alignment = along.alignment;
@@ -67,20 +68,21 @@ SegmentChart chart_segment(const ModelState& model, CutChart cut, const SamplePa
       chart.alignment = chart_alignment(model.mesh, chart.flat.cut, model.tensor, chart.flat.u, chart.flat.v);
     if (chart.flat.report.method == Method::conformal) chart.flat.report.method = Method::anisotropic;
   }
-  chart.accepted = chart.flat.report.method == Method::anisotropic &&
-                   is_accepted(chart.alignment, wanted.form, wanted.limits);
+  chart.accepted =
+      chart.flat.report.method == Method::anisotropic && is_accepted(chart.alignment, form, wanted.limits);
   return chart;
 }
 
 // Charts of the components that have none yet.
-void chart_missing(ModelState& model, std::vector<SegmentChart>& charts, const SampleParameters& parameters) {
+void chart_missing(ModelState& model, std::vector<SegmentChart>& charts, const SampleParameters& parameters,
+                   AlignmentForm form) {
   parallel_tasks(charts.size(), [&](std::size_t c) {
     const Component& component = model.mesh.components[c];
     if (!(component.area > 0) || !charts[c].flat.cut.triangles.empty()) return;
     CutChart cut = c < model.cuts.size() && !model.cuts[c].triangles.empty()
                        ? std::move(model.cuts[c])
                        : cut_to_disk(model.mesh, component, parameters.cut, model.cancel);
-    charts[c] = chart_segment(model, std::move(cut), parameters);
+    charts[c] = chart_segment(model, std::move(cut), parameters, form);
   });
   model.cuts.clear();
 }
@@ -162,8 +164,7 @@ void make_tensor_segments(ModelState& model, const SampleParameters& parameters)
   if (along)
     cut_through_singularities(model.mesh, model.tensor, model.cancel);
   else
-    model.anisotropy.mended_triangles =
-        set_surface_metric(model.mesh, model.tensor, model.cancel).mended_triangles;
+    set_surface_metric(model.mesh, model.tensor, model.cancel);
   if (along || wanted.segment.count > model.mesh.components.size())
     adopt(model, segment_mesh(model.mesh, model.tensor, wanted.segment, model.cancel));
 }
@@ -171,35 +172,34 @@ void make_tensor_segments(ModelState& model, const SampleParameters& parameters)
 void flatten_segments(ModelState& model, const SampleParameters& parameters) {
   const TensorChartParameters& wanted = parameters.tensor_charts;
   std::vector<SegmentChart> charts(model.mesh.components.size());
-  chart_missing(model, charts, parameters);
+  chart_missing(model, charts, parameters, wanted.form);
   TriangleSteps steps;
   for (std::uint32_t round = 0; round < wanted.max_bisections; ++round) {
     const std::vector<std::uint32_t> failed = to_bisect(model, charts, wanted.segment.min_triangles);
     if (failed.empty()) break;
     if (steps.length.empty()) steps = triangle_steps(model.mesh, model.tensor, wanted.segment.walk);
     bisect_failed(model, charts, steps, failed);
-    chart_missing(model, charts, parameters);
+    chart_missing(model, charts, parameters, wanted.form);
   }
+  model.masses = triangle_masses(model.mesh, model.density);
   summarise(model, charts);
   if (wanted.form == AlignmentForm::gradient) {
     // What no chart along the directions fits is charted in the metric.
     set_surface_metric(model.mesh, model.tensor, model.cancel);
-    SampleParameters metric = parameters;
-    metric.tensor_charts.form = AlignmentForm::metric;
     for (SegmentChart& chart : charts)
       if (!chart.accepted) chart = {};
-    chart_missing(model, charts, metric);
+    chart_missing(model, charts, parameters, AlignmentForm::metric);
   }
   model.charts.resize(charts.size());
   for (std::size_t c = 0; c < charts.size(); ++c) model.charts[c] = std::move(charts[c].flat);
 }
 
-void add_sample_tensors(ModelState& model, const SampleParameters& parameters) {
+void add_sample_tensors(ModelState& model) {
   Samples& samples = model.row.samples;
   const std::vector<std::uint32_t> triangles = sample_triangles(model.file, model.mesh, samples);
   // One sample at density d owns the area M / (N d), M the measure of the surface; d is the user's density
   // over s1 s2.
-  const double measure = blocked_sum(model.masses) / static_cast<double>(parameters.place.samples);
+  const double measure = blocked_sum(model.masses) / static_cast<double>(samples.count());
   const double unit = model.mesh.unit / model.row.report.scale;
   samples.tensor_direction.resize(3 * samples.count());
   samples.tensor_spacing.resize(2 * samples.count());

@@ -140,6 +140,9 @@ class StoreReader {
   const std::string& parameters_json() const;
   const std::vector<std::string>& label_names() const;
   const std::vector<DescriptorSchema>& descriptors() const;
+  // Everything of the header, ids and labels of all rows included: what a store made from this one begins
+  // with.
+  StoreHeader header() const;
   std::string id(std::uint64_t row) const;
   std::optional<std::uint64_t> find(std::string_view id) const;  // binary search
   ItemReport report(std::uint64_t row) const;

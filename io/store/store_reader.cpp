@@ -133,6 +133,25 @@ const std::vector<DescriptorSchema>& StoreReader::descriptors() const {
   return state_->file->facts().descriptors;
 }
 
+StoreHeader StoreReader::header() const {
+  StoreHeader header;
+  header.content = content();
+  header.samples = samples();
+  header.compression = compression();
+  header.seed = seed();
+  header.order = order();
+  header.parameters_json = parameters_json();
+  header.label_names = label_names();
+  header.descriptors = descriptors();
+  header.method_version = method_version();
+  header.tool_version = tool_version();
+  for (std::uint64_t row = 0; row < rows(); ++row) {
+    header.ids.push_back(id(row));
+    header.labels.push_back(label(row));
+  }
+  return header;
+}
+
 std::string StoreReader::id(std::uint64_t row) const {
   return state_->with_items(row, [&](const ItemBlock& items) { return items.id(row); });
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "kernels/core/parallel.h"
+#include "kernels/mesh/vertex_corners.h"
 
 namespace meander {
 
@@ -14,22 +15,6 @@ namespace {
 constexpr std::size_t vertex_block = 2048;
 constexpr double least_area_share = 1e-6;
 constexpr int fill_rounds = 64;
-
-// Half-edges that start at each vertex: corners[begin[v]] .. corners[begin[v + 1] - 1], ascending.
-struct VertexCorners {
-  std::vector<std::uint32_t> begin, corners;
-};
-
-VertexCorners corners_of_vertices(const PreparedMesh& mesh) {
-  VertexCorners result;
-  result.begin.assign(mesh.vertex_count() + 1, 0);
-  result.corners.resize(mesh.triangles.size());
-  for (const std::uint32_t v : mesh.triangles) ++result.begin[v + 1];
-  for (std::size_t v = 1; v < result.begin.size(); ++v) result.begin[v] += result.begin[v - 1];
-  std::vector<std::uint32_t> at(result.begin.begin(), result.begin.end() - 1);
-  for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) result.corners[at[mesh.triangles[h]]++] = h;
-  return result;
-}
 
 // What one triangle gives to the vertex at its corner.
 struct CornerShare {
@@ -62,8 +47,7 @@ void fill_unknown(const PreparedMesh& mesh, const VertexCorners& around, std::ve
       for (std::size_t i = begin; i < end; ++i) {
         value[i] = {};
         const std::uint32_t v = unknown[i];
-        for (std::uint32_t k = around.begin[v]; k < around.begin[v + 1]; ++k) {
-          const std::uint32_t h = around.corners[k];
+        for (const std::uint32_t h : around.of(v)) {
           for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
             const std::uint32_t w = mesh.triangles[other];
             if (known[w] == 0) continue;
@@ -104,7 +88,7 @@ double mixed_area_share(Vector3 p, Vector3 q, Vector3 r, double area) {
 
 VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& cancel) {
   const std::size_t vertices = mesh.vertex_count();
-  const VertexCorners around = corners_of_vertices(mesh);
+  const VertexCorners around(mesh);
   cancel.check();
   VertexCurvature result;
   result.mixed_area.assign(vertices, 0.0);
@@ -119,8 +103,8 @@ VertexCurvature vertex_curvature(const PreparedMesh& mesh, const CancelToken& ca
       double angles = 0, area = 0;
       Vector3 gradient;
       bool boundary = false;
-      for (std::uint32_t k = around.begin[v]; k < around.begin[v + 1]; ++k) {
-        const std::uint32_t h = around.corners[k], previous = previous_half_edge(h);
+      for (const std::uint32_t h : around.of(v)) {
+        const std::uint32_t previous = previous_half_edge(h);
         boundary = boundary || mesh.opposite[h] == no_index || mesh.opposite[previous] == no_index;
         const Vector3 p = mesh.position(mesh.triangles[h]);
         const Vector3 q = mesh.position(mesh.triangles[next_half_edge(h)]);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
 
 namespace meander {
@@ -13,22 +13,6 @@ namespace meander {
 namespace {
 
 constexpr std::size_t triangle_block = 4096;
-
-// Smallest value that is at least as large as those on `share` of the weight.
-double weighted_quantile(std::span<const double> values, std::span<const double> weights, double share) {
-  std::vector<std::uint32_t> order(values.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return values[a] != values[b] ? values[a] < values[b] : a < b;
-  });
-  const double target = share * std::accumulate(weights.begin(), weights.end(), 0.0);
-  double below = 0;
-  for (const std::uint32_t i : order) {
-    below += weights[i];
-    if (below >= target) return values[i];
-  }
-  return order.empty() ? 0.0 : values[order.back()];
-}
 
 // The curvature that gets density 1: the quantile over the surface, or over its bent part where that is less
 // than 1 - share of the area. 0 when nothing is bent.

@@ -328,41 +328,6 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
   return steps;
 }
 
-std::vector<double> dihedral_weights(const PreparedMesh& mesh, const DihedralParameters& parameters) {
-  if (!(parameters.sigma > 0) || !(parameters.concave >= 0) || !(parameters.convex >= 0))
-    throw std::invalid_argument("random walk: dihedral parameters out of range");
-  std::vector<double> weight(mesh.triangles.size(), 0.0), fold(mesh.triangles.size(), 0.0);
-  parallel_blocks(weight.size(), 3 * triangle_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t h = begin; h < end; ++h) {
-      const std::uint32_t other = mesh.opposite[h];
-      if (other == no_index || other < h) continue;
-      const auto t = static_cast<std::uint32_t>(h / 3), u = other / 3;
-      const Vector3 a = mesh.position(mesh.triangles[h]);
-      weight[h] = distance(a, mesh.position(mesh.triangles[other]));
-      if (!(mesh.area[t] > 0) || !(mesh.area[u] > 0)) continue;
-      const Vector3 n = triangle_frame(mesh, t).normal;
-      const Vector3 apex = mesh.position(mesh.triangles[previous_half_edge(other)]);
-      const double eta = dot(n, apex - a) > 0 ? parameters.concave : parameters.convex;
-      fold[h] = eta * std::max(0.0, 1 - dot(n, triangle_frame(mesh, u).normal));
-    }
-  });
-  for (const Component& component : mesh.components) {
-    const std::size_t begin = 3 * std::size_t{component.triangle_begin};
-    const std::size_t end = 3 * std::size_t{component.triangle_end};
-    double sum = 0, edges = 0;
-    for (std::size_t h = begin; h < end; ++h) {
-      if (mesh.opposite[h] == no_index || mesh.opposite[h] < h) continue;
-      sum += fold[h];
-      ++edges;
-    }
-    if (!(sum > 0)) continue;
-    for (std::size_t h = begin; h < end; ++h)
-      weight[h] *= std::exp(-fold[h] * edges / (parameters.sigma * sum));
-  }
-  equalise_weights(mesh, weight);
-  return weight;
-}
-
 std::vector<double> random_walk_probabilities(const PreparedMesh& mesh, const Component& component,
                                               std::span<const double> weight,
                                               std::span<const std::uint32_t> seeds,

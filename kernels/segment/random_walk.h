@@ -39,16 +39,6 @@ struct TriangleSteps {
 TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
                              const RandomWalkParameters& parameters = {});
 
-struct DihedralParameters {
-  double concave = 1, convex = 0.2;  // eta: what a fold of either kind counts; >= 0
-  double sigma = 1;                  // as in RandomWalkParameters; > 0
-};
-
-// The weights of Lai et al. for graphics, without a field: segments meet at concave creases. |e| exp(-d /
-// (sigma mean d)), |e| in space, d = eta (1 - cos of the angle between the normals); folds at triangles
-// without area do not count. Scaled and bounded like TriangleSteps::weight. O(T), parallel.
-std::vector<double> dihedral_weights(const PreparedMesh& mesh, const DihedralParameters& parameters = {});
-
 // Probability that a walk from triangle i of the component meets seed l before any other seed: entry
 // i * seeds.size() + l, i counted from the component's first triangle; rows sum to 1 up to rounding. Seeds:
 // different triangles (numbers of the mesh) of this component, at least one, else std::invalid_argument.

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
-#include "kernels/tensor/vertex_corners.h"
+#include "kernels/mesh/vertex_corners.h"
 #include "kernels/tensor/vertex_tensors.h"
 
 namespace meander {
@@ -113,22 +113,6 @@ void fill_unknown(const PreparedMesh& mesh, std::span<const TangentFrame> frames
     if (left == unknown.size()) break;
     unknown.resize(left);
   }
-}
-
-// Smallest value that is at least as large as those on `share` of the weight.
-double weighted_quantile(std::span<const double> values, std::span<const double> weights, double share) {
-  std::vector<std::uint32_t> order(values.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return values[a] != values[b] ? values[a] < values[b] : a < b;
-  });
-  const double target = share * std::accumulate(weights.begin(), weights.end(), 0.0);
-  double below = 0;
-  for (const std::uint32_t i : order) {
-    below += weights[i];
-    if (below >= target) return values[i];
-  }
-  return order.empty() ? 0.0 : values[order.back()];
 }
 
 // The curvature above which curvatures count as this one: the quantile over the part that is not flat.

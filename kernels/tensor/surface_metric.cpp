@@ -13,16 +13,13 @@ constexpr int most_rounds = 100;
 
 }  // namespace
 
-MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel) {
-  MetricReport report;
+void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel) {
   mesh.metric_length = metric_edge_lengths(mesh, field);
-  const std::vector<double> wanted = mesh.metric_length;
   std::vector<double>& length = mesh.metric_length;
   const auto change = [&](std::uint32_t h, double by) {
     length[h] += by;
     if (mesh.opposite[h] != no_index) length[mesh.opposite[h]] = length[h];
   };
-  std::vector<std::uint8_t> mended(mesh.triangle_count(), 0);
   bool broken = true;
   for (int round = 0; broken && round < most_rounds; ++round) {
     broken = false;
@@ -42,18 +39,12 @@ MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field, co
       const double excess = missing + slack;
       if (!(excess > 0) || !(slack > 0)) continue;
       broken = true;
-      mended[t] = 1;
       // A little more than needed, so that rounding does not ask for another round.
       change(longest, -0.50001 * excess);
       change(b, 0.250005 * excess);
       change(c, 0.250005 * excess);
     }
   }
-  report.mended_triangles = static_cast<std::uint64_t>(std::count(mended.begin(), mended.end(), 1));
-  for (std::size_t h = 0; h < length.size(); ++h)
-    if (wanted[h] > 0)
-      report.largest_change = std::max(report.largest_change, std::abs(length[h] - wanted[h]) / wanted[h]);
-  return report;
 }
 
 }  // namespace meander

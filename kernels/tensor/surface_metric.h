@@ -2,18 +2,11 @@
 // pieces (ALGORITHMS 7.4 B).
 #pragma once
 
-#include <cstdint>
-
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/tensor/tensor_field.h"
 
 namespace meander {
-
-struct MetricReport {
-  std::uint64_t mended_triangles = 0;  // lengths that formed no triangle; see below
-  double largest_change = 0;           // of a length, relative
-};
 
 // Sets mesh.metric_length to the field's lengths (metric_edge_lengths). Where a field changes much within a
 // triangle, its lengths may break the triangle inequality: the long side gives and the short ones take, a
@@ -21,6 +14,6 @@ struct MetricReport {
 // its longest side, or 100 rounds are over (flattening mollifies what is left). Triangles that have no area
 // in space are left alone. O(T) a round; deterministic. Throws timeout /
 // RunCancelled.
-MetricReport set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel = {});
+void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel = {});
 
 }  // namespace meander

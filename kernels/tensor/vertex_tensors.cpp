@@ -2,7 +2,7 @@
 #include "kernels/tensor/vertex_tensors.h"
 
 #include "kernels/core/parallel.h"
-#include "kernels/tensor/vertex_corners.h"
+#include "kernels/mesh/vertex_corners.h"
 
 namespace meander {
 

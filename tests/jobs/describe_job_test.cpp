@@ -188,21 +188,7 @@ TEST_CASE("describe: rows that failed before a kill are still told at the end") 
   REQUIRE(c.describe("s.h5", more + std::vector<std::string>{"-o", c.path("made.h5")}).exit_code == 3);
   {
     const StoreReader made(c.path("made.h5"));
-    StoreHeader header;
-    header.content = made.content();
-    header.samples = made.samples();
-    header.compression = made.compression();
-    header.seed = made.seed();
-    header.order = made.order();
-    header.label_names = made.label_names();
-    header.method_version = made.method_version();
-    header.tool_version = made.tool_version();
-    header.descriptors = made.descriptors();
-    header.parameters_json = made.parameters_json();
-    for (std::uint64_t row = 0; row < made.rows(); ++row) {
-      header.ids.push_back(made.id(row));
-      header.labels.push_back(made.label(row));
-    }
+    const StoreHeader header = made.header();
     const std::uint64_t row = *made.find("ring.off");
     begun(header, row, made.read_row(row));
   }

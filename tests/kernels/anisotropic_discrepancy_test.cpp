@@ -144,7 +144,7 @@ TEST_CASE("anisotropic_discrepancy: random points have one rate and constant") {
   }
 }
 
-TEST_CASE("anisotropic_discrepancy: one rate and constant for every ratio [slow]", "[slow]") {
+TEST_CASE("anisotropic_discrepancy: one rate and constant for every ratio", "[slow]") {
   Rate random, strata;
   for (const double ratio : {1.0, 2.0, 4.0, 8.0}) {
     const TangentTensor tensor = log_spacing(ratio, 0.6);

@@ -14,15 +14,6 @@ using namespace meander::test;
 
 namespace {
 
-std::vector<std::uint32_t> triangles_of(const PolygonMesh& mesh) {
-  std::vector<std::uint32_t> triangles;
-  for (std::size_t p = 0; p < mesh.polygon_count(); ++p)
-    for (std::uint32_t c = mesh.polygon_begin[p] + 1; c + 1 < mesh.polygon_begin[p + 1]; ++c)
-      triangles.insert(triangles.end(),
-                       {mesh.corners[mesh.polygon_begin[p]], mesh.corners[c], mesh.corners[c + 1]});
-  return triangles;
-}
-
 struct Lifted {
   std::vector<double> flat, curved;
 };

@@ -223,7 +223,7 @@ TEST_CASE("dip_moments: in units of spacings the dip is round for every ratio") 
   }
 }
 
-TEST_CASE("dip_moments: a field whose ratio varies, by classes and scale-free [slow]", "[slow]") {
+TEST_CASE("dip_moments: a field whose ratio varies, by classes and scale-free", "[slow]") {
   // x' = 8^u: strata of the unit square in (u, v) become longer along x; s1 = 8^u, s2 = 1.
   const double k = std::log(8.0);
   const auto stretched = [&](PlanarSamples set) {

@@ -405,46 +405,6 @@ TEST_CASE("random walk: the bending term holds the boundary where the field turn
   CHECK(wrong(6) < 0.02);
 }
 
-TEST_CASE("dihedral_weights: segments meet at the concave crease, not at the convex one") {
-  // A profile drawn along y: flat, up at x = 1 (concave seen from above), flat again from x = 2 (convex).
-  PolygonMesh sheet = grid_plane(45, 10, 4.5, 1);
-  for (std::size_t i = 0; i < sheet.x.size(); ++i) {
-    const double s = sheet.x[i];
-    sheet.x[i] = s < 1 ? s : s < 2 ? 1 : s - 1;
-    sheet.z[i] = s < 1 ? 0 : s < 2 ? s - 1 : 1;
-  }
-  for (const bool upside_down : {false, true}) {
-    if (upside_down)
-      for (std::size_t i = 0; i < sheet.corners.size(); i += 3)
-        std::swap(sheet.corners[i], sheet.corners[i + 1]);
-    const PreparedMesh mesh = prepare_mesh(sheet);
-    const std::vector<double> weight = dihedral_weights(mesh, {1, 0.2, 5});
-    const std::vector<std::uint32_t> seeds = {0, static_cast<std::uint32_t>(mesh.triangle_count() - 1)};
-    const std::vector<std::uint32_t> label = random_walk_labels(mesh, weight, seeds);
-    for (std::uint32_t t = 0; t < label.size(); ++t) {
-      const std::uint32_t column = t / 2 % 45;
-      REQUIRE(label[t] == (column >= (upside_down ? 20 : 10)));
-    }
-  }
-  // 1 - cos = 1 at both creases, 10 edges each; d = 1 and 0.2; edges without a fold: |e| = 0.1 or the
-  // diagonal.
-  const PreparedMesh mesh = prepare_mesh(sheet);
-  const std::vector<double> weight = dihedral_weights(mesh);
-  double edges = 0, least = 1;
-  for (std::size_t h = 0; h < weight.size(); ++h) {
-    edges += mesh.opposite[h] != no_index ? 0.5 : 0;
-    if (mesh.opposite[h] != no_index) least = std::min(least, weight[h]);
-  }
-  CHECK(least == 1e-8);
-  const std::vector<double> soft = dihedral_weights(mesh, {1, 0.2, 10});
-  const double mean = (10 + 2) / edges;
-  CHECK(*std::min_element(soft.begin(), soft.end()) == 0);  // boundaries
-  double softest = 1;
-  for (const double w : soft) softest = w > 0 ? std::min(softest, w) : softest;
-  CHECK(softest == Approx(std::exp(-1 / (10 * mean)) / std::sqrt(2.0)));
-  CHECK_THROWS_AS(dihedral_weights(mesh, {-1, 0.2, 1}), std::invalid_argument);
-}
-
 TEST_CASE("random walk: the same bits on one thread and on several") {
   const PreparedMesh mesh = prepare_mesh(merged(torus(120, 80), moved(icosphere(3), 1, 5, 0, 0)));
   const TensorField field = field_along(mesh, {0, 0, 1}, 4);
