@@ -85,6 +85,16 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const
 // The inverse, for --reuse and tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
+// What the run of a STORE.run/ was begun with. Only the same plan is continued.
+struct RunPlan {
+  StoreHeader header;
+  std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+};
+
+// The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
+// when the plan is damaged or of another version of the program.
+std::optional<RunPlan> read_run_plan(const std::filesystem::path& store);
+
 // STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at
 // multiples of 256), a lock. kill -9 at any moment loses only the rows in flight. begin_item may be called
 // from one thread while end_item is called from another; otherwise not thread-safe.
@@ -93,7 +103,9 @@ class RunDirectory {
   // Opens STORE.run/ (creating it, or continuing what is there after replaying its journals). Throws
   // RunError: stopped when another process holds it or the disk is full; unusable when it was begun with
   // other parameters or other items (the message names the first difference), or is damaged beyond replay.
-  RunDirectory(const std::filesystem::path& store, const StoreHeader& header);
+  RunDirectory(const std::filesystem::path& store, const RunPlan& plan);
+  RunDirectory(const std::filesystem::path& store, const StoreHeader& header)
+      : RunDirectory(store, RunPlan{header}) {}
   ~RunDirectory();
   RunDirectory(const RunDirectory&) = delete;
   RunDirectory& operator=(const RunDirectory&) = delete;
@@ -104,7 +116,9 @@ class RunDirectory {
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
   void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
-  void sync();                               // fdatasync of the open journals
+  // Nothing is being worked on any more: rows begun but not ended are no suspects for the next process.
+  void forget_begun();
+  void sync();  // fdatasync of the open journals
   // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then
   // removes STORE.run/. Requires done_count() == M.
   void finish();
