@@ -357,8 +357,10 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const MappedFile file(plan.path);
   item.file_bytes = file.bytes().size();
   Row& row = item.model.row;
+  row.report.file_bytes = item.file_bytes;
   row.report.content_sha256 = sha256(file.bytes());
   if (reuse && reuse(row.report.content_sha256, row)) {
+    row.report.file_bytes = item.file_bytes;  // an older store may not know it
     item.reused = true;
     return;
   }

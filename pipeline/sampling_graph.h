@@ -36,6 +36,7 @@ struct PlanItem {
   bool known_format = true;  // false: the row says unsupported_format
   MeshFormat format = MeshFormat::off;
   std::int32_t label = -1;
+  Split split = Split::none;
   std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek
   // Where the tensors of the kind `table` are: a text file, or an HDF5 file with the dataset's path in it.
   std::filesystem::path tensor_path;

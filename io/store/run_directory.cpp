@@ -95,6 +95,8 @@ void check_header(const StoreHeader& header) {
   if (header.samples == 0) refuse("a store needs one sample a row or more");
   if (header.labels.size() != header.ids.size())
     refuse(fmt::format("{} labels for {} items", header.labels.size(), header.ids.size()));
+  if (!header.splits.empty() && header.splits.size() != header.ids.size())
+    refuse(fmt::format("{} splits for {} items", header.splits.size(), header.ids.size()));
   for (std::size_t row = 1; row < header.ids.size(); ++row)
     if (header.ids[row - 1] >= header.ids[row])
       refuse(fmt::format("item \"{}\" stands before \"{}\"", header.ids[row - 1], header.ids[row]));

@@ -92,6 +92,8 @@ std::string plan_text(const RunPlan& run) {
   }
   plan.texts(header.ids);
   for (const std::int32_t label : header.labels) plan.number(static_cast<std::uint32_t>(label));
+  for (std::uint64_t row = 0; row < header.ids.size(); ++row)
+    plan.number(static_cast<std::uint64_t>(header.split(row)));
   return plan.take();
 }
 
@@ -129,6 +131,8 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   header.labels.resize(header.ids.size());
   for (std::int32_t& label : header.labels)
     label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number()));
+  for (std::size_t row = 0; row < header.ids.size(); ++row)
+    header.splits.push_back(static_cast<Split>(plan.number()));
   return stored;
 }
 
@@ -271,6 +275,10 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
     if (begun.labels[row] != now.labels[row])
       return fmt::format("the label of \"{}\" was {}, now it is {}", begun.ids[row], begun.labels[row],
                          now.labels[row]);
+  for (std::size_t row = 0; row < begun.ids.size(); ++row)
+    if (begun.split(row) != now.split(row))
+      return fmt::format("the split of \"{}\" was {}, now it is {}", begun.ids[row],
+                         meander::name_of(begun.split(row)), meander::name_of(now.split(row)));
   return {};
 }
 

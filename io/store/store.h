@@ -34,7 +34,7 @@ enum class Compression : std::uint8_t {
   none
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
-inline constexpr std::uint32_t store_format_version = 1;
+inline constexpr std::uint32_t store_format_version = 2;  // older ones are read, this one is written
 inline constexpr std::uint32_t store_method_version = 2;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
@@ -67,9 +67,12 @@ struct StoreHeader {
   std::vector<DescriptorSchema> descriptors;
   std::vector<std::string> ids;      // M item ids, ascending by bytes, unique
   std::vector<std::int32_t> labels;  // M, -1 where unknown
+  std::vector<Split> splits;         // M, or empty: none of the items has one
   // Who sampled the rows: other than this program when an older store is written again with more descriptors.
   std::uint32_t method_version = store_method_version;
   std::string tool_version;  // empty: this program's
+
+  Split split(std::uint64_t row) const { return splits.empty() ? Split::none : splits.at(row); }
 };
 
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
@@ -154,13 +157,14 @@ class StoreReader {
   const std::string& parameters_json() const;
   const std::vector<std::string>& label_names() const;
   const std::vector<DescriptorSchema>& descriptors() const;
-  // Everything of the header, ids and labels of all rows included: what a store made from this one begins
-  // with.
+  // Everything of the header, ids, labels and splits of all rows included: what a store made from this one
+  // begins with.
   StoreHeader header() const;
   std::string id(std::uint64_t row) const;
   std::optional<std::uint64_t> find(std::string_view id) const;  // binary search
   ItemReport report(std::uint64_t row) const;
   std::int32_t label(std::uint64_t row) const;
+  Split split(std::uint64_t row) const;   // none in a store of format version 1
   Row read_row(std::uint64_t row) const;  // with samples and descriptors
   // All rows of a descriptor, M x width, NaN in rows that are not ok. Throws RunError(unusable) when the
   // store has no descriptor of that name.
