@@ -14,8 +14,8 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
-#include "jobs/store_items.h"
 #include "kernels/retrieve/setting_choice.h"
 
 namespace meander {
@@ -211,7 +211,10 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
 }
 
 int select(const SelectOptions& options) {
-  keep_store(options.store, {options.csv});
+  OutputGuard guard;
+  guard.protect(options.store);
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
   const StoreReader store(options.store);
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
                                                                 : listed_combinations(options.descriptors);

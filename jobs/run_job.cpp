@@ -11,6 +11,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
@@ -115,6 +116,7 @@ class RunJob {
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();
+    check_run_outputs(options_.store, options_.fresh, input_files(options_.inputs, inputs_.items));
     const std::optional<RunPlan> unfinished = look_at_unfinished_run();
     if (!options_.reuse.empty()) reusable_ = std::make_unique<ReusableRows>(options_.reuse, header_);
     if (options_.fresh)

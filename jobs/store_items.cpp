@@ -1,7 +1,6 @@
 #include "jobs/store_items.h"
 
 #include <charconv>
-#include <filesystem>
 
 #include "jobs/inputs.h"
 
@@ -14,14 +13,6 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")");
-}
-
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs) {
-  for (const std::string& output : outputs) {
-    std::error_code none;
-    if (!output.empty() && std::filesystem::equivalent(output, store, none))
-      throw UsageError("`" + output + "` is the store itself: it would be replaced");
-  }
 }
 
 }  // namespace meander
