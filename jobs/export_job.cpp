@@ -30,6 +30,7 @@ struct ExportOptions {
   std::string picture;
   std::uint32_t picture_models = 24;
   DescriptorExport descriptors;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 // The rows asked for, or all ok rows.
@@ -84,7 +85,7 @@ int export_picture(const StoreReader& store, const ExportOptions& options) {
 
 int export_store(const ExportOptions& options) {
   keep_store(options.store, {options.output, options.picture});
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   if (is_descriptor_format(options.format)) {
     DescriptorExport wanted = options.descriptors;
     wanted.format = options.format;
@@ -136,6 +137,7 @@ JobFunction add_export_job(CLI::App& program) {
       ->check(CLI::Range(1, 400))
       ->needs(picture);
   add_descriptor_export_options(*command, options->descriptors);
+  add_trust_option(*command, options->check);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())

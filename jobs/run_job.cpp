@@ -98,7 +98,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
 // never a status that depends on the machine.
 class ReusableRows {
  public:
-  ReusableRows(const std::string& path, const StoreHeader& header) : store_(path) {
+  ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header) : store_(path, check) {
     if (store_.parameters_json() != header.parameters_json || store_.method_version() != store_method_version)
       throw UsageError("--reuse: `" + path + "` was made with other parameters:\n  " +
                        store_.parameters_json() + "\nnot\n  " + header.parameters_json);
@@ -146,7 +146,8 @@ class RunJob {
     if (std::filesystem::exists(options_.store)) {
       if (const auto status = look_at_finished_store()) return *status;
     }
-    if (!options_.reuse.empty()) reusable_ = std::make_unique<ReusableRows>(options_.reuse, header_);
+    if (!options_.reuse.empty())
+      reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
     directory_ = std::make_unique<RunDirectory>(options_.store, header_);
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
@@ -177,7 +178,7 @@ class RunJob {
 
   // A store of this name is there already. Returns the exit code when there is nothing left to do.
   std::optional<int> look_at_finished_store() {
-    finished_ = std::make_unique<StoreReader>(options_.store);
+    finished_ = std::make_unique<StoreReader>(options_.store, options_.check);
     if (finished_->parameters_json() != header_.parameters_json ||
         finished_->method_version() != store_method_version)
       throw UsageError(
@@ -279,7 +280,7 @@ class RunJob {
     }
     directory_->finish();
     directory_.reset();
-    const StoreReader store(options_.store);
+    const StoreReader store(options_.store, StoreCheck::none);  // sealed a moment ago
     const StoreSummary summary = summarise(store);
     write_run_report(options_, summary, result, seconds.count(), nodes);
     write_failed_list(options_, summary, inputs_.items);

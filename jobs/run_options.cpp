@@ -10,6 +10,7 @@
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
 
 namespace meander {
@@ -165,6 +166,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
   command
       .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
       ->group(running);
+  add_trust_option(command, options.check)->group(running);
   command.add_flag("--fresh", options.fresh, "Discard the store and any unfinished run of it first")
       ->group(running);
   command.add_flag("--dry-run", options.dry_run, "Say what would be done; write nothing")->group(running);
