@@ -71,7 +71,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
 // never a status that depends on the machine.
 class ReusableRows {
  public:
-  ReusableRows(const std::string& path, const StoreHeader& header) : store_(path) {
+  ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header) : store_(path, check) {
     if (store_.parameters_json() != header.parameters_json || store_.method_version() != store_method_version)
       throw UsageError("--reuse: `" + path + "` was made with other parameters:\n  " +
                        store_.parameters_json() + "\nnot\n  " + header.parameters_json);
@@ -118,12 +118,12 @@ class RunJob {
     if (options_.dry_run) return print_plan();
     check_run_outputs(options_.store, options_.fresh, input_files(options_.inputs, inputs_.items));
     const std::optional<RunPlan> unfinished = look_at_unfinished_run();
-    if (!options_.reuse.empty()) reusable_ = std::make_unique<ReusableRows>(options_.reuse, header_);
+    if (!options_.reuse.empty())
+      reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
     if (options_.fresh)
       discard_run(options_.store);
     else if (std::filesystem::exists(options_.store) && (!unfinished || retry_of(unfinished->purpose)))
-      require_same_parameters(StoreReader(options_.store));
-    retry_ = options_.retry;
+      require_same_parameters(StoreReader(options_.store, take_check()));
     const bool updates = unfinished && retry_of(unfinished->purpose);
     if (!updates && (unfinished || options_.fresh || !std::filesystem::exists(options_.store))) {
       if (!sample_anew(unfinished)) return exit_stopped;
@@ -166,6 +166,9 @@ class RunJob {
     return unfinished;
   }
 
+  // One process checks the bytes of its store once.
+  StoreCheck take_check() { return std::exchange(check_, StoreCheck::none); }
+
   void require_same_parameters(const StoreReader& store) const {
     if (store.parameters_json() != header_.parameters_json || store.method_version() != store_method_version)
       throw UsageError(
@@ -195,6 +198,7 @@ class RunJob {
       parameters.reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
     if (!make_planned_store(planned, parameters, outcome_)) return false;
     made_ = true;
+    check_ = StoreCheck::none;  // sealed a moment ago
     return true;
   }
 
@@ -214,7 +218,7 @@ class RunJob {
   // list of inputs was made once.
   int bring_up_to_date(std::optional<RunPlan> unfinished) {
     for (;;) {
-      const StoreReader store(options_.store);
+      const StoreReader store(options_.store, take_check());
       require_same_parameters(store);
       const auto since = known_since_.value_or(inputs_read_since(options_.store));
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
@@ -264,7 +268,8 @@ class RunJob {
   // File systems keep coarser times than the clock does.
   TimePoint inputs_since_ = std::chrono::system_clock::now() - std::chrono::seconds(2);
   std::optional<TimePoint> known_since_;  // once this process has made the store
-  RetryOptions retry_;                    // what is still to be tried again
+  RetryOptions retry_ = options_.retry;   // what is still to be tried again
+  StoreCheck check_ = options_.check;
   bool made_ = false;
   Inputs inputs_;
   StoreHeader header_;

@@ -10,6 +10,7 @@
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
 
 namespace meander {

@@ -41,6 +41,7 @@ struct RunOptions {
   std::uint64_t max_failures = ~std::uint64_t{0};
   RetryOptions retry;
   std::string reuse;
+  StoreCheck check = StoreCheck::every_byte;  // of a finished store and of reuse
   bool fresh = false, dry_run = false, json = false, statistics = false;
   std::string progress = "auto";  // auto|bar|plain|json|none
 };
