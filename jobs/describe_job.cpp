@@ -554,7 +554,8 @@ class DescribeJob {
     ItemReport report = item.report;
     report.status = problem->status;
     report.reason = problem->reason;
-    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.reused});
+    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds,
+                         item.reused});
   }
 
   // Rows that an earlier start of this job ended without their descriptors. A geodesic histogram of several

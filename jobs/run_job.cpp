@@ -75,6 +75,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   for (const PlanItem& item : inputs.items) {
     header.ids.push_back(item.id);
     header.labels.push_back(item.label);
+    header.splits.push_back(item.split);
   }
   return header;
 }

@@ -6,7 +6,9 @@
 
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
+#include <queue>
 #include <stdexcept>
 #include <tuple>
 
@@ -33,9 +35,30 @@ void fail(GraphItem& item, std::string_view stage, Status status, std::string re
 
 bool is_open(const GraphItem& item) { return item.failed_in.empty() && !item.dropped && !item.reused; }
 
+using Clock = std::chrono::steady_clock;
+
+// The clock of one item: it runs while a stage works on the item and stands still while the item waits.
+class WorkClock {
+ public:
+  WorkClock(GraphItem& item, double limit_seconds) : item_(item), start_(Clock::now()) {
+    if (limit_seconds > 0)
+      item.model.cancel.deadline =
+          start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_seconds)) -
+          item.worked;
+  }
+  ~WorkClock() { item_.worked += Clock::now() - start_; }
+  WorkClock(const WorkClock&) = delete;
+  WorkClock& operator=(const WorkClock&) = delete;
+
+ private:
+  GraphItem& item_;
+  Clock::time_point start_;
+};
+
 // Runs one stage on one item; nothing but NeedsMoreMemory gets out.
-void run_stage(const GraphStage& stage, GraphItem& item) {
+void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds) {
   if (!is_open(item)) return;
+  const WorkClock clock(item, timeout_seconds);
   try {
     item.model.cancel.check();
     stage.body(item);
@@ -54,16 +77,6 @@ void run_stage(const GraphStage& stage, GraphItem& item) {
   }
 }
 
-CancelToken token_of(const GraphParameters& parameters, const std::atomic<bool>* cancelled) {
-  CancelToken token;
-  token.cancelled = cancelled;
-  if (parameters.timeout_seconds > 0)
-    token.deadline =
-        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                               std::chrono::duration<double>(parameters.timeout_seconds));
-  return token;
-}
-
 // Everything but the row is given back as soon as the points are there.
 void release_model(ModelState& model) {
   Row row = std::move(model.row);
@@ -78,6 +91,7 @@ struct Envelope {
   ItemPointer item;
   Admission::Ticket ticket;
   std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
+  bool frees_slot = false;         // says no more than that a work slot is free again
 };
 
 // The graph with its books. Lives for one call of run_sampling_graph.
@@ -97,6 +111,8 @@ class SamplingGraph {
         admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
         admit_items_(graph_, flow::serial,
                      [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
+        encode_row_(graph_, flow::unlimited,
+                    [this](Envelope e, EncodeNode::output_ports_type& out) { encode(std::move(e), out); }),
         write_row_(graph_, flow::serial, [this](Envelope envelope) { return write(std::move(envelope)); }) {
     statistics_ = std::vector<NodeStatistics>(stages.size() + 3);
     statistics_.front().name = "admit_items";
@@ -104,18 +120,19 @@ class SamplingGraph {
     for (std::size_t i = 0; i < stages.size(); ++i) {
       statistics_[i + 1].name = stages[i].name;
       stage_nodes_.push_back(std::make_unique<StageNode>(
-          graph_, flow::unlimited, [this, &stage = stages[i], &node = statistics_[i + 1]](Envelope e) {
-            return work(stage, node, std::move(e));
+          graph_, flow::unlimited,
+          [this, &stage = stages[i], &node = statistics_[i + 1], first = i == 0](Envelope e) {
+            return work(stage, node, first ? take_admitted() : std::move(e));
           }));
       flow::make_edge(*last, *stage_nodes_.back());
       last = stage_nodes_.back().get();
     }
     statistics_[stages.size() + 1].name = "encode_row";
-    encode_row_ = std::make_unique<StageNode>(graph_, flow::unlimited,
-                                              [this](Envelope e) { return encode(std::move(e)); });
-    flow::make_edge(*last, *encode_row_);
+    flow::make_edge(*last, encode_row_);
+    flow::make_edge(flow::output_port<1>(admit_items_), encode_row_);
+    flow::make_edge(flow::output_port<0>(encode_row_), write_row_);
+    flow::make_edge(flow::output_port<1>(encode_row_), admit_items_);
     statistics_.back().name = "write_row";
-    flow::make_edge(*encode_row_, write_row_);
     flow::make_edge(write_row_, admit_items_);
   }
 
@@ -126,7 +143,7 @@ class SamplingGraph {
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
     if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
-        admission_.bytes_in_flight() != 0 || (!cancelled_ && result_.stopped))
+        admission_.bytes_in_flight() != 0 || working_ != 0 || (!cancelled_ && result_.stopped))
       throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) +
                              " taken, " + std::to_string(result_.written) + " written, " +
                              std::to_string(result_.dropped) + " dropped, " +
@@ -137,16 +154,22 @@ class SamplingGraph {
   }
 
  private:
-  using AdmitNode = flow::multifunction_node<Envelope, std::tuple<Envelope>>;
+  // To the first stage, or to encode_row for what failed before any.
+  using AdmitNode = flow::multifunction_node<Envelope, std::tuple<Envelope, Envelope>>;
+  // To write_row, and the free slot to admit_items.
+  using EncodeNode = flow::multifunction_node<Envelope, std::tuple<Envelope, Envelope>>;
   using StageNode = flow::function_node<Envelope, Envelope>;
 
-  // Two per thread: one to work on and one that is ready when it ends. A crash has to look at these again,
-  // one by one.
+  // As many as there are threads are worked on; as many again may wait for the writer while it seals a shard.
+  // A crash has to look at all of these again, one by one.
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
     const NodeTimer timer(statistics_.front());
-    if (back.ticket.bytes > 0) admission_.release(back.ticket);
+    if (back.frees_slot)
+      --working_;
+    else if (back.ticket.bytes > 0)
+      admission_.release(back.ticket);
     if (back.needed_bytes > 0) {
       ++result_.requeued;
       --result_.taken;
@@ -157,7 +180,12 @@ class SamplingGraph {
         enqueue(i, std::max<std::uint64_t>(1, plan_[i].reserved_bytes), out);
     }
     if (cancelled_) admission_.drop_waiting();
-    while (const auto ticket = admission_.next()) send(*ticket, out);
+    while (working_ < parameters_.threads) {
+      const auto ticket = admission_.next();
+      if (!ticket) break;
+      ++working_;
+      send(*ticket, out);
+    }
   }
 
   void enqueue(std::size_t index, std::uint64_t bytes, AdmitNode::output_ports_type& out) {
@@ -169,7 +197,7 @@ class SamplingGraph {
     fail(*envelope.item, "admit_items", Status::too_large,
          "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
              std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
-    std::get<0>(out).try_put(envelope);
+    std::get<1>(out).try_put(envelope);
   }
 
   Envelope open_item(std::size_t index) {
@@ -177,7 +205,7 @@ class SamplingGraph {
     envelope.item = std::make_shared<GraphItem>();
     envelope.ticket.item = index;
     envelope.item->plan = &plan_[index];
-    envelope.item->start = std::chrono::steady_clock::now();
+    envelope.item->start = Clock::now();
     envelope.item->model.row.label = plan_[index].label;
     ++result_.taken;
     return envelope;
@@ -187,32 +215,54 @@ class SamplingGraph {
     Envelope envelope = open_item(ticket.item);
     envelope.ticket = ticket;
     envelope.item->reserved_bytes = ticket.bytes;
-    envelope.item->model.cancel = token_of(parameters_, &cancelled_);
+    envelope.item->model.cancel.cancelled = &cancelled_;
     try {
       sink_.begin(plan_[ticket.item].row);
     } catch (...) {
       stop_for(std::current_exception());
       envelope.item->dropped = true;
     }
-    std::get<0>(out).try_put(envelope);
+    {
+      const std::lock_guard lock(admitted_mutex_);
+      admitted_.push(std::move(envelope));
+    }
+    std::get<0>(out).try_put(Envelope{});
+  }
+
+  // The first stage takes the item that was admitted first, whichever of its tasks a thread happens to run
+  // first: threads take their own newest task before any other.
+  Envelope take_admitted() {
+    const std::lock_guard lock(admitted_mutex_);
+    Envelope envelope = std::move(admitted_.front());
+    admitted_.pop();
+    return envelope;
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
-      run_stage(stage, *envelope.item);
+      run_stage(stage, *envelope.item, parameters_.timeout_seconds);
     } catch (const NeedsMoreMemory& more) {
       envelope.needed_bytes = std::max(more.bytes(), envelope.ticket.bytes + 1);
     }
     return envelope;
   }
 
-  Envelope encode(Envelope envelope) {
-    GraphItem& item = *envelope.item;
-    if (envelope.needed_bytes > 0 || item.dropped) return envelope;
+  // Whatever became of the item, its slot is free: the next one may start while this one is written.
+  void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
+    if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
+    Envelope slot;
+    slot.frees_slot = true;
+    // What is put last is done first by this thread: rows must not wait behind new items.
+    if (envelope.ticket.bytes > 0) std::get<1>(out).try_put(slot);
+    std::get<0>(out).try_put(envelope);
+  }
+
+  void encode(GraphItem& item) {
     NodeStatistics& node = statistics_[statistics_.size() - 2];
     const NodeTimer timer(node);
+    const WorkClock clock(item, 0);
     release_model(item.model);
     item.model.row.label = item.plan->label;
     try {
@@ -223,7 +273,6 @@ class SamplingGraph {
     }
     item.model.row.samples = {};
     node.bytes.fetch_add(item.encoded.bytes.size(), std::memory_order_relaxed);
-    return envelope;
   }
 
   Envelope write(Envelope envelope) {
@@ -249,10 +298,16 @@ class SamplingGraph {
 
   void finished(const GraphItem& item) {
     const ItemReport& report = item.model.row.report;
-    if (report.status != Status::ok && ++result_.failed > parameters_.max_failures) cancelled_ = true;
-    if (!observer_) return;
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - item.start;
-    observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), item.reused});
+    if (report.status != Status::ok &&
+        ++result_.failed + parameters_.earlier_failures > parameters_.max_failures) {
+      result_.too_many_failures = true;
+      cancelled_ = true;
+    }
+    const std::chrono::duration<double> seconds = Clock::now() - item.start, worked = item.worked;
+    const double waited = std::max(0.0, seconds.count() - worked.count());
+    result_.longest_wait_seconds = std::max(result_.longest_wait_seconds, waited);
+    if (observer_)
+      observer_({*item.plan, report, item.failed_in, item.file_bytes, seconds.count(), waited, item.reused});
   }
 
   // The sink cannot go on: everything in flight is dropped, the caller gets the exception at the end.
@@ -272,10 +327,13 @@ class SamplingGraph {
   Admission admission_;
   AdmitNode admit_items_;
   std::vector<std::unique_ptr<StageNode>> stage_nodes_;
-  std::unique_ptr<StageNode> encode_row_;
+  EncodeNode encode_row_;
   StageNode write_row_;
   GraphResult result_;
+  std::mutex admitted_mutex_;
+  std::queue<Envelope> admitted_;  // not yet taken by the first stage
   bool started_ = false;
+  int working_ = 0;  // items between admit_items and encode_row; the serial admission's own
   std::atomic<bool> sink_failed_{false};
   std::exception_ptr sink_error_;
 };
@@ -299,8 +357,10 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const MappedFile file(plan.path);
   item.file_bytes = file.bytes().size();
   Row& row = item.model.row;
+  row.report.file_bytes = item.file_bytes;
   row.report.content_sha256 = sha256(file.bytes());
   if (reuse && reuse(row.report.content_sha256, row)) {
+    row.report.file_bytes = item.file_bytes;  // an older store may not know it
     item.reused = true;
     return;
   }
@@ -358,10 +418,9 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
   GraphItem item;
   item.plan = &plan;
   item.reserved_bytes = ~std::uint64_t{0};
-  item.model.cancel = token_of(parameters, nullptr);
   for (const GraphStage& stage : stages) {
     entered(stage.name);
-    run_stage(stage, item);
+    run_stage(stage, item, parameters.timeout_seconds);
   }
 }
 

@@ -4,8 +4,10 @@
 //   -> locate_vertices
 //               -> place_samples -> encode_row -> write_row (serial) -> admit_items ...
 //
-// admit_items (serial) owns the queue and the bytes in flight. It is woken by its own first message and by
-// write_row, never blocks and never polls. A node body lets no exception out: a failed item keeps its status
+// admit_items (serial) owns the queue, the bytes in flight and one work slot per thread. An item is admitted
+// only when a slot is free, so what was admitted is worked on at once and no item waits behind later ones;
+// encode_row gives the slot back, write_row the bytes. admit_items is woken by its own first message and by
+// those two, never blocks and never polls. A node body lets no exception out: a failed item keeps its status
 // and sentence, skips the remaining stages and still reaches the writer. In the end in == written + dropped
 // and nothing is in flight; anything else is reported as a bug of ours.
 #pragma once
@@ -34,6 +36,7 @@ struct PlanItem {
   bool known_format = true;  // false: the row says unsupported_format
   MeshFormat format = MeshFormat::off;
   std::int32_t label = -1;
+  Split split = Split::none;
   std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek
   // Where the tensors of the kind `table` are: a text file, or an HDF5 file with the dataset's path in it.
   std::filesystem::path tensor_path;
@@ -45,8 +48,9 @@ struct GraphParameters {
   int threads = 1;                                      // >= 1
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // budget of everything in flight
   bool allow_oversize = false;                          // run an item alone that is larger than the budget
-  double timeout_seconds = 0;                           // per model; 0: none
+  double timeout_seconds = 0;                           // of work on one model, waiting excluded; 0: none
   std::uint64_t max_failures = ~std::uint64_t{0};  // stop taking items once more than this many have failed
+  std::uint64_t earlier_failures = 0;              // of earlier starts of the same run; they count, too
 };
 
 // One model inside the graph.
@@ -60,6 +64,7 @@ struct GraphItem {
   std::uint64_t file_bytes = 0;
   std::string_view failed_in;  // the node that the item failed in
   std::chrono::steady_clock::time_point start;
+  std::chrono::steady_clock::duration worked{};  // in the stages so far
 };
 
 // What happened to an item, told once, from the serial writer.
@@ -68,7 +73,8 @@ struct FinishedItem {
   const ItemReport& report;
   std::string_view failed_in;
   std::uint64_t file_bytes = 0;
-  double seconds = 0;
+  double seconds = 0;         // from its admission to its row
+  double waited_seconds = 0;  // of those, outside the stages
   bool reused = false;
 };
 
@@ -111,7 +117,9 @@ class NeedsMoreMemory : public std::runtime_error {
 struct GraphResult {
   std::uint64_t taken = 0, written = 0, dropped = 0, failed = 0, requeued = 0;
   std::uint64_t peak_reserved_bytes = 0;
-  bool stopped = false;  // not every item of the plan was written
+  double longest_wait_seconds = 0;  // of one item, between its admission and its row
+  bool stopped = false;             // not every item of the plan was written
+  bool too_many_failures = false;   // stopped for GraphParameters::max_failures
 };
 
 // Runs the plan to its end, or until `cancelled` is set (by the caller at any time; by the graph itself when

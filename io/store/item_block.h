@@ -9,7 +9,7 @@
 
 namespace meander::store {
 
-// Rows [begin, begin + count) of id, label, status, reason and all other item columns.
+// Rows [begin, begin + count) of id, label, split, status, reason and all other item columns.
 class ItemBlock {
  public:
   // Reads the chunk of item columns that holds `row`. The caller holds an Hdf5Lock. Throws Hdf5Error.
@@ -18,6 +18,8 @@ class ItemBlock {
 
   std::string id(std::uint64_t row) const { return text(Role::id, row); }
   std::int32_t label(std::uint64_t row) const;
+  // none where the store has no such column. Throws RunError(unusable) when it is not on this program's list.
+  Split split(std::uint64_t row) const;
   bool is_ok(std::uint64_t row) const;
   // Throws RunError(unusable) when status or method is not on this program's list.
   ItemReport report(std::uint64_t row) const;

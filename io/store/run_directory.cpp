@@ -95,6 +95,8 @@ void check_header(const StoreHeader& header) {
   if (header.samples == 0) refuse("a store needs one sample a row or more");
   if (header.labels.size() != header.ids.size())
     refuse(fmt::format("{} labels for {} items", header.labels.size(), header.ids.size()));
+  if (!header.splits.empty() && header.splits.size() != header.ids.size())
+    refuse(fmt::format("{} splits for {} items", header.splits.size(), header.ids.size()));
   for (std::size_t row = 1; row < header.ids.size(); ++row)
     if (header.ids[row - 1] >= header.ids[row])
       refuse(fmt::format("item \"{}\" stands before \"{}\"", header.ids[row - 1], header.ids[row]));
@@ -107,7 +109,8 @@ void check_header(const StoreHeader& header) {
 
 struct RunDirectory::State {
   fs::path store, folder;
-  StoreHeader header;
+  RunPlan plan;
+  const StoreHeader& header = plan.header;
   StoreLayout layout;
   std::uint64_t shards;
   FileDescriptor lock;
@@ -121,10 +124,10 @@ struct RunDirectory::State {
   std::vector<std::uint64_t> suspects;
   std::unique_ptr<BegunLog> begun;
 
-  State(const fs::path& store_path, const StoreHeader& store_header)
+  State(const fs::path& store_path, const RunPlan& run_plan)
       : store(store_path),
         folder(with_suffix(store_path, ".run")),
-        header(store_header),
+        plan(run_plan),
         layout(make_layout(header)),
         shards((header.ids.size() + shard_rows - 1) / shard_rows),
         lock(lock_run_folder(folder, true)),
@@ -156,7 +159,7 @@ struct RunDirectory::State {
 
   void set_up() {
     if (plan_exists(folder)) {
-      require_same_plan(folder, header);
+      require_same_plan(folder, plan);
     } else {
       // Without run.json nothing was ever begun here: what a killed set-up left is replaced.
       std::error_code ignored;
@@ -165,7 +168,7 @@ struct RunDirectory::State {
       fs::remove(folder / "begun.log", ignored);
       make_folder(folder / "journal");
       make_folder(folder / "shards");
-      write_plan(folder, header);
+      write_plan(folder, plan);
       sync_folder(folder.parent_path());
     }
     for (std::uint64_t shard = 0; shard < shards; ++shard) restore(shard);
@@ -232,9 +235,15 @@ struct RunDirectory::State {
   }
 };
 
-RunDirectory::RunDirectory(const fs::path& store, const StoreHeader& header) {
-  check_header(header);
-  state_ = std::make_unique<State>(store, header);
+std::optional<RunPlan> read_run_plan(const fs::path& store) {
+  const fs::path folder = with_suffix(store, ".run");
+  if (!plan_exists(folder)) return std::nullopt;
+  return read_plan(folder);
+}
+
+RunDirectory::RunDirectory(const fs::path& store, const RunPlan& plan) {
+  check_header(plan.header);
+  state_ = std::make_unique<State>(store, plan);
   remove_leftovers(store);
   state_->set_up();
 }
@@ -273,6 +282,11 @@ void RunDirectory::end_item(const EncodedRow& encoded) {
   state.length[encoded.row] = record->payload_bytes;
   state.mark_done(encoded.row, record->status);
   if (state.missing[shard] == 0) state.seal(shard);
+}
+
+void RunDirectory::forget_begun() {
+  state_->begun->replace({});
+  state_->suspects.clear();
 }
 
 void RunDirectory::sync() { state_->journals.sync(); }

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 2\n";  // raised with the format of journal records
+constexpr std::string_view plan_magic = "meander plan 3\n";  // raised with the format of journal records
 
 class PlanWriter {
  public:
@@ -66,10 +66,12 @@ class PlanReader {
   const fs::path& path_;
 };
 
-std::string plan_text(const StoreHeader& header) {
+std::string plan_text(const RunPlan& run) {
+  const StoreHeader& header = run.header;
   PlanWriter plan;
   plan.number(store_format_version);
-  plan.number(store_method_version);
+  plan.number(header.method_version);
+  plan.text(run.purpose);
   plan.number(static_cast<std::uint64_t>(header.content));
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
@@ -90,20 +92,23 @@ std::string plan_text(const StoreHeader& header) {
   }
   plan.texts(header.ids);
   for (const std::int32_t label : header.labels) plan.number(static_cast<std::uint32_t>(label));
+  for (std::uint64_t row = 0; row < header.ids.size(); ++row)
+    plan.number(static_cast<std::uint64_t>(header.split(row)));
   return plan.take();
 }
 
 struct StoredPlan {
-  std::uint64_t format_version = 0, method_version = 0;
-  StoreHeader header;
+  std::uint64_t format_version = 0;
+  RunPlan run;
 };
 
 StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   PlanReader plan(text, path);
   StoredPlan stored;
-  StoreHeader& header = stored.header;
+  StoreHeader& header = stored.run.header;
   stored.format_version = plan.number();
-  stored.method_version = plan.number();
+  header.method_version = static_cast<std::uint32_t>(plan.number());
+  stored.run.purpose = plan.text();
   header.content = static_cast<StoreContent>(plan.number());
   header.samples = static_cast<std::uint32_t>(plan.number());
   header.compression = static_cast<Compression>(plan.number());
@@ -126,6 +131,8 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   header.labels.resize(header.ids.size());
   for (std::int32_t& label : header.labels)
     label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number()));
+  for (std::size_t row = 0; row < header.ids.size(); ++row)
+    header.splits.push_back(static_cast<Split>(plan.number()));
   return stored;
 }
 
@@ -138,13 +145,15 @@ std::string sha256_hex(std::string_view text) {
   return hex;
 }
 
-std::string run_json(const StoreHeader& header, std::string_view plan) {
+std::string run_json(const RunPlan& run, std::string_view plan) {
+  const StoreHeader& header = run.header;
   JsonWriter json;
   json.begin_object();
   json.member("tool", "meander");
   json.member("tool_version", tool_version());
   json.member("format_version", store_format_version);
-  json.member("method_version", store_method_version);
+  json.member("method_version", header.method_version);
+  json.member("purpose", run.purpose);
   json.member("rows", std::uint64_t{header.ids.size()});
   json.member("samples", header.samples);
   json.member("seed", header.seed);
@@ -240,7 +249,12 @@ std::string_view name_of(Compression compression) {
 
 }  // namespace
 
-std::string first_difference(const StoreHeader& begun, const StoreHeader& now) {
+std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan) {
+  const StoreHeader &begun = begun_plan.header, &now = now_plan.header;
+  if (begun_plan.purpose != now_plan.purpose)
+    return fmt::format("it was begun to {}, not to {}", begun_plan.purpose, now_plan.purpose);
+  if (begun.method_version != now.method_version)
+    return fmt::format("the method version was {}, now it is {}", begun.method_version, now.method_version);
   if (begun.content != now.content) return "one is of meshes, the other of parametric surfaces";
   if (begun.samples != now.samples)
     return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
@@ -261,46 +275,61 @@ std::string first_difference(const StoreHeader& begun, const StoreHeader& now) {
     if (begun.labels[row] != now.labels[row])
       return fmt::format("the label of \"{}\" was {}, now it is {}", begun.ids[row], begun.labels[row],
                          now.labels[row]);
+  for (std::size_t row = 0; row < begun.ids.size(); ++row)
+    if (begun.split(row) != now.split(row))
+      return fmt::format("the split of \"{}\" was {}, now it is {}", begun.ids[row],
+                         meander::name_of(begun.split(row)), meander::name_of(now.split(row)));
   return {};
 }
 
 bool plan_exists(const fs::path& run_folder) { return fs::exists(run_folder / "run.json"); }
 
-void write_plan(const fs::path& run_folder, const StoreHeader& header) {
+void write_plan(const fs::path& run_folder, const RunPlan& plan) {
   std::string text(plan_magic);
-  text += plan_text(header);
+  text += plan_text(plan);
   const std::uint32_t checksum = crc32c(std::span<const char>(text));
   text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
   replace_file(run_folder / "plan.bin", std::as_bytes(std::span(text)));
-  const std::string json = run_json(header, text);
+  const std::string json = run_json(plan, text);
   replace_file(run_folder / "run.json", std::as_bytes(std::span(json)));
 }
 
-void require_same_plan(const fs::path& run_folder, const StoreHeader& header) {
+namespace {
+
+[[noreturn]] void refuse(const fs::path& run_folder, const std::string& why) {
+  throw RunError(
+      RunError::Kind::unusable,
+      fmt::format("{} was begun otherwise and cannot be continued: {} (repeat the command that began it, or "
+                  "start anew with --fresh)",
+                  run_folder.string(), why));
+}
+
+}  // namespace
+
+RunPlan read_plan(const fs::path& run_folder) {
   const fs::path path = run_folder / "plan.bin";
-  const auto refuse = [&](const std::string& why) {
-    throw RunError(RunError::Kind::unusable, fmt::format("{} was begun otherwise and cannot be continued: {}",
-                                                         run_folder.string(), why));
-  };
   const std::optional<std::string> text = read_text(path);
   std::uint32_t checksum = 0;
   if (text && text->size() > sizeof checksum)
     std::memcpy(&checksum, text->data() + text->size() - sizeof checksum, sizeof checksum);
   if (!text || text->size() < plan_magic.size() + sizeof checksum ||
       checksum != crc32c(std::span<const char>(text->data(), text->size() - sizeof checksum)))
-    throw RunError(RunError::Kind::unusable, fmt::format("{} is damaged: start afresh", path.string()));
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} is damaged: start anew with --fresh", path.string()));
   std::string_view plan(*text);
   plan.remove_suffix(sizeof checksum);
-  if (!plan.starts_with(plan_magic)) refuse("by another version of the program");
+  if (!plan.starts_with(plan_magic)) refuse(run_folder, "by another version of the program");
   plan.remove_prefix(plan_magic.size());
-  if (plan == plan_text(header)) return;
-  const StoredPlan stored = parse_plan(plan, path);
+  StoredPlan stored = parse_plan(plan, path);
   if (stored.format_version != store_format_version)
-    refuse(fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
-  if (stored.method_version != store_method_version)
-    refuse(
-        fmt::format("the method version was {}, now it is {}", stored.method_version, store_method_version));
-  refuse(first_difference(stored.header, header));
+    refuse(run_folder,
+           fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
+  return std::move(stored.run);
+}
+
+void require_same_plan(const fs::path& run_folder, const RunPlan& plan) {
+  const RunPlan begun = read_plan(run_folder);
+  if (plan_text(begun) != plan_text(plan)) refuse(run_folder, first_difference(begun, plan));
 }
 
 }  // namespace meander::store

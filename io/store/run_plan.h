@@ -10,11 +10,13 @@
 namespace meander::store {
 
 // Writes plan.bin and then run.json, each whole or not at all.
-void write_plan(const std::filesystem::path& run_folder, const StoreHeader& header);
+void write_plan(const std::filesystem::path& run_folder, const RunPlan& plan);
 bool plan_exists(const std::filesystem::path& run_folder);
+// Throws RunError(unusable) when the plan is damaged, or was written by another version.
+RunPlan read_plan(const std::filesystem::path& run_folder);
 // Throws RunError(unusable) when the plan is damaged or differs; the message names the first difference.
-void require_same_plan(const std::filesystem::path& run_folder, const StoreHeader& header);
+void require_same_plan(const std::filesystem::path& run_folder, const RunPlan& plan);
 // One sentence on the first difference, empty when there is none.
-std::string first_difference(const StoreHeader& begun, const StoreHeader& now);
+std::string first_difference(const RunPlan& begun, const RunPlan& now);
 
 }  // namespace meander::store

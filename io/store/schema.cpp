@@ -58,10 +58,11 @@ DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width
 
 template <auto Member>
 DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width, const char* unit,
-                        const char* doc, std::uint64_t fill = 0) {
+                        const char* doc, std::uint64_t fill = 0, std::uint32_t since = 1) {
   DatasetSpec spec{std::string("/items/") + name, Role::item, type, width, fill, unit, doc, ""};
   spec.put_item = put<Member>;
   spec.get_item = get<Member>;
+  spec.since = since;
   return spec;
 }
 
@@ -95,6 +96,12 @@ std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
   return datasets;
 }
 
+DatasetSpec split_column() {
+  DatasetSpec spec{"/items/split", Role::split, ElementType::split, 0, 0, "", "part of the data set", ""};
+  spec.since = 2;
+  return spec;
+}
+
 std::vector<DatasetSpec> make_item_datasets() {
   using enum ElementType;
   using R = ItemReport;
@@ -102,6 +109,7 @@ std::vector<DatasetSpec> make_item_datasets() {
       {"/label", Role::label, i32, 1, all_ones, "1", "class number, -1 where unknown", ""},
       {"/items/id", Role::id, text, 0, 0, "", "path of the item below the input root; ascending by bytes",
        ""},
+      split_column(),
       item_column<&R::status>("status", status, 0, "", "how the item ended",
                               static_cast<std::uint64_t>(Status::internal)),
       {"/items/reason", Role::reason, text, 0, 0, "", "one sentence when the status is not ok", ""},
@@ -123,6 +131,8 @@ std::vector<DatasetSpec> make_item_datasets() {
       item_column<&R::distortion>("distortion", f64, 0, "1", "area-weighted mean quasi-conformal distortion"),
       item_column<&R::repairs>("repairs", u32, static_cast<std::uint32_t>(repair_count), "1",
                                "what was repaired, counted by name (attribute `names`)"),
+      item_column<&R::file_bytes>("file_bytes", u64, 0, "byte",
+                                  "length of the input; 0 where it was not read", 0, 2),
       item_column<&R::content_sha256>("content_sha256", u8, 32, "1", "SHA-256 of the bytes of the input"),
       item_column<&R::points_crc32c>("points_crc32c", u32, 0, "1",
                                      "CRC32C of the row of /points (little-endian); 0 unless ok"),
@@ -170,6 +180,7 @@ std::size_t element_size(ElementType type) {
     case ElementType::u8:
     case ElementType::status:
     case ElementType::method:
+    case ElementType::split:
     case ElementType::text:
       return 1;
   }
@@ -177,8 +188,8 @@ std::size_t element_size(ElementType type) {
 }
 
 std::string_view element_name(ElementType type) {
-  constexpr std::array<std::string_view, 9> names = {
-      "f32", "f64", "i32", "u8", "u32", "u64", "enum u8", "enum u8", "UTF-8, fixed width"};
+  constexpr std::array<std::string_view, 10> names = {
+      "f32", "f64", "i32", "u8", "u32", "u64", "enum u8", "enum u8", "enum u8", "UTF-8, fixed width"};
   return names[static_cast<std::size_t>(type)];
 }
 
@@ -197,6 +208,7 @@ std::string fill_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::text) return "empty";
   if (spec.type == ElementType::status) return std::string(name_of(static_cast<Status>(spec.fill)));
   if (spec.type == ElementType::method) return std::string(name_of(static_cast<Method>(spec.fill)));
+  if (spec.type == ElementType::split) return std::string(name_of(static_cast<Split>(spec.fill)));
   if (spec.type == ElementType::f32 && spec.fill == not_a_number) return "NaN";
   if (spec.type == ElementType::i32 && spec.fill == all_ones) return "-1";
   return spec.fill == all_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);

@@ -16,12 +16,12 @@
 
 namespace meander::store {
 
-// Little-endian everywhere; status and method are 8-bit enums with the names of kernels/core/status.h; text
-// is UTF-8 of fixed width padded with zero bytes.
-enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, status, method, text };
+// Little-endian everywhere; status, method and split are 8-bit enums with the names of kernels/core/status.h
+// and kernels/sample/samples.h; text is UTF-8 of fixed width padded with zero bytes.
+enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, status, method, split, text };
 
 // Where the values of a dataset live in a Row.
-enum class Role : std::uint8_t { samples, descriptor, label, id, reason, item };
+enum class Role : std::uint8_t { samples, descriptor, label, id, split, reason, item };
 
 struct DatasetSpec {
   std::string path;
@@ -38,10 +38,11 @@ struct DatasetSpec {
   // role item: the value (element_size * max(width, 1) bytes) to and from a report.
   void (*put_item)(const ItemReport&, std::byte*) = nullptr;
   void (*get_item)(const std::byte*, ItemReport&) = nullptr;
+  std::uint32_t since = 1;  // the first format version that has the dataset
 };
 
-// The datasets of format version 1 in file order, descriptors excepted. Only the arrays that name the place
-// of a sample depend on the content.
+// The datasets of the current format version in file order, descriptors excepted. Only the arrays that name
+// the place of a sample depend on the content.
 const std::vector<DatasetSpec>& fixed_datasets(StoreContent content);
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 

@@ -96,6 +96,8 @@ class ShardWriter {
         std::memcpy(at, parts.items.data() + item_record().columns[item++].second, dataset.row_bytes);
       else if (dataset.spec.role == Role::label)
         std::memcpy(at, &header_.labels[row], dataset.row_bytes);
+      else if (dataset.spec.role == Role::split)
+        *at = static_cast<std::byte>(header_.split(row));
       else
         std::memcpy(at, header_.ids[row].data(), header_.ids[row].size());
     }

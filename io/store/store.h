@@ -34,7 +34,7 @@ enum class Compression : std::uint8_t {
   none
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
-inline constexpr std::uint32_t store_format_version = 1;
+inline constexpr std::uint32_t store_format_version = 2;  // older ones are read, this one is written
 inline constexpr std::uint32_t store_method_version = 2;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
@@ -67,9 +67,12 @@ struct StoreHeader {
   std::vector<DescriptorSchema> descriptors;
   std::vector<std::string> ids;      // M item ids, ascending by bytes, unique
   std::vector<std::int32_t> labels;  // M, -1 where unknown
+  std::vector<Split> splits;         // M, or empty: none of the items has one
   // Who sampled the rows: other than this program when an older store is written again with more descriptors.
   std::uint32_t method_version = store_method_version;
   std::string tool_version;  // empty: this program's
+
+  Split split(std::uint64_t row) const { return splits.empty() ? Split::none : splits.at(row); }
 };
 
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
@@ -85,6 +88,16 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const
 // The inverse, for --reuse and tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
+// What the run of a STORE.run/ was begun with. Only the same plan is continued.
+struct RunPlan {
+  StoreHeader header;
+  std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+};
+
+// The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
+// when the plan is damaged or of another version of the program.
+std::optional<RunPlan> read_run_plan(const std::filesystem::path& store);
+
 // STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at
 // multiples of 256), a lock. kill -9 at any moment loses only the rows in flight. begin_item may be called
 // from one thread while end_item is called from another; otherwise not thread-safe.
@@ -93,7 +106,9 @@ class RunDirectory {
   // Opens STORE.run/ (creating it, or continuing what is there after replaying its journals). Throws
   // RunError: stopped when another process holds it or the disk is full; unusable when it was begun with
   // other parameters or other items (the message names the first difference), or is damaged beyond replay.
-  RunDirectory(const std::filesystem::path& store, const StoreHeader& header);
+  RunDirectory(const std::filesystem::path& store, const RunPlan& plan);
+  RunDirectory(const std::filesystem::path& store, const StoreHeader& header)
+      : RunDirectory(store, RunPlan{header}) {}
   ~RunDirectory();
   RunDirectory(const RunDirectory&) = delete;
   RunDirectory& operator=(const RunDirectory&) = delete;
@@ -104,7 +119,9 @@ class RunDirectory {
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
   void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
-  void sync();                               // fdatasync of the open journals
+  // Nothing is being worked on any more: rows begun but not ended are no suspects for the next process.
+  void forget_begun();
+  void sync();  // fdatasync of the open journals
   // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then
   // removes STORE.run/. Requires done_count() == M.
   void finish();
@@ -140,13 +157,14 @@ class StoreReader {
   const std::string& parameters_json() const;
   const std::vector<std::string>& label_names() const;
   const std::vector<DescriptorSchema>& descriptors() const;
-  // Everything of the header, ids and labels of all rows included: what a store made from this one begins
-  // with.
+  // Everything of the header, ids, labels and splits of all rows included: what a store made from this one
+  // begins with.
   StoreHeader header() const;
   std::string id(std::uint64_t row) const;
   std::optional<std::uint64_t> find(std::string_view id) const;  // binary search
   ItemReport report(std::uint64_t row) const;
   std::int32_t label(std::uint64_t row) const;
+  Split split(std::uint64_t row) const;   // none in a store of format version 1
   Row read_row(std::uint64_t row) const;  // with samples and descriptors
   // All rows of a descriptor, M x width, NaN in rows that are not ok. Throws RunError(unusable) when the
   // store has no descriptor of that name.

@@ -60,7 +60,8 @@ bool fill_is(hid_t creation, const DatasetLayout& dataset, hid_t type) {
 
 bool same_type(const DatasetLayout& dataset, hid_t stored) {
   // Lists of names grow: an older file may name fewer values.
-  if (dataset.spec.type == ElementType::status || dataset.spec.type == ElementType::method)
+  if (dataset.spec.type == ElementType::status || dataset.spec.type == ElementType::method ||
+      dataset.spec.type == ElementType::split)
     return H5Tget_class(stored) == H5T_ENUM && H5Tget_size(stored) == 1;
   return H5Tequal(make_type(dataset).get(), stored) > 0;
 }
@@ -105,6 +106,8 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
   read_descriptors();
   layout_ =
       make_layout(facts_.content, facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
+  std::erase_if(layout_.datasets,
+                [&](const DatasetLayout& dataset) { return dataset.spec.since > facts_.format_version; });
   for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
   layout_.id_width = layout_.datasets[layout_.index_of(Role::id)].text_width;
 }

@@ -41,6 +41,16 @@ std::int32_t ItemBlock::label(std::uint64_t row) const {
   return label;
 }
 
+Split ItemBlock::split(std::uint64_t row) const {
+  const std::size_t d = layout_->index_of(Role::split);
+  if (d == layout_->datasets.size()) return Split::none;
+  const auto number = std::to_integer<std::size_t>(columns_[d][row - begin_]);
+  if (number >= split_names.size())
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("row {} has the unknown value {} in /items/split", row, number));
+  return static_cast<Split>(number);
+}
+
 bool ItemBlock::is_ok(std::uint64_t row) const {
   return columns_[layout_->index_of(ElementType::status)][row - begin_] == static_cast<std::byte>(Status::ok);
 }
@@ -51,8 +61,9 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
   for (std::size_t d = 0; d < columns_.size(); ++d) {
     const DatasetLayout& dataset = layout_->datasets[d];
     if (dataset.spec.role != Role::item) continue;
-    // An older store may have a shorter list of repairs: the rest of the value is zero.
-    const DatasetSpec& spec = *item_record().columns[item++].first;
+    // An older store may lack columns, or have a shorter list of repairs: the rest of the value is zero.
+    while (item_record().columns[item].first->path != dataset.spec.path) ++item;
+    const DatasetSpec& spec = *item_record().columns[item].first;
     std::vector<std::byte> value(value_bytes(spec));
     std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
     const auto number = std::to_integer<std::size_t>(value[0]);
@@ -148,6 +159,7 @@ StoreHeader StoreReader::header() const {
   for (std::uint64_t row = 0; row < rows(); ++row) {
     header.ids.push_back(id(row));
     header.labels.push_back(label(row));
+    header.splits.push_back(split(row));
   }
   return header;
 }
@@ -176,6 +188,10 @@ ItemReport StoreReader::report(std::uint64_t row) const {
 
 std::int32_t StoreReader::label(std::uint64_t row) const {
   return state_->with_items(row, [&](const ItemBlock& items) { return items.label(row); });
+}
+
+Split StoreReader::split(std::uint64_t row) const {
+  return state_->with_items(row, [&](const ItemBlock& items) { return items.split(row); });
 }
 
 Row StoreReader::read_row(std::uint64_t row) const {

@@ -65,6 +65,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
       return make_enum(status_names);
     case ElementType::method:
       return make_enum(method_names);
+    case ElementType::split:
+      return make_enum(split_names);
     case ElementType::text:
       return make_text_type(dataset.text_width);
   }

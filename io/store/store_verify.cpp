@@ -231,6 +231,7 @@ class Verifier {
     ItemReport report;
     try {
       report = items_.report(row);
+      static_cast<void>(items_.split(row));
     } catch (const RunError& error) {
       problems.emplace_back(error.what());
       return false;

@@ -24,8 +24,9 @@ enum class Status : std::uint8_t {
   out_of_memory = 10,      // an allocation failed
   crashed = 11,            // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
   internal = 12,           // a bug of ours, caught
+  missing_attribute = 13,  // the model lacks the attribute that its density or tensors are to be read from
 };
-inline constexpr std::array<std::string_view, 13> status_names = {"ok",
+inline constexpr std::array<std::string_view, 14> status_names = {"ok",
                                                                   "empty",
                                                                   "unreadable",
                                                                   "unsupported_format",
@@ -37,7 +38,8 @@ inline constexpr std::array<std::string_view, 13> status_names = {"ok",
                                                                   "timeout",
                                                                   "out_of_memory",
                                                                   "crashed",
-                                                                  "internal"};
+                                                                  "internal",
+                                                                  "missing_attribute"};
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.

@@ -4,11 +4,17 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kernels/core/status.h"
 
 namespace meander {
+
+// The part of a data set that an item belongs to. The numbers are part of the store format.
+enum class Split : std::uint8_t { none = 0, train = 1, test = 2, validation = 3 };
+inline constexpr std::array<std::string_view, 4> split_names = {"none", "train", "test", "validation"};
+constexpr std::string_view name_of(Split split) { return split_names[static_cast<std::size_t>(split)]; }
 
 // N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
 // corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
@@ -42,6 +48,7 @@ struct ItemReport {
   double overlap = 0, area_scale_range = 1;  // area-weighted share; the largest over all charts
   double distortion = 1;                     // area-weighted mean of sigma1/sigma2 over all charts
   RepairCounts repairs;
+  std::uint64_t file_bytes = 0;  // length of the input; 0 when it was not read
   std::array<std::uint8_t, 32> content_sha256{};
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
 };

@@ -17,7 +17,8 @@ except ImportError:
 DTYPES = {"f32": "<f4", "f64": "<f8", "i32": "<i4", "u8": "u1", "u32": "<u4", "u64": "<u8"}
 DESCRIPTORS = {"d2": 64, "a3": 5}
 STATUSES = ["ok", "empty", "unreadable", "unsupported_format", "non_finite", "index_out_of_range", "zero_area",
-            "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal"]
+            "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal", "missing_attribute"]
+SPLITS = ["none", "train", "test", "validation"]
 METHODS = ["none", "conformal", "mean-value", "direct", "anisotropic"]
 
 
@@ -40,7 +41,7 @@ def expected_shape(text, rows, samples, width):
 
 def check_type(dataset, kind, path):
     if kind == "enum u8":
-        names = STATUSES if path.endswith("status") else METHODS
+        names = {"status": STATUSES, "method": METHODS, "split": SPLITS}[path.rsplit("/", 1)[1]]
         assert h5py.check_enum_dtype(dataset.dtype) == {name: i for i, name in enumerate(names)}, path
     elif kind == "UTF-8, fixed width":
         info = h5py.check_string_dtype(dataset.dtype)
@@ -59,6 +60,8 @@ def check_fill(dataset, text, path):
         assert fill == STATUSES.index(text), path
     elif path.endswith("method"):
         assert fill == METHODS.index(text), path
+    elif path.endswith("split"):
+        assert fill == SPLITS.index(text), path
     else:
         assert fill == int(text, 0), (path, fill)
 
@@ -85,10 +88,12 @@ def check_rows(file, lines, samples):
     reasons = file["items/reason"].asstr("utf-8")[:]
     points, descriptor = file["points"][:], file["descriptors/d2"][:]
     for i, line in enumerate(lines):
-        name, status, label, repairs, coordinate, value = line.split()
+        name, status, label, split, size, repairs, coordinate, value = line.split()
         assert ids[i] == name
         assert file["items/status"][i] == int(status)
         assert file["label"][i, 0] == int(label)
+        assert file["items/split"][i] == int(split)
+        assert file["items/file_bytes"][i] == int(size)
         assert file["items/repairs"][i, 3] == int(repairs)
         if status == "0":
             assert reasons[i] == ""
@@ -107,7 +112,7 @@ def check_rows(file, lines, samples):
 def check_attributes(file, rows, samples, compression):
     attributes = dict(file.attrs)
     assert attributes.pop("tool_version").count(".") == 2
-    assert attributes == {"format": "meander", "format_version": 1, "method_version": 2, "content": "meshes", "seed": 7, "samples": samples,
+    assert attributes == {"format": "meander", "format_version": 2, "method_version": 2, "content": "meshes", "seed": 7, "samples": samples,
                           "rows": rows, "compression": compression,
                           "parameters": '{"density":"uniform","describe":["d2"],"method":"conformal"}'}, attributes
     assert file["points"].attrs["order"] == "progressive"

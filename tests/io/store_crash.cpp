@@ -366,10 +366,13 @@ TEST_CASE("run: other parameters and other items are refused by name") {
   CHECK_THAT(message([](StoreHeader& h) { h.descriptors[1].attributes[0].second = "other"; }),
              Contains("bins of descriptor a3"));
   CHECK_THAT(message([](StoreHeader& h) { h.labels[2] = 99; }), Contains("label of \"class/m0000002.off\""));
+  CHECK_THAT(message([](StoreHeader& h) { h.splits[2] = Split::none; }),
+             Contains("split of \"class/m0000002.off\" was test, now it is none"));
   CHECK_THAT(message([](StoreHeader& h) { h.label_names.pop_back(); }), Contains("names of the classes"));
   CHECK_THAT(message([](StoreHeader& h) {
                h.ids.erase(h.ids.begin() + 4, h.ids.begin() + 6);
                h.labels.resize(h.ids.size());
+               h.splits.resize(h.ids.size());
              }),
              Contains("2 gone (the first is \"class/m0000004.off\")"));
   CHECK_THAT(
@@ -377,6 +380,7 @@ TEST_CASE("run: other parameters and other items are refused by name") {
         h.ids.front() = "a.off";
         h.ids.push_back("zebra.off");
         h.labels.push_back(0);
+        h.splits.push_back(Split::none);
       }),
       Contains("1 gone (the first is \"class/m0000000-long-name.off\"), 2 new (the first is \"a.off\")"));
   CHECK(refusal(folder / "s.h5", header).second == 2);

@@ -37,7 +37,7 @@ void check_round_trip(const StoreHeader& header) {
     const Row made = make_row(header, row), back = reader.read_row(row);
     ok += made.report.status == Status::ok;
     if (!same(made, back) || reader.id(row) != header.ids[row] || !same(reader.report(row), made.report) ||
-        reader.label(row) != header.labels[row])
+        reader.label(row) != header.labels[row] || reader.split(row) != header.split(row))
       FAIL("row " << row << " differs");
     if (made.report.status == Status::ok &&
         back.report.points_crc32c != crc32c(std::span<const float>(made.samples.points)))
@@ -105,6 +105,55 @@ TEST_CASE("store: ids that are not UTF-8 are kept byte for byte") {
   write_store(folder / "s.h5", header);
   const StoreReader reader(folder / "s.h5");
   for (std::uint64_t row = 0; row < 3; ++row) CHECK(reader.id(row) == header.ids[row]);
+}
+
+TEST_CASE("store: a header without splits says none for every row") {
+  const ScratchFolder folder;
+  StoreHeader header = make_header(3, 4);
+  const std::string with = store_bytes(header);
+  header.splits.assign(3, Split::none);
+  const std::string none = store_bytes(header);
+  header.splits.clear();
+  CHECK(store_bytes(header) == none);
+  CHECK(with != none);
+}
+
+// tests/support/version1_store.h5 was written by the last program of format version 1: two models and an
+// empty file, eight samples each, d2.
+TEST_CASE("reader: a store of format version 1 is whole and lacks what came later") {
+  const std::filesystem::path path =
+      std::filesystem::path(MEANDER_SOURCE_DIR) / "tests/support/version1_store.h5";
+  CHECK(verify_store(path).problems == std::vector<std::string>{});
+  const StoreReader reader(path);
+  CHECK(reader.format_version() == 1);
+  REQUIRE(reader.rows() == 3);
+  CHECK(reader.id(1) == "table/empty.off");
+  const ItemReport failed = reader.report(1);
+  CHECK(failed.status == Status::empty);
+  CHECK_FALSE(failed.reason.empty());
+  const Row row = reader.read_row(0);
+  CHECK(row.report.status == Status::ok);
+  CHECK(row.report.method == Method::direct);
+  CHECK(row.report.faces == 4);
+  CHECK(row.report.content_sha256[0] != 0);
+  CHECK(row.samples.count() == 8);
+  REQUIRE(row.descriptors.size() == 1);
+  CHECK(row.descriptors[0].values.size() == 8);
+  const StoreHeader header = reader.header();
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    CHECK(reader.split(i) == Split::none);
+    CHECK(header.split(i) == Split::none);
+    CHECK(reader.report(i).file_bytes == 0);
+  }
+  // What is made from it is a store of this version with the same rows.
+  const ScratchFolder folder;
+  RunDirectory run(folder / "s.h5", header);
+  for (std::uint64_t i = 0; i < 3; ++i) run.end_item(encode_row(header, i, reader.read_row(i)));
+  run.finish();
+  CHECK(verify_store(folder / "s.h5").problems == std::vector<std::string>{});
+  const StoreReader again(folder / "s.h5");
+  CHECK(again.format_version() == store_format_version);
+  for (std::uint64_t i = 0; i < 3; ++i) CHECK(same(again.read_row(i), reader.read_row(i)));
 }
 
 TEST_CASE("reader: what is no store is refused with a sentence") {

@@ -64,6 +64,7 @@ inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
     header.ids.push_back("class/m" + std::string(7 - number.size(), '0') + number +
                          (row % 5 == 0 ? "-long-name.off" : ".off"));
     header.labels.push_back(static_cast<std::int32_t>(row % 4) - 1);
+    header.splits.push_back(static_cast<Split>(row % 7 % 4));
   }
   std::sort(header.ids.begin(), header.ids.end());
   return header;
@@ -76,10 +77,11 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   Row made;
   made.label = header.labels[row];
   ItemReport& report = made.report;
-  report.status = random() % 3 == 0 ? static_cast<Status>(1 + random() % 12) : Status::ok;
+  report.status = random() % 3 == 0 ? static_cast<Status>(1 + random() % 13) : Status::ok;
   const bool ok = report.status == Status::ok;
   if (!ok) report.reason = "row " + std::to_string(row) + " is " + std::string(name_of(report.status));
   report.method = ok ? static_cast<Method>(1 + random() % 3) : Method::none;
+  report.file_bytes = random() % (std::uint64_t{1} << 40);
   report.vertices = random() % 100000;
   report.faces = 1 + random() % 100000;
   report.components = static_cast<std::uint32_t>(random() % 10);
@@ -153,7 +155,8 @@ inline bool same(const ItemReport& a, const ItemReport& b) {
          a.boundaries == b.boundaries && a.area == b.area && a.measure == b.measure && a.bbox == b.bbox &&
          a.loc == b.loc && a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
          a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
-         a.repairs.counts == b.repairs.counts && a.content_sha256 == b.content_sha256;
+         a.repairs.counts == b.repairs.counts && a.file_bytes == b.file_bytes &&
+         a.content_sha256 == b.content_sha256;
 }
 
 inline bool same(const Row& a, const Row& b) {

@@ -458,3 +458,22 @@ TEST_CASE("export of descriptors: mistakes are usage errors") {
   CHECK(contains(error_of({"--format", "ann-hdf5", "--descriptors", "d2", "-o", out, "--neighbours", "9"}),
                  "there are 4 rows to search"));
 }
+
+TEST_CASE("describe: a store of format version 1 becomes one of this version") {
+  const ScratchFolder scratch;
+  const fs::path old = fs::path(MEANDER_SOURCE_DIR) / "tests/support/version1_store.h5";
+  const std::string store = scratch / "s.h5";
+  const ProcessResult result = meander_with(
+      {"describe", old.string(), "-o", store, "--descriptors", "a3", "--bins", "8", "--progress", "none"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(verify_store(store).problems == std::vector<std::string>{});
+  const StoreReader before(old), after(store);
+  CHECK(after.format_version() == store_format_version);
+  REQUIRE(after.descriptors().size() == 2);
+  for (std::uint64_t row = 0; row < before.rows(); ++row) {
+    CHECK(after.read_row(row).samples.points == before.read_row(row).samples.points);
+    CHECK(after.report(row).status == before.report(row).status);
+    CHECK(after.split(row) == Split::none);
+  }
+}

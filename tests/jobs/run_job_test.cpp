@@ -52,6 +52,7 @@ TEST_CASE("run: one row per file with the expected status, exit 3, a list of fai
     CHECK(reader.id(row) == id);
     CHECK(reader.report(row).status == status);
     CHECK(reader.report(row).reason.empty() == (status == Status::ok));
+    CHECK(reader.report(row).file_bytes == std::filesystem::file_size(scratch / "in" / id));
     CHECK(reader.label_names()[static_cast<std::size_t>(reader.label(row))] == id.substr(0, id.find('/')));
     if (status != Status::ok)
       CHECK(result.err.find(id + ": " + std::string(name_of(status)) + ": ") != std::string::npos);

@@ -4,6 +4,7 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <mutex>
@@ -255,6 +256,87 @@ TEST_CASE("sampling graph: the deadline of one model is not that of the others")
   setup.run(stages);
   CHECK(setup.sink.rows.at(4).report.status == Status::timeout);
   CHECK(setup.sink.rows.at(5).report.status == Status::ok);
+}
+
+TEST_CASE("sampling graph: with one thread items end in the order of their admission") {
+  Setup setup(50, 1);
+  setup.parameters.memory_bytes = 1 << 20;
+  for (std::size_t i = 0; i < setup.plan.size(); ++i) setup.plan[i].reserved_bytes = 1000 - i;
+  std::vector<std::uint64_t> ended;
+  setup.run(three_stages([](GraphItem&) {}),
+            [&](const FinishedItem& item) { ended.push_back(item.plan.row); });
+  REQUIRE(ended.size() == 50);
+  CHECK(std::is_sorted(ended.begin(), ended.end()));
+}
+
+TEST_CASE(
+    "sampling graph: no item waits behind those that were admitted after it, one slow item among them") {
+  for (const int threads : {1, 2, 4}) {
+    Setup setup(120, threads);
+    setup.parameters.memory_bytes = 1 << 20;
+    // Plan order is the order of admission; the first item is slow.
+    for (std::size_t i = 0; i < setup.plan.size(); ++i) setup.plan[i].reserved_bytes = 1000 - i;
+    std::atomic<int> ended{0};
+    std::vector<int> ended_at_begin(120, 0), ended_at_start(120, 0), place(120, 0);
+    struct CountingSink : RowSink {
+      MemorySink& rows;
+      std::atomic<int>& ended;
+      std::vector<int>& ended_at_begin;
+      CountingSink(MemorySink& r, std::atomic<int>& e, std::vector<int>& b)
+          : rows(r), ended(e), ended_at_begin(b) {}
+      void begin(std::uint64_t row) override { ended_at_begin[row] = ended; }
+      void write(const EncodedRow& row) override { rows.write(row); }
+    } sink(setup.sink, ended, ended_at_begin);
+    const GraphStages stages = {
+        {"read_mesh", [&](GraphItem& item) { ended_at_start[item.plan->row] = ended; }},
+        {"flatten_chart",
+         [&](GraphItem& item) {
+           const bool slow = item.plan->row == 0;
+           for (int i = 0; i == 0 || (slow && i < 2000 && threads > 1 && ended < 20); ++i)
+             std::this_thread::sleep_for(std::chrono::milliseconds(2));
+         }},
+        {"place_samples", make_points}};
+    run_sampling_graph(setup.plan, setup.parameters, stages, setup.header, sink, setup.cancelled,
+                       setup.statistics, [&](const FinishedItem& item) { place[item.plan.row] = ended++; });
+    REQUIRE(ended == 120);
+    INFO(threads << " threads");
+    // What was admitted is worked on before more than the items of the other threads have ended.
+    for (std::size_t row = 0; row < 120; ++row) {
+      INFO("item " << row);
+      REQUIRE(ended_at_start[row] - ended_at_begin[row] <= 2 * threads);
+    }
+    // The slow item ends as soon as it is done, and the others behind it by little.
+    CHECK(place[0] <= (threads == 1 ? 0 : 20 + 2 * threads));
+    for (int row = 1; row < 120; ++row) CHECK(place[static_cast<std::size_t>(row)] <= row + 2 * threads);
+  }
+}
+
+TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
+  for (const int threads : {1, 2}) {
+    Setup setup(60, threads);
+    setup.parameters.memory_bytes = 1 << 20;
+    setup.parameters.timeout_seconds = 0.25;
+    // 60 items of about 20 ms each: the run takes longer than the limit of any of them.
+    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(10)); };
+    const GraphStages stages = {
+        {"read_mesh", nap}, {"flatten_chart", nap}, {"place_samples", make_points}, idle("describe_shape")};
+    const GraphResult result = setup.run(stages);
+    CHECK(result.written == 60);
+    CHECK(result.failed == 0);
+  }
+}
+
+TEST_CASE("sampling graph: the time limit counts the work of all stages together") {
+  Setup setup(4, 2);
+  setup.parameters.timeout_seconds = 0.2;
+  const auto work = [](GraphItem& item) {
+    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(120));
+  };
+  const GraphStages stages = {
+      {"read_mesh", work}, {"flatten_chart", work}, {"place_samples", make_points}, idle("describe_shape")};
+  setup.run(stages);
+  CHECK(setup.sink.rows.at(2).report.status == Status::timeout);
+  CHECK(setup.sink.rows.at(1).report.status == Status::ok);
 }
 
 TEST_CASE("sampling graph: statistics count every node") {
