@@ -15,6 +15,7 @@
 
 #include "io/digest.h"
 #include "io/json_writer.h"
+#include "io/parameters_text.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "io/store/store.h"
@@ -25,7 +26,6 @@
 #include "jobs/lone_item.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
-#include "jobs/parameters_text.h"
 #include "jobs/progress.h"
 #include "jobs/working_process.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -361,7 +361,7 @@ class DescribeJob {
   void check_output() {
     OutputGuard guard;
     guard.protect(read_);
-    if (!in_place_) guard.protect(options_.store);
+    if (!in_place_) guard.protect(options_.store, "the store itself");
     check_store_output(output_, options_.fresh, guard);
     if (!in_place_ && !options_.fresh && fs::exists(output_))
       throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
@@ -563,8 +563,8 @@ class DescribeJob {
     ItemReport report = item.report;
     report.status = problem->status;
     report.reason = problem->reason;
-    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds,
-                         item.reused});
+    progress_->finished(
+        {item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds, item.reused});
   }
 
   // Rows that an earlier start of this job ended without their descriptors. A geodesic histogram of several

@@ -31,14 +31,15 @@ struct StoreSummary {
 
 StoreSummary summarise(const StoreReader& store);
 
-// The final table (or JSON) on standard output.
+// The final table (or JSON) on standard output. Its first line of detail, and "notice" in JSON, is the
+// attribute of --density or --tensor where no model has it.
 void print_summary(const StoreSummary& summary, const RunOptions& options,
                    const std::map<std::string, std::uint64_t>& skipped, double seconds,
                    std::uint64_t done_now, const std::vector<NodeStatistics>& nodes);
 
 // STORE.run.json: what the store itself must not hold (times, machine, threads). STORE.failed.txt: `# id:
 // status: reason` and the path of every failed item, fit to be given back as @STORE.failed.txt; removed when
-// nothing failed.
+// nothing failed. Each is written whole or not at all; throws RunError when it cannot be.
 void write_run_report(const RunOptions& options, const StoreSummary& summary, const GraphResult& result,
                       double seconds, const std::vector<NodeStatistics>& nodes);
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
