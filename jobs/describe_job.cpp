@@ -27,6 +27,7 @@
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/progress.h"
+#include "jobs/store_items.h"
 #include "jobs/working_process.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "meander_version.h"
@@ -47,6 +48,7 @@ struct DescribeOptions {
   double timeout_seconds = 0;
   DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
@@ -309,7 +311,7 @@ class DescribeJob {
     if (!fs::exists(options_.store) && fs::exists(unfinished))
       throw UsageError("`" + options_.store +
                        "` is not finished: the `meander` command that began it continues it");
-    store_ = std::make_unique<StoreReader>(options_.store);
+    store_ = std::make_unique<StoreReader>(options_.store, options_.check);
     std::error_code none;
     in_place_ = options_.output.empty() || fs::equivalent(options_.output, options_.store, none);
     output_ = in_place_ ? options_.store : options_.output;
@@ -417,7 +419,9 @@ class DescribeJob {
     parameters.sample.method = MethodChoice::direct;
     const StageHook hook = [this](GraphStages& stages) {
       stages = {{"describe_row", [this](GraphItem& item) {
-                   const StoreReader own(options_.store);  // a file offset is shared with the parent
+                   // A reader of its own: a file offset is shared with the parent, which has checked the
+                   // file.
+                   const StoreReader own(options_.store, StoreCheck::none);
                    describe_row(describer_, own, item, uses_meshes());
                  }}};
     };
@@ -571,7 +575,7 @@ class DescribeJob {
   // components may rightly be all 0.
   void find_earlier_problems() {
     if (done_before_.empty()) return;
-    const StoreReader store(output_);
+    const StoreReader store(output_, StoreCheck::none);  // sealed a moment ago
     for (const DescriptorSchema& schema : store.descriptors()) {
       if (schema.group != "descriptors" || !describer_.makes(schema.name)) continue;
       if (schema.name == geodesic_disconnected_name) continue;  // most are 0
@@ -668,6 +672,7 @@ JobFunction add_describe_job(CLI::App& program) {
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
       ->group(running);
+  add_trust_option(*command, options->check)->group(running);
   command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))

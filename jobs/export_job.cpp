@@ -35,6 +35,7 @@ struct ExportOptions {
   bool fresh = false;
 
   Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 // The rows asked for, or all ok rows.
@@ -127,7 +128,7 @@ void check_pointnet_files(const ExportOptions& options, OutputGuard& guard) {
 }
 
 int export_store(const ExportOptions& options) {
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   if (is_descriptor_format(options.format)) {
@@ -184,6 +185,7 @@ JobFunction add_export_job(CLI::App& program) {
       ->needs(picture);
   command->add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
   add_descriptor_export_options(*command, options->descriptors);
+  add_trust_option(*command, options->check);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())

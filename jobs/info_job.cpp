@@ -22,6 +22,7 @@ struct InfoOptions {
   std::string store;
   std::string item;
   bool failed = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 std::string hex(const std::array<std::uint8_t, 32>& digest) {
@@ -136,7 +137,7 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
 }
 
 int info(const InfoOptions& options) {
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store);
   if (options.failed) {
@@ -159,6 +160,7 @@ JobFunction add_info_job(CLI::App& program) {
   command->add_option("ITEM", options->item, "An id or a row number: everything about this item");
   command->add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
   command->add_flag("--json", options->json, "As JSON");
+  add_trust_option(*command, options->check);
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
       throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");

@@ -21,6 +21,7 @@
 #include "jobs/jobs.h"
 #include "jobs/measured_sets.h"
 #include "jobs/output_guard.h"
+#include "jobs/store_items.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
@@ -50,6 +51,7 @@ struct MeasureOptions {
   bool seed_given = false;
   std::uint64_t samples = 0;  // of distance, on each surface; 0: 100,000
   bool json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 constexpr std::uint32_t exact_star_limit = 1u << 14;
@@ -540,7 +542,7 @@ int measure(const MeasureOptions& options) {
       throw UsageError("measure " + options.what +
                        " needs --surface: plane, sphere, a mesh file, or the folder "
                        "of a store's models");
-    PointSets sets(options.inputs);
+    PointSets sets(options.inputs, options.check);
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
@@ -598,6 +600,7 @@ JobFunction add_measure_job(CLI::App& program) {
   command->add_option("--csv", options->csv, "Write the table to this file too");
   command->add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
   command->add_flag("--json", options->json, "The table as JSON");
+  add_trust_option(*command, options->check);
   return [options, command] {
     options->seed_given = command->count("--seed") > 0;
     return measure(*options);

@@ -39,6 +39,7 @@ struct RetrieveOptions {
   std::uint32_t k = 10;
   bool psb_compat = false, per_class = false, json = false;
   std::string csv, matrix, picture, confusion;
+  StoreCheck check = StoreCheck::every_byte;
 
   DistanceKind kind() const { return value_of(distance_words, distance); }
 };
@@ -58,7 +59,7 @@ void check_outputs(const RetrieveOptions& options) {
 
 int query(const RetrieveOptions& options) {
   check_outputs(options);
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   const std::uint64_t row = find_item(store, options.item);
   const ItemReport report = store.report(row);
   if (report.status != Status::ok)
@@ -240,7 +241,7 @@ int evaluate(const RetrieveOptions& options) {
       !options.confusion.ends_with(".png"))
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
   check_outputs(options);
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
   const bool with_confusion = !options.confusion.empty();
@@ -275,6 +276,7 @@ void add_common_options(CLI::App& command, RetrieveOptions& options) {
       ->check(one_of(distance_words));
   command.add_flag("--json", options.json, "As JSON");
   command.add_option("--csv", options.csv, "The table as a CSV file as well");
+  add_trust_option(command, options.check);
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ struct SelectOptions {
   std::vector<std::string> descriptors, distances;  // empty: all
   std::uint32_t most = 10, show = 20;
   bool psb_compat = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 // What is combined: names, and the combinations as indices into them.
@@ -215,7 +216,7 @@ int select(const SelectOptions& options) {
   guard.protect(options.store, "the store itself");
   guard.protect(options.classes);
   guard.check(options.csv, {FileKind::csv}, "--csv");
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
                                                                 : listed_combinations(options.descriptors);
   RetrievalBase base;
@@ -275,6 +276,7 @@ JobFunction add_select_command(CLI::App& retrieve) {
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");
   command->add_option("--csv", options->csv, "The table of settings as a CSV file as well");
+  add_trust_option(*command, options->check);
   return [options] { return select(*options); };
 }
 

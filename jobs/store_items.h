@@ -6,7 +6,15 @@
 
 #include "io/store/store.h"
 
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
 namespace meander {
+
+// Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
+CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
 
 // The row of an id, or of a row number. Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);

@@ -21,6 +21,7 @@
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/surface_sources.h"
+#include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
 
@@ -105,7 +106,8 @@ struct SurfaceRun {
 };
 
 // The box around the samples and a grid over the surface: it may lack a bump between them.
-std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples) {
+std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples,
+                                   const ItemReport& report) {
   constexpr std::size_t side = 65;
   std::vector<double> u, v;
   for (std::size_t i = 0; i < side * side; ++i) {
@@ -122,8 +124,10 @@ std::array<double, 6> bounding_box(const ParametricSurface& surface, const Surfa
     }
   };
   for (const Vector3& p : grid) add({p.x, p.y, p.z});
-  for (std::size_t i = 0; i < samples.points.size(); i += 3)
-    add({samples.points[i], samples.points[i + 1], samples.points[i + 2]});
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const Vector3 p = file_point(report, samples.points, i);
+    add({p.x, p.y, p.z});
+  }
   return box;
 }
 
@@ -134,7 +138,9 @@ void fill_row(const ParametricSurface& surface, const SurfaceSamples& samples, R
   report.area = samples.area;
   report.measure = samples.measure;
   report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
-  report.bbox = bounding_box(surface, samples);
+  report.loc = {samples.frame.loc.x, samples.frame.loc.y, samples.frame.loc.z};
+  report.scale = samples.frame.scale;
+  report.bbox = bounding_box(surface, samples, report);
   row.samples.points = samples.points;
   row.samples.normals = samples.normals;
   row.samples.uv.assign(samples.uv.begin(), samples.uv.end());

@@ -201,6 +201,8 @@ struct RunDirectory::State {
     const RowRange rows = rows_of(shard);
     const Hdf5Lock hdf5;
     try {
+      if (const std::string damage = check_whole_file(shard_path(shard)); !damage.empty())
+        throw Hdf5Error(damage);
       const StoreFileReader reader(shard_path(shard));
       std::vector<std::byte> statuses(rows.size());
       reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
@@ -315,13 +317,6 @@ void discard_run(const fs::path& store) {
   const FileDescriptor lock = lock_run_folder(with_suffix(store, ".run"), false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);
-}
-
-void discard_store(const fs::path& store) {
-  if (fs::exists(store) && !fs::is_regular_file(store))  // a device, say: others need it
-    throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
-  discard_run(store);
-  if (::unlink(store.c_str()) != 0 && errno != ENOENT) throw_file_error(errno, "remove", store);
 }
 
 }  // namespace meander

@@ -83,6 +83,34 @@ TEST_CASE("outputs: surface replaces a store by a store and nothing else") {
   CHECK(StoreReader(place.path("s.h5")).rows() == 1);
 }
 
+TEST_CASE("outputs: run never turns an input into a store, and a mistake costs no store") {
+  const Place place;
+  fs::create_directory(place.path("v"));
+  write_mesh(place.path("v/m.off"), icosphere(1));
+  write_mesh(place.path("v/n.off"), icosphere(2));
+  fs::create_hard_link(place.path("v/m.off"), place.path("s2.h5"));
+  const auto run = [&](const std::string& store, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"run", place.path("v"), "-o", place.path(store), "-n", "32"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  for (const std::string name : {"v/m.off", "v/../v/m.off", "s2.h5"})
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--fresh"}})
+      place.refuses(run(name, more), "is an input of this command");
+  place.refuses(run("m.off", {"--fresh"}), "is an OFF mesh: only a Meander store is replaced");
+  place.refuses(run("notes.txt", {"--fresh"}), "is a text file");
+  place.does(run("r.h5", {}));
+  place.refuses(run("r.h5", {"--fresh", "--reuse", place.path("typo.h5")}), "typo.h5");
+  place.refuses(
+      run("r.h5", {"--fresh", "--reuse", place.path("r.h5"), "--seed", "2", "--jitter", "0.5"}),
+      "made with other parameters: parameter \"jitter\" was 1, now it is 0.5; parameter \"seed\" was 1, "
+      "now it is 2");
+  place.refuses(run("r.h5", {"--seed", "2"}), "parameter \"seed\" was 1, now it is 2");
+  const std::string before = read_file(place.path("r.h5"));
+  place.does(run("r.h5", {"--fresh", "--reuse", place.path("r.h5")}));
+  CHECK((read_file(place.path("r.h5")) == before));
+}
+
 TEST_CASE("outputs: the old store lives until the new one is whole") {
   const Place place;
   const std::string before = read_file(place.path("s.h5"));
