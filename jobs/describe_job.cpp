@@ -24,6 +24,7 @@
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/parameters_text.h"
 #include "jobs/progress.h"
 #include "jobs/store_items.h"
@@ -295,10 +296,8 @@ class DescribeJob {
     header_ = described_header(*store_, options_);
     prepare_describer();
     find_meshes();
-    if (options_.fresh && in_place_) discard_run(output_);
-    if (options_.fresh && !in_place_) discard_store(output_);
-    if (!in_place_ && fs::exists(output_))
-      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
+    check_output();
+    if (options_.fresh) discard_run(output_);
     directory_ = std::make_unique<RunDirectory>(output_, header_);
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
@@ -345,6 +344,7 @@ class DescribeJob {
   void find_meshes() {
     if (!uses_meshes()) return;
     Inputs inputs = collect_inputs(options_.inputs, false);
+    read_ = input_files(options_.inputs, inputs.items);
     std::uint64_t found = 0;
     for (PlanItem& item : inputs.items) {
       const auto at = std::lower_bound(header_.ids.begin(), header_.ids.end(), item.id);
@@ -358,6 +358,15 @@ class DescribeJob {
           fmt::format("no item of `{}` is in the input: its ids look like `{}` (give the same "
                       "INPUT as to the run)",
                       options_.store, header_.ids.empty() ? "" : header_.ids.front()));
+  }
+
+  void check_output() {
+    OutputGuard guard;
+    guard.protect(read_);
+    if (!in_place_) guard.protect(options_.store);
+    check_store_output(output_, options_.fresh, guard);
+    if (!in_place_ && !options_.fresh && fs::exists(output_))
+      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
   }
 
   std::optional<PlanItem> plan_of(std::uint64_t row, bool with_meshes) {
@@ -558,8 +567,8 @@ class DescribeJob {
     ItemReport report = item.report;
     report.status = problem->status;
     report.reason = problem->reason;
-    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds,
-                         item.reused});
+    progress_->finished(
+        {item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds, item.reused});
   }
 
   // Rows that an earlier start of this job ended without their descriptors. A geodesic histogram of several
@@ -633,6 +642,7 @@ class DescribeJob {
   StoreHeader header_;
   Describer describer_{header_, {}, {}};
   std::map<std::uint64_t, PlanItem> files_;  // by row
+  std::vector<fs::path> read_;               // all files that the arguments name or contain
   std::unique_ptr<RunDirectory> directory_;
   std::atomic<bool>* stop_ = nullptr;
   Progress* progress_ = nullptr;

@@ -20,6 +20,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/measured_sets.h"
+#include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"
@@ -509,6 +510,17 @@ constexpr Measure measures[] = {
     {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false, true},
 };
 
+void check_outputs(const MeasureOptions& options) {
+  OutputGuard guard;
+  for (const std::string& input : options.inputs) {
+    guard.protect(input);
+    guard.protect(input.substr(0, input.find("::")));  // FILE.h5::ITEM
+  }
+  guard.protect(options.surface);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.picture, {FileKind::png}, "--picture");
+}
+
 int measure(const MeasureOptions& options) {
   const Measure& chosen = *std::find_if(std::begin(measures), std::end(measures),
                                         [&](const Measure& m) { return options.what == m.name; });
@@ -520,6 +532,7 @@ int measure(const MeasureOptions& options) {
     throw UsageError("measure " + options.what + " draws nothing at random: leave --seed out");
   if (options.shapes > 0 && !chosen.shapes)
     throw UsageError("measure " + options.what + " has no shapes: leave --shapes out");
+  check_outputs(options);
   Table table;
   if (chosen.table == nullptr) {
     if (!options.surface.empty()) throw UsageError("measure distance takes two meshes: leave --surface out");

@@ -20,6 +20,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/retrieve_select.h"
 #include "jobs/store_items.h"
@@ -43,10 +44,21 @@ struct RetrieveOptions {
   DistanceKind kind() const { return value_of(distance_words, distance); }
 };
 
+void check_outputs(const RetrieveOptions& options) {
+  OutputGuard guard;
+  guard.protect(options.store);
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.matrix, {FileKind::distance_matrix}, "--matrix");
+  guard.check(options.picture, {FileKind::svg}, "--picture");
+  guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
+              "--confusion");
+}
+
 // ---- query -----------------------------------------------------------------------------------------------
 
 int query(const RetrieveOptions& options) {
-  keep_store(options.store, {options.csv});
+  check_outputs(options);
   const StoreReader store(options.store, options.check);
   const std::uint64_t row = find_item(store, options.item);
   const ItemReport report = store.report(row);
@@ -228,7 +240,7 @@ int evaluate(const RetrieveOptions& options) {
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
       !options.confusion.ends_with(".png"))
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
-  keep_store(options.store, {options.csv, options.matrix, options.picture, options.confusion});
+  check_outputs(options);
   const StoreReader store(options.store, options.check);
   const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);

@@ -14,6 +14,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/store_items.h"
 #include "kernels/retrieve/setting_choice.h"
@@ -212,7 +213,10 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
 }
 
 int select(const SelectOptions& options) {
-  keep_store(options.store, {options.csv});
+  OutputGuard guard;
+  guard.protect(options.store);
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
   const StoreReader store(options.store, options.check);
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
                                                                 : listed_combinations(options.descriptors);

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 
 #include <charconv>
-#include <filesystem>
 
 #include "jobs/inputs.h"
 
@@ -23,14 +22,6 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")");
-}
-
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs) {
-  for (const std::string& output : outputs) {
-    std::error_code none;
-    if (!output.empty() && std::filesystem::equivalent(output, store, none))
-      throw UsageError("`" + output + "` is the store itself: it would be replaced");
-  }
 }
 
 }  // namespace meander

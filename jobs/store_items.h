@@ -1,8 +1,7 @@
-// Items of a store on the command line, and files beside it.
+// Items of a store on the command line.
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 
 #include "io/store/store.h"
@@ -19,8 +18,5 @@ CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
 
 // The row of an id, or of a row number. Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
-
-// Throws UsageError where a file to be written (empty: none) is the store that it is made of.
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs);
 
 }  // namespace meander
