@@ -16,6 +16,7 @@
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
+#include "jobs/store_items.h"
 #include "kernels/retrieve/setting_choice.h"
 
 namespace meander {
