@@ -20,6 +20,7 @@
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
@@ -40,6 +41,7 @@ namespace fs = std::filesystem;
 struct DescribeOptions {
   std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
   std::vector<std::string> inputs;
+  InputOptions collect;  // how the inputs are read
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
@@ -342,7 +344,9 @@ class DescribeJob {
   // The files of the rows, by id. A row without one is a problem of that row, but not of all rows.
   void find_meshes() {
     if (!uses_meshes()) return;
-    Inputs inputs = collect_inputs(options_.inputs, false);
+    options_.collect.remembered_root = remembered_root(options_.store);
+    Inputs inputs = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs.notes);
     std::uint64_t found = 0;
     for (PlanItem& item : inputs.items) {
       const auto at = std::lower_bound(header_.ids.begin(), header_.ids.end(), item.id);
@@ -554,8 +558,8 @@ class DescribeJob {
     ItemReport report = item.report;
     report.status = problem->status;
     report.reason = problem->reason;
-    progress_->finished({item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds,
-                         item.reused});
+    progress_->finished(
+        {item.plan, report, item.failed_in, item.file_bytes, item.seconds, item.waited_seconds, item.reused});
   }
 
   // Rows that an earlier start of this job ended without their descriptors. A geodesic histogram of several
@@ -654,6 +658,7 @@ JobFunction add_describe_job(CLI::App& program) {
   command->add_option("-o,--output", options->output, "Write another store instead");
   add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
   command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
+  add_list_options(*command, options->collect, "Options");
   const char* running = "Running";
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")

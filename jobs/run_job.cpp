@@ -12,6 +12,7 @@
 
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
@@ -138,7 +139,8 @@ class RunJob {
   RunJob(RunOptions& options, const StageHook& hook) : options_(options), hook_(hook) {}
 
   int run() {
-    inputs_ = collect_inputs(options_.inputs, options_.label_from_folder);
+    if (!options_.fresh) options_.collect.remembered_root = remembered_root(options_.store);
+    inputs_ = collect_inputs(options_.inputs, options_.collect);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     header_ = make_header(options_, inputs_);

@@ -9,7 +9,8 @@
 
 namespace meander {
 
-// The row of an id, or of a row number. Throws UsageError.
+// The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
+// Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
 // Throws UsageError where a file to be written (empty: none) is the store that it is made of.
