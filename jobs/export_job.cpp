@@ -30,6 +30,7 @@ struct ExportOptions {
   std::string picture;
   std::uint32_t picture_models = 24;
   DescriptorExport descriptors;
+  bool fresh = false;
 };
 
 // The rows asked for, or all ok rows.
@@ -82,6 +83,18 @@ int export_picture(const StoreReader& store, const ExportOptions& options) {
   return exit_done;
 }
 
+int export_shards(const StoreReader& store, const ExportOptions& options) {
+  const std::vector<fs::path> earlier = pointnet_files(options.output);
+  if (!earlier.empty() && !options.fresh)
+    throw UsageError("`" + earlier.front().string() +
+                     "` is there already (--fresh replaces an earlier export)");
+  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows);
+  fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
+             counts.train, counts.test, counts.validation);
+  if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  return exit_done;
+}
+
 int export_store(const ExportOptions& options) {
   keep_store(options.store, {options.output, options.picture});
   const StoreReader store(options.store);
@@ -94,10 +107,7 @@ int export_store(const ExportOptions& options) {
   }
   if (!options.picture.empty()) return export_picture(store, options);
   if (options.pointnet) {
-    fs::create_directories(options.output);
-    export_pointnet(store, options.output, options.shard_rows);
-    fmt::print("PointNet shards in {}\n", options.output);
-    return exit_done;
+    return export_shards(store, options);
   }
   return export_points(store, options);
 }
@@ -121,7 +131,9 @@ JobFunction add_export_job(CLI::App& program) {
           ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
   auto* pointnet =
       command
-          ->add_flag("--pointnet", options->pointnet, "HDF5 shards of all ok rows for PointNet-style loaders")
+          ->add_flag(
+              "--pointnet", options->pointnet,
+              "HDF5 shards of all ok rows with a class for PointNet-style loaders, training and tests apart")
           ->excludes(format);
   command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
       ->capture_default_str()
@@ -135,6 +147,7 @@ JobFunction add_export_job(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 400))
       ->needs(picture);
+  command->add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
   add_descriptor_export_options(*command, options->descriptors);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
