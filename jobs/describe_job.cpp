@@ -25,8 +25,10 @@
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/parameters_text.h"
 #include "jobs/progress.h"
+#include "jobs/store_items.h"
 #include "jobs/working_process.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "meander_version.h"
@@ -48,6 +50,7 @@ struct DescribeOptions {
   double timeout_seconds = 0;
   DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
@@ -295,10 +298,8 @@ class DescribeJob {
     header_ = described_header(*store_, options_);
     prepare_describer();
     find_meshes();
-    if (options_.fresh && in_place_) discard_run(output_);
-    if (options_.fresh && !in_place_) discard_store(output_);
-    if (!in_place_ && fs::exists(output_))
-      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
+    check_output();
+    if (options_.fresh) discard_run(output_);
     directory_ = std::make_unique<RunDirectory>(output_, header_);
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
@@ -312,7 +313,7 @@ class DescribeJob {
     if (!fs::exists(options_.store) && fs::exists(unfinished))
       throw UsageError("`" + options_.store +
                        "` is not finished: the `meander` command that began it continues it");
-    store_ = std::make_unique<StoreReader>(options_.store);
+    store_ = std::make_unique<StoreReader>(options_.store, options_.check);
     std::error_code none;
     in_place_ = options_.output.empty() || fs::equivalent(options_.output, options_.store, none);
     output_ = in_place_ ? options_.store : options_.output;
@@ -347,6 +348,7 @@ class DescribeJob {
     options_.collect.remembered_root = remembered_root(options_.store);
     Inputs inputs = collect_inputs(options_.inputs, options_.collect);
     print_unread(inputs.notes);
+    read_ = input_files(options_.inputs, inputs.items);
     std::uint64_t found = 0;
     for (PlanItem& item : inputs.items) {
       const auto at = std::lower_bound(header_.ids.begin(), header_.ids.end(), item.id);
@@ -360,6 +362,15 @@ class DescribeJob {
           fmt::format("no item of `{}` is in the input: its ids look like `{}` (give the same "
                       "INPUT as to the run)",
                       options_.store, header_.ids.empty() ? "" : header_.ids.front()));
+  }
+
+  void check_output() {
+    OutputGuard guard;
+    guard.protect(read_);
+    if (!in_place_) guard.protect(options_.store);
+    check_store_output(output_, options_.fresh, guard);
+    if (!in_place_ && !options_.fresh && fs::exists(output_))
+      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
   }
 
   std::optional<PlanItem> plan_of(std::uint64_t row, bool with_meshes) {
@@ -412,7 +423,9 @@ class DescribeJob {
     parameters.sample.method = MethodChoice::direct;
     const StageHook hook = [this](GraphStages& stages) {
       stages = {{"describe_row", [this](GraphItem& item) {
-                   const StoreReader own(options_.store);  // a file offset is shared with the parent
+                   // A reader of its own: a file offset is shared with the parent, which has checked the
+                   // file.
+                   const StoreReader own(options_.store, StoreCheck::none);
                    describe_row(describer_, own, item, uses_meshes());
                  }}};
     };
@@ -566,7 +579,7 @@ class DescribeJob {
   // components may rightly be all 0.
   void find_earlier_problems() {
     if (done_before_.empty()) return;
-    const StoreReader store(output_);
+    const StoreReader store(output_, StoreCheck::none);  // sealed a moment ago
     for (const DescriptorSchema& schema : store.descriptors()) {
       if (schema.group != "descriptors" || !describer_.makes(schema.name)) continue;
       if (schema.name == geodesic_disconnected_name) continue;  // most are 0
@@ -633,6 +646,7 @@ class DescribeJob {
   StoreHeader header_;
   Describer describer_{header_, {}, {}};
   std::map<std::uint64_t, PlanItem> files_;  // by row
+  std::vector<fs::path> read_;               // all files that the arguments name or contain
   std::unique_ptr<RunDirectory> directory_;
   std::atomic<bool>* stop_ = nullptr;
   Progress* progress_ = nullptr;
@@ -663,6 +677,7 @@ JobFunction add_describe_job(CLI::App& program) {
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
       ->group(running);
+  add_trust_option(*command, options->check)->group(running);
   command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))

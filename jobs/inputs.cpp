@@ -251,7 +251,6 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   std::vector<Found>& found = collector.found;
   order_by_id(found);
   take_notes(collector.search, inputs.notes);
-  inputs.skipped = inputs.notes.skipped;
   place_in_layout(found, options.layout, inputs.notes);
   if (!options.labels.empty()) read_labels(options.labels, found, inputs.notes);
   if (options.label_from_folder) label_by_folder(found);

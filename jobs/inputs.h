@@ -44,7 +44,6 @@ struct InputNotes {
 struct Inputs {
   std::vector<PlanItem> items;           // ascending by id (bytes), row = position; ids are unique
   std::vector<std::string> label_names;  // class names, ascending; PlanItem::label is a position in it
-  std::map<std::string, std::uint64_t> skipped;  // = notes.skipped
   InputNotes notes;
   // The folder that the ids of lists are relative to, absolute; empty where the arguments name no list.
   std::filesystem::path root;

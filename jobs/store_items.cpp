@@ -1,12 +1,20 @@
 #include "jobs/store_items.h"
 
+#include <CLI/CLI.hpp>
+
 #include <charconv>
-#include <filesystem>
 
 #include "io/item_id.h"
 #include "jobs/inputs.h"
 
 namespace meander {
+
+CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check) {
+  return command.add_flag_callback(
+      "--trust", [&check] { check = StoreCheck::none; },
+      "Read stores without checking their bytes first, which reads each whole file once (about 5 GB/s from "
+      "the page cache, else as fast as the disk): a damaged store may then give wrong values or crash");
+}
 
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
@@ -16,14 +24,6 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")");
-}
-
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs) {
-  for (const std::string& output : outputs) {
-    std::error_code none;
-    if (!output.empty() && std::filesystem::equivalent(output, store, none))
-      throw UsageError("`" + output + "` is the store itself: it would be replaced");
-  }
 }
 
 }  // namespace meander

@@ -19,7 +19,9 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/surface_sources.h"
+#include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
 
@@ -104,7 +106,8 @@ struct SurfaceRun {
 };
 
 // The box around the samples and a grid over the surface: it may lack a bump between them.
-std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples) {
+std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples,
+                                   const ItemReport& report) {
   constexpr std::size_t side = 65;
   std::vector<double> u, v;
   for (std::size_t i = 0; i < side * side; ++i) {
@@ -121,8 +124,10 @@ std::array<double, 6> bounding_box(const ParametricSurface& surface, const Surfa
     }
   };
   for (const Vector3& p : grid) add({p.x, p.y, p.z});
-  for (std::size_t i = 0; i < samples.points.size(); i += 3)
-    add({samples.points[i], samples.points[i + 1], samples.points[i + 2]});
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const Vector3 p = file_point(report, samples.points, i);
+    add({p.x, p.y, p.z});
+  }
   return box;
 }
 
@@ -133,7 +138,9 @@ void fill_row(const ParametricSurface& surface, const SurfaceSamples& samples, R
   report.area = samples.area;
   report.measure = samples.measure;
   report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
-  report.bbox = bounding_box(surface, samples);
+  report.loc = {samples.frame.loc.x, samples.frame.loc.y, samples.frame.loc.z};
+  report.scale = samples.frame.scale;
+  report.bbox = bounding_box(surface, samples, report);
   row.samples.points = samples.points;
   row.samples.normals = samples.normals;
   row.samples.uv.assign(samples.uv.begin(), samples.uv.end());
@@ -210,6 +217,18 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   }
 }
 
+void check_output(const SurfaceOptions& options) {
+  OutputGuard guard;
+  for (const std::string& surface : options.surfaces) {
+    if (surface_kind(surface) == SurfaceKind::formula) continue;
+    if (!fs::exists(surface)) throw UsageError("there is no `" + surface + "`");
+    guard.protect(surface);
+  }
+  check_store_output(options.store, options.fresh, guard);
+  if (!options.fresh && fs::exists(options.store))
+    throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
+}
+
 int sample_surfaces(SurfaceOptions& options) {
   resolve(options);
   std::sort(options.surfaces.begin(), options.surfaces.end(),
@@ -228,8 +247,8 @@ int sample_surfaces(SurfaceOptions& options) {
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
       throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
   }
-  if (options.fresh) discard_store(options.store);
-  if (fs::exists(options.store)) throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
+  check_output(options);
+  if (options.fresh) discard_run(options.store);
   RunDirectory directory(options.store, header);
   std::vector<SurfaceRun> runs;
   bool failed = false;

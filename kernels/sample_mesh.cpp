@@ -124,11 +124,10 @@ void prepare_model(ModelState& model, const SampleParameters& parameters) {
     report.boundaries += c.boundary_loops;
   }
   report.bbox = mesh.bbox;
-  const double unit_area = mesh.unit * mesh.unit;
-  report.area = mesh.total_area * unit_area;
+  report.area = file_area(mesh, mesh.total_area);
   model.density = make_density(model.file, mesh, parameters.density, model.cancel);
   model.masses = triangle_masses(mesh, model.density);
-  report.measure = blocked_sum(model.masses) * unit_area;
+  report.measure = file_measure(mesh, model.masses);
 }
 
 void follow_tensor_model(ModelState& model, const SampleParameters& parameters) {

@@ -159,7 +159,7 @@ void make_tensor_segments(ModelState& model, const SampleParameters& parameters)
                                    static_cast<double>(std::max<std::size_t>(1, model.mesh.triangle_count()));
   multiply(model.density, tensor_density(model.tensor));
   model.masses = triangle_masses(model.mesh, model.density);
-  model.row.report.measure = blocked_sum(model.masses) * model.mesh.unit * model.mesh.unit;
+  model.row.report.measure = file_measure(model.mesh, model.masses);
   const bool along = wanted.form == AlignmentForm::gradient;
   if (along)
     cut_through_singularities(model.mesh, model.tensor, model.cancel);

@@ -351,6 +351,8 @@ TensorTable read_tensors(const PlanItem& plan, const ModelState& model) {
 
 void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
   const PlanItem& plan = *item.plan;
+  if (plan.path.empty())
+    throw ItemError(Status::unreadable, "the run was begun with this item, and no input has its id any more");
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
                                                     "` is none of .off, .obj, .ply, .stl");

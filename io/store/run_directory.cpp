@@ -196,6 +196,8 @@ struct RunDirectory::State {
     const RowRange rows = rows_of(shard);
     const Hdf5Lock hdf5;
     try {
+      if (const std::string damage = check_whole_file(shard_path(shard)); !damage.empty())
+        throw Hdf5Error(damage);
       const StoreFileReader reader(shard_path(shard));
       std::vector<std::byte> statuses(rows.size());
       reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);

@@ -137,10 +137,20 @@ void discard_store(const std::filesystem::path& store);
 // Removes STORE.run/ alone. Throws like discard_store.
 void discard_run(const std::filesystem::path& store);
 
-// Reading a finished store; only what is asked for is read.
+// What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it
+// finds the values, so one flipped bit there can make it give other values without a word, or crash it.
+enum class StoreCheck : std::uint8_t {
+  every_byte,  // the length and the CRC32C of the whole file: it is read once, about 5 GB/s from the page
+               // cache
+  none         // for a file that this process has just sealed or checked, and where the user asks for it
+};
+
+// Reading a finished store; after the check only what is asked for is read.
 class StoreReader {
  public:
-  explicit StoreReader(const std::filesystem::path& store);  // throws RunError(unusable)
+  // Throws RunError(unusable): there is no such file, it is no store, or its bytes are not those that were
+  // written; with StoreCheck::none damage may go unnoticed.
+  explicit StoreReader(const std::filesystem::path& store, StoreCheck check = StoreCheck::every_byte);
   ~StoreReader();
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;
@@ -179,8 +189,8 @@ class StoreReader {
 
 // Everything wrong with a store, one sentence each, at most `limit`; empty when it is whole. Checks: the
 // digest over every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every
-// row (an ok row is finite, its faces and ranks are in range; any other row is all fill), ids ascending and
-// unique, statuses known. progress(done, total rows) may be empty.
+// row (an ok row is finite, every column of it and every sample within the range that its meaning allows; any
+// other row is all fill), ids ascending and unique, statuses known. progress(done, total rows) may be empty.
 struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;

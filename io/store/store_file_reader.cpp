@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/store/posix_file.h"
+#include "io/store/file_checksum.h"
 #include "io/store/store_file.h"
 
 namespace meander::store {
@@ -79,7 +79,8 @@ std::string check_whole_file(const fs::path& path) {
   if (bytes < user_block_bytes ||
       read_at(file, std::as_writable_bytes(std::span(block.data(), block.size())), 0, path) < block.size() ||
       !block.starts_with("meander store\n"))
-    return fmt::format("{} does not begin as a store does", path.string());
+    return fmt::format("{} does not begin as a store does: it is no store, or its first block is damaged",
+                       path.string());
   const std::string expected = user_block_text(bytes, checksum_of_file(file, user_block_bytes, path));
   if (block == expected) return {};
   const auto facts = [](const std::string& text) {

@@ -15,7 +15,7 @@ enum class Status : std::uint8_t {
   empty = 1,               // no face at all (a point cloud, a wireframe, an empty file)
   unreadable = 2,          // the bytes are not what the format says, or the file cannot be read
   unsupported_format = 3,  // a format, or a variant of one, that no reader here takes
-  non_finite = 4,          // every face has a NaN or infinite vertex
+  non_finite = 4,          // every face has a NaN or infinite vertex, or lengths and areas overflow double
   index_out_of_range = 5,  // every face names a vertex that is not there
   zero_area = 6,           // area <= 1e-14 diagonal^2
   zero_density = 7,        // the density is zero everywhere on the surface

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <span>
 
 #include "kernels/core/parallel.h"
@@ -13,6 +15,7 @@ namespace meander {
 namespace {
 
 constexpr std::size_t triangle_block = 4096;
+constexpr double largest_density = std::numeric_limits<float>::max();  // densities of samples are float32
 
 // The curvature that gets density 1: the quantile over the surface, or over its bent part where that is less
 // than 1 - share of the area. 0 when nothing is bent.
@@ -68,6 +71,17 @@ const ScalarAttribute& find_attribute(std::span<const ScalarAttribute> attribute
                                                          : "has only the " + kind + " attributes " + names));
 }
 
+[[noreturn]] void fail_at(const ScalarAttribute& attribute, const std::string& kind, std::size_t i) {
+  char value[32];
+  std::snprintf(value, sizeof value, "%.6g", attribute.values[i]);
+  const bool large = std::isfinite(attribute.values[i]) && attribute.values[i] > 0;
+  throw ItemError(Status::unreadable,
+                  "the " + kind + " attribute \"" + attribute.name + "\" is " + value + " at " + kind + " " +
+                      std::to_string(i) +
+                      (large ? ", which is too large: densities are stored in float32, up to 3.4e38"
+                             : "; a density must be finite and not negative"));
+}
+
 // element(h): number of the file's element behind corner h.
 template <class Element>
 Density attribute_density(const PreparedMesh& mesh, const ScalarAttribute& attribute, const std::string& kind,
@@ -82,18 +96,11 @@ Density attribute_density(const PreparedMesh& mesh, const ScalarAttribute& attri
                                             std::to_string(attribute.values.size()) + " values but " + kind +
                                             " " + std::to_string(i) + " is used");
     const double value = attribute.values[i];
-    if (!(value >= 0) || !std::isfinite(value)) bad = std::min(bad, i);
+    if (!(value >= 0) || !(value <= largest_density)) bad = std::min(bad, i);
     density.corner[h] = value == 0 ? 0.0 : value;  // -0 becomes 0
   }
-  if (bad < attribute.values.size())
-    throw ItemError(Status::unreadable, "the " + kind + " attribute \"" + attribute.name + "\" is " +
-                                            std::to_string(attribute.values[bad]) + " at " + kind + " " +
-                                            std::to_string(bad) +
-                                            "; a density must be finite and not negative");
+  if (bad < attribute.values.size()) fail_at(attribute, kind, bad);
   const double total = blocked_sum(triangle_masses(mesh, density));
-  if (!std::isfinite(total))
-    throw ItemError(Status::unreadable, "the " + kind + " attribute \"" + attribute.name +
-                                            "\" is too large: its integral over the surface is not finite");
   if (!(total > 0))
     throw ItemError(Status::zero_density,
                     "the " + kind + " attribute \"" + attribute.name + "\" is zero on the whole surface");
@@ -120,6 +127,15 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
   }
   return attribute_density(mesh, find_attribute(file.face_attributes, parameters.attribute, "face"), "face",
                            [&](std::size_t h) -> std::size_t { return mesh.polygon[h / 3]; });
+}
+
+double file_measure(const PreparedMesh& mesh, std::span<const double> masses) {
+  const double measure = file_area(mesh, blocked_sum(masses));
+  if (!std::isfinite(measure))
+    throw ItemError(Status::non_finite,
+                    "too large: the integral of the density over the surface is more than double precision "
+                    "holds; scale the file or its density down");
+  return measure;
 }
 
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density) {

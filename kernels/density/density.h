@@ -1,6 +1,7 @@
 // The density that samples follow: area x density is the measure.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,5 +42,9 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
 // Integral of the density over each triangle (area x mean of the three corner values), working units squared:
 // T values.
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density);
+
+// The sum of the masses in units of the file. Throws ItemError(non_finite) where it is more than double
+// holds.
+double file_measure(const PreparedMesh& mesh, std::span<const double> masses);
 
 }  // namespace meander

@@ -6,7 +6,9 @@
 #include <limits>
 #include <string>
 
+#include "kernels/core/exact_division.h"
 #include "kernels/core/parallel.h"
+#include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/components.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/triangulate_polygon.h"
@@ -105,18 +107,10 @@ void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, Pr
     }
   }
   out.unreferenced_vertices = static_cast<std::uint32_t>(std::count(used.begin(), used.end(), 0));
-  const auto middle = [&](std::size_t axis) { return 0.5 * out.bbox[axis] + 0.5 * out.bbox[axis + 3]; };
-  out.centre = {middle(0), middle(1), middle(2)};
-  double half = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    half = std::max(half, 0.5 * out.bbox[axis + 3] - 0.5 * out.bbox[axis]);
-  if (!(half > 0)) throw ItemError(Status::zero_area, "all vertices of the faces lie at one point");
-  int exponent = 0;
-  std::frexp(half, &exponent);  // half < 2^exponent
-  out.unit = std::ldexp(1.0, std::clamp(exponent, -1020, 1020));
-  const double dx = (out.bbox[3] - out.bbox[0]) / out.unit, dy = (out.bbox[4] - out.bbox[1]) / out.unit,
-               dz = (out.bbox[5] - out.bbox[2]) / out.unit;
-  out.diagonal = std::sqrt(dx * dx + dy * dy + dz * dz) * out.unit;
+  const BoxFrame frame = box_frame(out.bbox);
+  out.centre = frame.centre;
+  out.unit = frame.unit;
+  out.diagonal = frame.diagonal;
 }
 
 // welded[v]: the lowest vertex with the bits of v's position, for used vertices; others keep no_index.
@@ -148,11 +142,11 @@ std::vector<std::uint32_t> weld(const PolygonMesh& mesh, std::span<const std::ui
   return welded;
 }
 
-// Working coordinates of a file vertex. The unit is a power of two: multiplying by its inverse is exact.
+// Working coordinates of a file vertex.
 Vector3 working_position(const PolygonMesh& mesh, const PreparedMesh& frame, std::uint32_t vertex) {
-  const double inverse = 1 / frame.unit;
-  return {(mesh.x[vertex] - frame.centre.x) * inverse, (mesh.y[vertex] - frame.centre.y) * inverse,
-          (mesh.z[vertex] - frame.centre.z) * inverse};
+  const ExactDivision in_units(frame.unit);
+  return {in_units(mesh.x[vertex] - frame.centre.x), in_units(mesh.y[vertex] - frame.centre.y),
+          in_units(mesh.z[vertex] - frame.centre.z)};
 }
 
 // Triangles of all usable polygons, without those that name a position twice.
@@ -400,6 +394,9 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   if (!(out.total_area > zero_area_ratio * relative_diagonal * relative_diagonal))
     throw ItemError(Status::zero_area, "the " + std::to_string(soup.polygon.size()) +
                                            " triangles have no area (at most 1e-14 of the diagonal squared)");
+  if (!std::isfinite(file_area(out, out.total_area)))
+    throw ItemError(Status::non_finite,
+                    "too large: the area is more than double precision holds; scale the file down");
   out.repairs[Repair::zero_area_faces] +=
       static_cast<std::uint32_t>(std::count(area.begin(), area.end(), 0.0));
   cancel.check();

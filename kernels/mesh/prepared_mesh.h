@@ -26,9 +26,8 @@ struct Component {
 };
 
 // T triangles over W working vertices. Working coordinate w and file coordinate p: p = centre + unit * w,
-// with `unit` a power of two, so that every coordinate lies in [-1, 1] whatever the file's scale (1e30,
-// 1e-30) or origin. Components are ordered by the 3-D Hilbert key of their area centroid (the curve visits
-// them in that order).
+// with `unit` a power of two, so that every coordinate lies in [-1, 1] whatever the file's scale or origin.
+// Components are ordered by the 3-D Hilbert key of their area centroid (the curve visits them in that order).
 struct PreparedMesh {
   Vector3 centre;                // file units
   double unit = 1;               // file units per working unit, a power of two
@@ -60,5 +59,13 @@ struct PreparedMesh {
     return metric_length.empty() ? length_in_space(half_edge) : metric_length[half_edge];
   }
 };
+
+// The origin of the working coordinates, in their units.
+inline Vector3 centre_in_units(const PreparedMesh& mesh) {
+  return {mesh.centre.x / mesh.unit, mesh.centre.y / mesh.unit, mesh.centre.z / mesh.unit};
+}
+
+// An area, or a mass, in working units as one of the file: infinite or 0 where double does not hold it.
+inline double file_area(const PreparedMesh& mesh, double working) { return working * mesh.unit * mesh.unit; }
 
 }  // namespace meander

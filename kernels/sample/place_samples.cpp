@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "kernels/core/exact_division.h"
 #include "kernels/core/parallel.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
@@ -16,8 +17,11 @@ namespace {
 constexpr int max_redraws = 64;
 // Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
 constexpr int max_trials = 64;
-constexpr double float_headroom =
-    1024;  // float32 keeps 2^-14 of the diagonal up to this many diagonals from 0
+// float32 keeps 2^-14 of the diagonal up to this many diagonals from 0.
+constexpr double float_headroom = 1024;
+// Within these float32 has its full precision, and 2^8 times a coordinate (the spacing of few samples on a
+// folded surface) is still finite.
+constexpr double least_unit = 0x1p-126, largest_coordinate = 0x1p120;
 
 struct Draw {
   double b1, b2;
@@ -33,6 +37,8 @@ struct Placer {
   RandomKey key;
   const PlaceParameters& parameters;
   const OutputFrame& frame;
+  ExactDivision in_units{mesh.unit};
+  double scale_in_units = frame.scale / mesh.unit;
 
   double density_at(std::uint32_t triangle, double b1, double b2) const {
     if (density.uniform()) return 1.0;
@@ -84,15 +90,15 @@ struct Placer {
   }
 
   // The point that float32 weights name, in stored coordinates: what a reader recomputes from corners and
-  // weights.
+  // weights. In units of the mesh, where nothing leaves the range of double.
   std::array<float, 3> stored_point(std::uint32_t triangle, float b1, float b2) const {
     const auto vertex = [&](std::size_t k) {
       return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
     };
     const std::uint32_t v0 = vertex(0), v1 = vertex(1), v2 = vertex(2);
     const auto along = [&](const std::vector<double>& c, double loc) {
-      const double at = (c[v0] - loc) + b1 * (c[v1] - c[v0]) + b2 * (c[v2] - c[v0]);
-      return static_cast<float>(at / frame.scale) + 0.0f;  // no negative zero
+      const double at = in_units(c[v0] - loc) + b1 * in_units(c[v1] - c[v0]) + b2 * in_units(c[v2] - c[v0]);
+      return static_cast<float>(at / scale_in_units) + 0.0f;  // no negative zero
     };
     return {along(file.x, frame.loc.x), along(file.y, frame.loc.y), along(file.z, frame.loc.z)};
   }
@@ -154,14 +160,21 @@ std::uint32_t count_bad_normals(const PolygonMesh& file) {
 
 }  // namespace
 
-OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
+OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box) {
   OutputFrame frame;
   double largest = 0;
-  for (const double c : mesh.bbox) largest = std::max(largest, std::abs(c));
-  if (kind == NormalizeKind::none) {
-    if (largest > float_headroom * mesh.diagonal) frame.loc = mesh.centre;
-    return frame;
+  for (const double c : bbox) largest = std::max(largest, std::abs(c));
+  if (largest > float_headroom * box.diagonal) {
+    frame.loc = box.centre;
+    largest = box.unit;
   }
+  if (largest > largest_coordinate || box.unit < least_unit) frame.scale = box.unit;
+  return frame;
+}
+
+OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
+  if (kind == NormalizeKind::none) return float_frame(mesh.bbox, {mesh.centre, mesh.unit, mesh.diagonal});
+  OutputFrame frame;
   frame.loc = mesh.centre;
   if (kind == NormalizeKind::unit_box) {
     frame.scale =

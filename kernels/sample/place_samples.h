@@ -1,6 +1,7 @@
 // Placing samples: the 1-D set, its order, and the point inside each element (ALGORITHMS section 5.2).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
 #include "kernels/locate/elements.h"
+#include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/sample/samples.h"
 
@@ -41,9 +43,13 @@ struct OutputFrame {
   Vector3 loc;
   double scale = 1;
 };
-// none: loc 0 and scale 1, but the box centre once max |coordinate| > 2^10 diagonal (float32 could not hold
-// the points); unit_box: box centre and longest side; unit_sphere: box centre and largest distance of a used
-// vertex from it.
+// The frame that keeps points in the box apart in float32: loc 0 and scale 1 wherever that holds them. loc is
+// the box centre once max |coordinate| > 2^10 diagonal; scale is the box's unit, a power of two, where
+// coordinates would come near the largest float32 (above 2^120) or the box is not large against the least one
+// (unit below 2^-126).
+OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box);
+// none: float_frame; unit_box: box centre and longest side; unit_sphere: box centre and largest distance of a
+// used vertex from it.
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 
 // Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i

@@ -8,21 +8,25 @@ std::vector<double> working_points(const ItemReport& report, std::span<const flo
                                    const PreparedMesh& mesh) {
   std::vector<double> working;
   working.reserve(points.size());
-  for (std::size_t i = 0; i < points.size() / 3; ++i) {
-    const Vector3 p = to_working(mesh, file_point(report, points, i));
-    working.insert(working.end(), {p.x, p.y, p.z});
-  }
+  // Never in coordinates of the file, which may be too small for double to tell the points apart.
+  const std::array<double, 3> shift = {(report.loc[0] - mesh.centre.x) / mesh.unit,
+                                       (report.loc[1] - mesh.centre.y) / mesh.unit,
+                                       (report.loc[2] - mesh.centre.z) / mesh.unit};
+  const double scale = report.scale / mesh.unit;
+  for (std::size_t i = 0; i < points.size(); ++i) working.push_back(shift[i % 3] + scale * double{points[i]});
   return working;
 }
 
 std::vector<float> stored_points(std::span<const double> working, const PreparedMesh& mesh,
                                  const OutputFrame& frame) {
   // The centre less loc first: where both are far from the origin, nothing of the points is lost.
-  const std::array<double, 3> shift = {mesh.centre.x - frame.loc.x, mesh.centre.y - frame.loc.y,
-                                       mesh.centre.z - frame.loc.z};
+  const std::array<double, 3> shift = {(mesh.centre.x - frame.loc.x) / mesh.unit,
+                                       (mesh.centre.y - frame.loc.y) / mesh.unit,
+                                       (mesh.centre.z - frame.loc.z) / mesh.unit};
+  const double scale = frame.scale / mesh.unit;
   std::vector<float> stored(working.size());
   for (std::size_t i = 0; i < stored.size(); ++i)
-    stored[i] = static_cast<float>((mesh.unit * working[i] + shift[i % 3]) / frame.scale) + 0.0f;
+    stored[i] = static_cast<float>((working[i] + shift[i % 3]) / scale) + 0.0f;
   return stored;
 }
 

@@ -204,6 +204,8 @@ PatchTree::PatchTree(const SurfaceMeasure& measure, const SurfaceSampleParameter
   }
   leaf_mass_ = total() / leaves * leaf_slack;
   const double diagonal = measure.diagonal();
+  if (!std::isfinite(area_) || !std::isfinite(diagonal))
+    throw ItemError(Status::non_finite, "too large: the area is more than double precision holds");
   if (!(area_ > 1e-14 * diagonal * diagonal)) throw ItemError(Status::zero_area, "the surface has no area");
   if (!(total() > 0)) throw ItemError(Status::zero_density, "the density is zero on the whole surface");
   if (!std::isfinite(total()))

@@ -158,9 +158,10 @@ class SurfacePlacer {
     n = length > 0 && std::isfinite(length) ? (1 / length) * n : Vector3{0, 0, 1};
     float* point = &samples_.points[3 * at];
     float* normal = &samples_.normals[3 * at];
-    point[0] = static_cast<float>(p.x) + 0.0f;  // no negative zero
-    point[1] = static_cast<float>(p.y) + 0.0f;
-    point[2] = static_cast<float>(p.z) + 0.0f;
+    const OutputFrame& frame = samples_.frame;
+    point[0] = static_cast<float>((p.x - frame.loc.x) / frame.scale) + 0.0f;  // no negative zero
+    point[1] = static_cast<float>((p.y - frame.loc.y) / frame.scale) + 0.0f;
+    point[2] = static_cast<float>((p.z - frame.loc.z) / frame.scale) + 0.0f;
     normal[0] = static_cast<float>(n.x);
     normal[1] = static_cast<float>(n.y);
     normal[2] = static_cast<float>(n.z);
@@ -234,6 +235,7 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   SurfaceSamples samples;
   samples.area = tree.area();
   samples.measure = tree.total();
+  samples.frame = float_frame(measure.box(), box_frame(measure.box()));
   samples.patches = tree.patches().leaf_count();
   samples.unresolved_patches = tree.unresolved();
   for (const std::uint64_t leaves : tree.count_leaves()) samples.leaves += leaves;

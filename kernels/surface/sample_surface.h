@@ -49,11 +49,12 @@ std::vector<std::string> validate(const SurfaceSampleParameters& parameters);
 
 // N points in file order (progressive, or along the curve).
 struct SurfaceSamples {
-  std::vector<float> points;              // 3 N, distinct
+  std::vector<float> points;              // 3 N, distinct; coordinates of the surface = loc + scale * point
   std::vector<float> normals;             // 3 N unit vectors along du x dv
   std::vector<float> density;             // N density values at the samples
-  std::vector<double> uv;                 // 2 N, in [0, 1]; the points are f(uv) in float32
+  std::vector<double> uv;                 // 2 N, in [0, 1]; the points are f(uv) in float32, by `frame`
   std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
+  OutputFrame frame;                      // see float_frame; the box is that of a grid over the surface
   double area = 0, measure = 0;           // area; area x density: relative error about the tolerance or less
   std::uint64_t patches = 0;              // nodes that the surface was evaluated on
   std::uint64_t leaves = 0;               // leaves of the curve (nodes below a patch follow its polynomial)

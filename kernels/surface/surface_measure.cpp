@@ -98,6 +98,7 @@ void SurfaceMeasure::find_diagonal() {
     low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
     high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
   }
+  box_ = {low.x, low.y, low.z, high.x, high.y, high.z};
   diagonal_ = distance(low, high);
 }
 

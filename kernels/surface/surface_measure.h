@@ -1,6 +1,7 @@
 // The measure area x density of a parametric surface, as a function on the curve's square.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -53,7 +54,8 @@ class SurfaceMeasure {
 
   // Hilbert levels from which on the warp is smooth inside a node; 0 without a warp.
   int warp_depth() const;
-  // Diagonal of the box around a grid of points of the surface.
+  // The box around a grid of points of the surface (min x, y, z, max x, y, z) and its diagonal.
+  const std::array<double, 6>& box() const { return box_; }
   double diagonal() const { return diagonal_; }
 
  private:
@@ -67,6 +69,7 @@ class SurfaceMeasure {
   SurfaceDensity density_;
   std::optional<Expression> expression_;
   double reference_ = 0;  // of the curvature kinds
+  std::array<double, 6> box_{};
   double diagonal_ = 0;
   std::optional<SquareWarp> warp_;
 };

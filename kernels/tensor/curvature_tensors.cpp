@@ -133,7 +133,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   const std::vector<std::uint8_t> boundary = boundary_vertices(mesh);
   std::vector<TangentTensor> result(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
-  const double rounding = 0x1p-24 * (1 + norm(mesh.centre) / mesh.unit);
+  const double rounding = 0x1p-24 * (1 + norm(centre_in_units(mesh)));
   // Coordinates off by `rounding` turn normals by rounding / length, and curvatures by that once more.
   const auto accept = [&](const TurnFit& fit, std::size_t v) {
     if (!fit.solve(result[v])) return;
@@ -173,7 +173,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
                                            const CancelToken& cancel) {
   std::vector<TangentTensor> field = curvature_tensors(mesh, frames, cancel);
   smooth_tensors(mesh, frames, field, parameters.smoothing, cancel);
-  const double epsilon = parameters.epsilon * mesh.unit / mesh.diagonal;
+  const double epsilon = parameters.epsilon / (mesh.diagonal / mesh.unit);
   std::vector<double> bend(field.size());
   for (std::size_t v = 0; v < field.size(); ++v) {
     const TensorAxes axes = tensor_axes(field[v]);

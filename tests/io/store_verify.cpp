@@ -2,6 +2,7 @@
 #include <hdf5.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -158,6 +159,50 @@ TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
   std::copy(header.ids[20].begin(), header.ids[20].end(), id.bytes);
   CHECK_THAT(problem([&] { tamper(store, "/items/id", {10}, id); }),
              Contains("row 11") && Contains("does not come after"));
+}
+
+TEST_CASE("verify: values outside the range of their column in a file whose bytes are whole") {
+  const StoreHeader header = make_header(30, 300);
+  const ScratchFolder folder;
+  write_store(folder / "good.h5", header);
+  const hsize_t ok = first_row(header, true);
+  const ItemReport report = make_row(header, ok).report;
+  const fs::path store = folder / "s.h5";
+  const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
+  const auto check = [&](const char* dataset, std::vector<hsize_t> at, const auto& value, const char* what) {
+    fs::copy_file(folder / "good.h5", store, fs::copy_options::overwrite_existing);
+    tamper(store, dataset, std::move(at), value);
+    const VerifyResult result = verify_store(store);
+    INFO(dataset << " " << value);
+    REQUIRE(result.problems.size() > 0);
+    CHECK_THAT(result.problems.front(), Catch::Contains(row) && Catch::Contains(what));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
+  for (const double wrong : {0.0, -1.0, nan, infinity}) {
+    for (const char* const name : {"scale", "area", "measure", "area_scale_range", "distortion"})
+      check((std::string("/items/") + name).c_str(), {ok}, wrong, name);
+    if (std::isfinite(wrong)) continue;
+    check("/items/loc", {ok, 1}, wrong, "loc");
+    check("/items/bbox", {ok, 2}, wrong, "bbox");
+    check("/items/bbox", {ok, 5}, wrong, "bbox");
+  }
+  check("/items/bbox", {ok, 0}, report.bbox[3] + 1, "bbox");
+  check("/items/scale", {ok}, 100 * report.scale, "but its bbox is");
+  check("/items/loc", {ok, 2}, report.loc[2] + 20, "but its bbox is");
+  check("/items/overlap", {ok}, 1.5, "overlap");
+  check("/items/overlap", {ok}, -0.5, "overlap");
+  check("/items/components", {ok}, std::uint32_t{0}, "components");
+  check("/items/vertices", {ok}, std::uint64_t{0}, "vertices");
+  check("/items/faces", {ok}, std::uint64_t{0}, "faces");
+  check("/items/method", {ok}, std::uint8_t{0}, "no method");
+  check("/corners", {ok, 7, 0}, static_cast<std::uint32_t>(report.vertices), "/corners, which must be below");
+  check("/barycentric", {ok, 9, 0}, -0.25f, "weights");
+  check("/barycentric", {ok, 9, 1}, 1.25f, "weights");
+  check("/barycentric", {ok, 9, 0}, static_cast<float>(nan), "not finite");
+  check("/density", {ok, 3}, -1.0f, "/density, which must be 0 or more");
+  check("/density", {ok, 3}, static_cast<float>(infinity), "/density that is not finite");
+  check("/normals", {ok, 3, 2}, 2.0f, "of length");
 }
 
 TEST_CASE("verify: a chunk with a wrong checksum is named") {

@@ -73,7 +73,7 @@ TEST_CASE("collect_inputs: ids are paths with extension, sorted by bytes, other 
   CHECK(inputs.items[2].id == "b/c/deep.Ply");
   CHECK(inputs.items[3].id == "b/x.OFF");
   CHECK(inputs.items[3].row == 3);
-  CHECK(inputs.skipped.at(".csv") == 2);
+  CHECK(inputs.notes.skipped.at(".csv") == 2);
   CHECK(inputs.label_names[static_cast<std::size_t>(inputs.items[2].label)] == "c");
 }
 

@@ -1,0 +1,22 @@
+// The frame that a bounding box gives to what lies in it.
+#pragma once
+
+#include <array>
+
+#include "kernels/core/vector3.h"
+
+namespace meander {
+
+// p = centre + unit * w with every coordinate of w in [-1, 1]. unit is a power of two, more than half of the
+// longest side of the box and at most the whole side, down to the least positive double.
+struct BoxFrame {
+  Vector3 centre;
+  double unit = 1;
+  double diagonal = 0;  // of the box
+};
+
+// box: min x, y, z, max x, y, z. Throws ItemError: zero_area for a single point; non_finite where the
+// diagonal is more than double holds.
+BoxFrame box_frame(const std::array<double, 6>& box);
+
+}  // namespace meander
