@@ -148,12 +148,15 @@ std::optional<FileKind> off_kind(const Head& head) {
 }
 
 bool is_obj(const std::vector<std::string_view>& lines) {
-  constexpr std::array words = {"v"sv, "vt"sv, "vn"sv, "vp"sv,     "f"sv,     "l"sv,
-                                "o"sv, "g"sv,  "s"sv,  "mtllib"sv, "usemtl"sv};
+  constexpr std::array named = {"o"sv, "g"sv, "mtllib"sv, "usemtl"sv};
+  constexpr std::array numbered = {"v"sv, "vt"sv, "vn"sv, "vp"sv, "f"sv, "l"sv, "s"sv};
   for (const std::string_view line : lines) {
     if (line.starts_with('#')) continue;
-    const std::string_view word = words_of(line).front();
-    return std::find(words.begin(), words.end(), word) != words.end() && word.size() < line.size();
+    const auto words = words_of(line);
+    const auto among = [&](const auto& keys) {
+      return words.size() > 1 && std::find(keys.begin(), keys.end(), words.front()) != keys.end();
+    };
+    return among(named) || (among(numbered) && words[1].find_first_of("+-.0123456789o") == 0);
   }
   return false;
 }
@@ -205,9 +208,9 @@ FileKind text_kind(const Head& head) {
   }
   if (is_json(text)) return FileKind::json;
   const auto lines = lines_of(head);
+  if (is_csv(head)) return FileKind::csv;
   if (text.starts_with("solid")) return FileKind::stl_mesh;
   if (is_obj(lines)) return FileKind::obj_mesh;
-  if (is_csv(head)) return FileKind::csv;
   if (text.starts_with("# ")) return FileKind::item_list;
   return is_xyz(lines) ? FileKind::xyz : FileKind::text;
 }

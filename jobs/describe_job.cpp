@@ -15,6 +15,7 @@
 
 #include "io/digest.h"
 #include "io/json_writer.h"
+#include "io/parameters_text.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "io/store/store.h"
@@ -26,7 +27,6 @@
 #include "jobs/lone_item.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
-#include "jobs/parameters_text.h"
 #include "jobs/progress.h"
 #include "jobs/store_items.h"
 #include "jobs/working_process.h"
@@ -367,7 +367,7 @@ class DescribeJob {
   void check_output() {
     OutputGuard guard;
     guard.protect(read_);
-    if (!in_place_) guard.protect(options_.store);
+    if (!in_place_) guard.protect(options_.store, "the store itself");
     check_store_output(output_, options_.fresh, guard);
     if (!in_place_ && !options_.fresh && fs::exists(output_))
       throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");

@@ -137,7 +137,7 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
 int export_store(const ExportOptions& options) {
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
-  guard.protect(options.store);
+  guard.protect(options.store, "the store itself");
   if (is_descriptor_format(options.format)) {
     DescriptorExport wanted = options.descriptors;
     wanted.format = options.format;

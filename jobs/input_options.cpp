@@ -4,9 +4,9 @@
 #include <CLI/CLI.hpp>
 
 #include "io/item_id.h"
+#include "io/parameters_text.h"
 #include "io/store/posix_file.h"
 #include "jobs/option_words.h"
-#include "jobs/parameters_text.h"
 
 namespace meander {
 

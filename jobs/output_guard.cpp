@@ -90,15 +90,15 @@ void check_run_folder(const fs::path& folder) {
 void OutputGuard::refuse_input(const fs::path& path, const FileNumber& number, const std::string& option) {
   for (; numbered_ < inputs_.size(); ++numbered_) {
     struct stat facts {};
-    if (::stat(inputs_[numbered_].c_str(), &facts) == 0)
+    if (::stat(inputs_[numbered_].path.c_str(), &facts) == 0)
       input_numbers_.try_emplace({facts.st_dev, facts.st_ino}, inputs_[numbered_]);
   }
-  const auto input = input_numbers_.find(number);
-  if (input == input_numbers_.end()) return;
-  const std::string also = input->second == path ? "" : " (as `" + input->second.string() + "`)";
-  throw UsageError(
-      fmt::format("{}: `{}` is an input of this command{} and would be replaced: give another name", option,
-                  path.string(), also));
+  const auto found = input_numbers_.find(number);
+  if (found == input_numbers_.end()) return;
+  const Input& input = found->second;
+  throw UsageError(fmt::format("{}: `{}` is {}{} and would be replaced: give another name", option,
+                               path.string(), input.what,
+                               input.path == path ? "" : " (as `" + input.path.string() + "`)"));
 }
 
 void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> kinds,

@@ -29,10 +29,12 @@ class OutputGuard {
  public:
   // A file that the command reads: no output may have its place, under any name (links, hard links, other
   // spellings: device and inode are compared). A path where nothing is protects nothing. Costs nothing until
-  // an output is found to exist.
-  void protect(std::filesystem::path input) { inputs_.push_back(std::move(input)); }
+  // an output is found to exist. `what` the message calls it.
+  void protect(std::filesystem::path input, const char* what = "an input of this command") {
+    inputs_.push_back({std::move(input), what});
+  }
   void protect(std::span<const std::filesystem::path> inputs) {
-    inputs_.insert(inputs_.end(), inputs.begin(), inputs.end());
+    for (const std::filesystem::path& input : inputs) protect(input);
   }
 
   // Throws UsageError when the file must not or cannot be written: it is an input, an output checked before,
@@ -49,9 +51,13 @@ class OutputGuard {
   using FileNumber = std::pair<std::uint64_t, std::uint64_t>;  // device, inode
   void refuse_input(const std::filesystem::path& path, const FileNumber& number, const std::string& option);
 
-  std::vector<std::filesystem::path> inputs_;
+  struct Input {
+    std::filesystem::path path;
+    const char* what;
+  };
+  std::vector<Input> inputs_;
   std::size_t numbered_ = 0;  // of inputs_, those in input_numbers_
-  std::map<FileNumber, std::filesystem::path> input_numbers_;
+  std::map<FileNumber, Input> input_numbers_;
   std::map<std::filesystem::path, std::string> outputs_;  // and their options
 };
 

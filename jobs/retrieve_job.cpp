@@ -46,7 +46,7 @@ struct RetrieveOptions {
 
 void check_outputs(const RetrieveOptions& options) {
   OutputGuard guard;
-  guard.protect(options.store);
+  guard.protect(options.store, "the store itself");
   guard.protect(options.classes);
   guard.check(options.csv, {FileKind::csv}, "--csv");
   guard.check(options.matrix, {FileKind::distance_matrix}, "--matrix");

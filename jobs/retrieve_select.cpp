@@ -214,7 +214,7 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
 
 int select(const SelectOptions& options) {
   OutputGuard guard;
-  guard.protect(options.store);
+  guard.protect(options.store, "the store itself");
   guard.protect(options.classes);
   guard.check(options.csv, {FileKind::csv}, "--csv");
   const StoreReader store(options.store, options.check);

@@ -16,6 +16,7 @@
 #include "jobs/planned_run.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
+#include "jobs/store_items.h"
 #include "jobs/store_update.h"
 #include "pipeline/memory_estimate.h"
 
@@ -73,9 +74,8 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
 class ReusableRows {
  public:
   ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header) : store_(path, check) {
-    if (store_.parameters_json() != header.parameters_json || store_.method_version() != store_method_version)
-      throw UsageError("--reuse: `" + path + "` was made with other parameters:\n  " +
-                       store_.parameters_json() + "\nnot\n  " + header.parameters_json);
+    if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
+      throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
     for (std::uint64_t row = 0; row < store_.rows(); ++row) {
       const ItemReport report = store_.report(row);
       if (!depends_on_machine(report.status)) rows_.emplace(key_of(report.content_sha256), row);
@@ -174,11 +174,11 @@ class RunJob {
   StoreCheck take_check() { return std::exchange(check_, StoreCheck::none); }
 
   void require_same_parameters(const StoreReader& store) const {
-    if (store.parameters_json() != header_.parameters_json || store.method_version() != store_method_version)
+    if (const std::string otherwise = made_otherwise(store, header_); !otherwise.empty())
       throw UsageError(
-          fmt::format("`{}` was made with other parameters:\n  {}\nnot\n  {}\n(--fresh replaces it, or "
-                      "choose another name)",
-                      options_.store, store.parameters_json(), header_.parameters_json));
+          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose "
+                      "another name)",
+                      options_.store, otherwise));
     if (!store.label_names().empty() && header_.label_names.empty())
       throw UsageError(fmt::format(
           "`{}` has labels and this command gives none: repeat the option that gave them (--fresh "

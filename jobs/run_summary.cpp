@@ -5,12 +5,15 @@
 #include <sys/resource.h>
 #include <sys/utsname.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
+#include <system_error>
 
 #include "io/item_id.h"
 #include "io/json_writer.h"
+#include "io/store/posix_file.h"
+#include "io/whole_file.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "meander_version.h"
@@ -53,6 +56,28 @@ void write_counts(JsonWriter& json, const char* name, const std::array<std::stri
   json.end_object();
 }
 
+// The reason, when the models that got as far as their density or tensors all lack the attribute for it: one
+// mistake of the command and not many of the files.
+std::string lacking_attribute(const StoreSummary& summary) {
+  const auto count = [&](Status status) { return summary.by_status[static_cast<std::size_t>(status)]; };
+  if (count(Status::missing_attribute) == 0 || count(Status::ok) > 0 || count(Status::zero_density) > 0)
+    return {};
+  for (const StoreSummary::Failure& failure : summary.failures)
+    if (failure.status == Status::missing_attribute)
+      return fmt::format("no model has the attribute that the command names: {} ({})", failure.reason,
+                         failure.id);
+  return {};
+}
+
+// A full disk here costs the report alone: the store is finished.
+void write_beside(const std::string& name, const std::string& text) {
+  try {
+    write_whole_file(name, text);
+  } catch (const std::system_error& error) {
+    store::throw_file_error(error.code().value(), "write", name);
+  }
+}
+
 void write_ids(JsonWriter& json, const char* name, const std::vector<std::string>& ids) {
   json.key(name);
   json.begin_array();
@@ -76,6 +101,8 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   write_counts(json, "status", status_names, summary.by_status);
   write_counts(json, "method", method_names, summary.by_method);
   write_counts(json, "repairs", repair_names, summary.by_repair);
+  if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
+    json.member("notice", lacking);
   json.key("failed");
   json.begin_array();
   for (const StoreSummary::Failure& failure : summary.failures) {
@@ -160,6 +187,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
     return;
   }
   fmt::print("{}: {} models x {} points\n", options.store, summary.rows, options.sample.place.samples);
+  if (const std::string lacking = lacking_attribute(summary); !lacking.empty()) fmt::print("  {}\n", lacking);
   for (std::size_t s = 0; s < status_names.size(); ++s) {
     if (summary.by_status[s] == 0) continue;
     fmt::print("  {:<20}{:>10}", status_names[s], summary.by_status[s]);
@@ -205,24 +233,25 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   json.member("items_failed", outcome.summary.failed());
   write_nodes(json, outcome.nodes);
   json.end_object();
-  std::ofstream(options.store + ".run.json") << json.text() << "\n";
+  write_beside(options.store + ".run.json", json.text() + "\n");
 }
 
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items) {
   const std::string name = options.store + ".failed.txt";
   if (summary.failures.empty()) {
-    std::remove(name.c_str());
+    if (std::remove(name.c_str()) != 0 && errno != ENOENT) store::throw_file_error(errno, "remove", name);
     return;
   }
-  std::ofstream list(name);
+  std::string list;
   for (const StoreSummary::Failure& failure : summary.failures) {
     std::string reason = failure.reason;
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
-    list << "# " << failure.id << ": " << name_of(failure.status) << ": " << reason << "\n"
-         << items[failure.row].path.string() << "\n";  // none: its input is gone
+    list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
+                        items[failure.row].path.string());  // none: its input is gone
   }
+  write_beside(name, list);
 }
 
 }  // namespace meander

@@ -49,12 +49,14 @@ struct RunOutcome {
 };
 
 // The final table (or JSON) on standard output; what the user should know of and can do about on standard
-// error.
+// error. Its first line of detail, and "notice" in JSON, is the attribute of --density or --tensor where no
+// model has it.
 void print_summary(const RunOutcome& outcome, const RunOptions& options);
 
 // STORE.run.json: what the store itself must not hold (times, machine, threads). STORE.failed.txt: `# id:
 // status: reason` and the path of every failed item, fit to be given back as @STORE.failed.txt; removed when
 // nothing failed. Items are those of the rows; one without a path has no input any more.
+// Each file is written whole or not at all; throws RunError when it cannot be.
 void write_run_report(const RunOptions& options, const RunOutcome& outcome);
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items);

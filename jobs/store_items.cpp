@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "io/item_id.h"
+#include "io/parameters_text.h"
 #include "jobs/inputs.h"
 
 namespace meander {
@@ -24,6 +25,15 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
                    std::to_string(store.rows()) + ")");
+}
+
+std::string made_otherwise(const StoreReader& store, const StoreHeader& header) {
+  std::string text;
+  if (store.method_version() != store_method_version)
+    text = "the method version was " + std::to_string(store.method_version()) + ", now it is " +
+           std::to_string(store_method_version);
+  const std::string differences = parameter_differences(store.parameters_json(), header.parameters_json);
+  return text + (text.empty() || differences.empty() ? "" : "; ") + differences;
 }
 
 }  // namespace meander

@@ -20,4 +20,8 @@ CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
 // Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
+// How `store` was made otherwise than a run with this header would make it: another method version, or the
+// parameters that differ with both their values. Empty when the rows of both would be the same.
+std::string made_otherwise(const StoreReader& store, const StoreHeader& header);
+
 }  // namespace meander

@@ -131,10 +131,8 @@ class RunDirectory {
   std::unique_ptr<State> state_;
 };
 
-// Removes STORE.run/ and STORE (for --fresh). Throws RunError(stopped) when another process holds the run.
-void discard_store(const std::filesystem::path& store);
-
-// Removes STORE.run/ alone. Throws like discard_store.
+// Removes STORE.run/ and what killed processes left beside it (for --fresh); a finished STORE stays until
+// another is renamed over it. Throws RunError(stopped) when another process holds the run.
 void discard_run(const std::filesystem::path& store);
 
 // What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it

@@ -122,7 +122,7 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
   if (check == StoreCheck::every_byte)
     if (const std::string damage = check_whole_file(store); !damage.empty())
       throw RunError(RunError::Kind::unusable,
-                     damage + " (make the store again or restore a copy of it; --trust reads it unchecked)");
+                     damage + " (make it again or restore a copy; --trust reads it unchecked)");
   state_->guarded([&] {
     state_->file = std::make_unique<StoreFileReader>(store);
     if (!state_->file->problems().empty())

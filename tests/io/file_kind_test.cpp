@@ -46,6 +46,7 @@ TEST_CASE("file kind: what this program writes is known again") {
   const Table table{{{"name"}, {"value"}}, {{"a, \"quoted\"\nname", 1.5}, {"b", TableCell()}}};
   CHECK(kind_of(csv_text(table)) == FileKind::csv);
   CHECK(kind_of(csv_text(Table{{{"name"}, {"value"}}, {}})) == FileKind::csv);
+  CHECK(kind_of("f / sqrt(n),mean\n0.1,2\n") == FileKind::csv);
   CHECK(kind_of("{\"store\":\"s.h5\"}\n") == FileKind::json);
   CHECK(kind_of("[\"a.off\",\"b.off\"]\n") == FileKind::json);
   CHECK(kind_of("# a.off: empty: no face\nin/a.off\n") == FileKind::item_list);
@@ -76,6 +77,7 @@ TEST_CASE("file kind: meshes of every format") {
 TEST_CASE("file kind: what belongs to somebody else is none of ours") {
   CHECK(kind_of("import sys, os\nprint(sys.argv, os.name, 1)\n") == FileKind::text);
   CHECK(kind_of("Dear reader,\n\nthis is a letter.\n") == FileKind::text);
+  CHECK(kind_of("v for victory, f for fun\nand more\n") == FileKind::text);
   CHECK(kind_of("[section]\nkey = 1\n") == FileKind::text);
   CHECK(kind_of("<?xml version=\"1.0\"?>\n<note/>\n") == FileKind::text);
   CHECK(kind_of("\x89HDF\r\n\x1a\n and more") == FileKind::hdf5);

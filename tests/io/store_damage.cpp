@@ -109,7 +109,7 @@ TEST_CASE(
   write_store(store, make_header(3, 2));
   const std::string good = read_file(store);
   write_file(store, good.substr(0, good.size() - 1));
-  CHECK_THAT(refusal(store), Catch::Contains("not those that were written"));
+  CHECK_THAT(refusal(store), Catch::Contains("is damaged: its first block says"));
   for (const std::string other : {"", "solid a mesh", "meander store\n"}) {
     write_file(store, other);
     CHECK_THAT(refusal(store), Catch::Contains("does not begin as a store does"));
@@ -121,21 +121,19 @@ TEST_CASE(
   CHECK(refusal(store, StoreCheck::none).empty());
 }
 
-TEST_CASE("run: a sealed shard with any flipped bit is named, and its store is not made of it") {
-  const StoreHeader header = make_header(4096 + 3, 1, Compression::none);
+TEST_CASE("run: a sealed shard with any flipped bit is named before anything is read from it") {
+  const StoreHeader header = make_header(3, 2);
   const ScratchFolder folder;
   const fs::path store = folder / "s.h5", shard = folder / "s.h5.run/shards/shard-000000.h5";
   {
     RunDirectory run(store, header);
-    for (std::uint64_t row = 0; row < 4096; ++row) run.end_item(make_encoded(header, row));
+    for (std::uint64_t row = 0; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
   }
   const std::string good = read_file(shard);
   BytePutter file(shard);
   const auto message = [&] {
     try {
-      RunDirectory run(store, header);
-      for (std::uint64_t row = 4096; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
-      run.finish();
+      const RunDirectory run(store, header);
       return std::string();
     } catch (const RunError& error) {
       CHECK(error.kind() == RunError::Kind::unusable);
@@ -143,13 +141,13 @@ TEST_CASE("run: a sealed shard with any flipped bit is named, and its store is n
     }
   };
   std::mt19937 random(3);
-  for (std::size_t i = 0; i < good.size(); i += 1 + random() % (good.size() / 100)) {
+  for (std::size_t i = 0; i < good.size(); i += 1 + random() % 64) {
     file.put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
     INFO("byte " << i);
-    CHECK_THAT(message(), Catch::Contains("shard-000000.h5 is damaged") && Catch::Contains("run again"));
-    CHECK_FALSE(fs::exists(store));
+    REQUIRE_THAT(message(), Catch::Contains("shard-000000.h5 is damaged") && Catch::Contains("run again"));
     file.put(i, good[i]);
   }
   CHECK(message().empty());
+  RunDirectory(store, header).finish();
   CHECK(verify_store(store).problems.empty());
 }

@@ -149,7 +149,7 @@ TEST_CASE("run --method anisotropic: an attribute that a file lacks is that file
   const StoreReader reader(scratch / "s.h5");
   REQUIRE(reader.rows() == 4);
   const ItemReport report = reader.report(*reader.find("plain.off"));
-  CHECK(report.status == Status::unreadable);
+  CHECK(report.status == Status::missing_attribute);
   CHECK(report.reason.find("grain") != std::string::npos);
   CHECK(reader.report(*reader.find("ball.ply")).status == Status::ok);
   CHECK(verify_store(scratch / "s.h5").problems.empty());
