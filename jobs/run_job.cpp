@@ -9,6 +9,7 @@
 
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/output_guard.h"
@@ -111,12 +112,16 @@ class RunJob {
   RunJob(RunOptions& options, const StageHook& hook) : options_(options), hook_(hook) {}
 
   int run() {
-    inputs_ = collect_inputs(options_.inputs, options_.label_from_folder);
+    if (!options_.fresh) options_.collect.remembered_root = remembered_root(options_.store);
+    inputs_ = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs_.notes);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();
-    check_run_outputs(options_.store, options_.fresh, input_files(options_.inputs, inputs_.items));
+    std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
+    if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
+    check_run_outputs(options_.store, options_.fresh, read);
     const std::optional<RunPlan> unfinished = look_at_unfinished_run();
     if (!options_.reuse.empty())
       reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
@@ -146,8 +151,7 @@ class RunJob {
         inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
     fmt::print("largest model needs about {} MiB of the budget of {} MiB; {} would be too_large\n",
                largest >> 20, options_.memory_bytes >> 20, over);
-    for (const auto& [extension, count] : inputs_.skipped)
-      fmt::print("skipped: {} files `{}`\n", count, extension);
+    print_notes(inputs_.notes);
     return exit_done;
   }
 
@@ -246,7 +250,8 @@ class RunJob {
 
   int report(const StoreReader& store, const StoreComparison& compared) {
     outcome_.summary = summarise(store);
-    outcome_.skipped = inputs_.skipped;
+    outcome_.inputs = inputs_.notes;
+    outcome_.root = inputs_.root;
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
     if (made_) {
