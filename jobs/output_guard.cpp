@@ -105,7 +105,8 @@ void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> ki
                         const std::string& option, Existing existing, bool missing_folders) {
   if (path.empty()) return;
   std::error_code none;
-  const auto [other, first] = outputs_.try_emplace(fs::weakly_canonical(path, none), option);
+  const fs::path canonical = fs::weakly_canonical(path, none);
+  const auto [other, first] = outputs_.try_emplace(none ? path : canonical, option);
   if (!first)
     throw UsageError(
         fmt::format("{} and {} would write the same file `{}`", other->second, option, path.string()));

@@ -121,8 +121,11 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
     throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
   if (check == StoreCheck::every_byte)
     if (const std::string damage = check_whole_file(store); !damage.empty())
-      throw RunError(RunError::Kind::unusable,
-                     damage + " (make it again or restore a copy; --trust reads it unchecked)");
+      throw RunError(
+          RunError::Kind::unusable,
+          fmt::format("{} is not a whole store: {} (make it again or restore a copy; --trust reads it "
+                      "unchecked)",
+                      store.string(), damage));
   state_->guarded([&] {
     state_->file = std::make_unique<StoreFileReader>(store);
     if (!state_->file->problems().empty())

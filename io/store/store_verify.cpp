@@ -293,7 +293,7 @@ VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit,
     if (!damage.empty()) {
       // The library is not asked to parse bytes that are known to be wrong: on one flipped bit in six hundred
       // of a small store it crashes or does not come back.
-      result.problems.push_back(damage);
+      result.problems.push_back(fmt::format("{} is not a whole store: {}", store.string(), damage));
       return result;
     }
     const Hdf5Lock lock;

@@ -109,7 +109,7 @@ TEST_CASE(
   write_store(store, make_header(3, 2));
   const std::string good = read_file(store);
   write_file(store, good.substr(0, good.size() - 1));
-  CHECK_THAT(refusal(store), Catch::Contains("is damaged: its first block says"));
+  CHECK_THAT(refusal(store), Catch::Contains("is not a whole store: its first block says"));
   for (const std::string other : {"", "solid a mesh", "meander store\n"}) {
     write_file(store, other);
     CHECK_THAT(refusal(store), Catch::Contains("does not begin as a store does"));
