@@ -236,6 +236,17 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   write_beside(options.store + ".run.json", json.text() + "\n");
 }
 
+namespace {
+
+// A path as a line of a list, which has no room for every path; empty: the input is gone.
+std::string list_line(const std::string& path) {
+  if (path.find('\n') != std::string::npos || path.ends_with('\r'))
+    return "# the path of this item holds a line end: give it in a list with --null";
+  return path.starts_with('#') ? "./" + path : path;
+}
+
+}  // namespace
+
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items) {
   const std::string name = options.store + ".failed.txt";
@@ -249,7 +260,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
     list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
-                        items[failure.row].path.string());  // none: its input is gone
+                        list_line(items[failure.row].path.string()));
   }
   write_beside(name, list);
 }

@@ -94,6 +94,7 @@ TEST_CASE("run: linked class folders are searched, hidden files are counted") {
 TEST_CASE("run: any file name; export and info find items by id and by path") {
   const ScratchFolder scratch;
   for (const char* name : {"caf\xE9.off", "two\nlines.off"}) put_mesh(scratch / "in" / name);
+  fs::create_directories(scratch / "bad");
   const std::string store = scratch / "s.h5";
   REQUIRE(run({scratch / "in"}, store).exit_code == 0);
   CHECK(ids_of(store) == Ids{"caf%E9.off", "two%0Alines.off"});
@@ -103,6 +104,11 @@ TEST_CASE("run: any file name; export and info find items by id and by path") {
     CHECK(meander_with({"export", store, item, "-o", folder.string()}).exit_code == 0);
     CHECK(fs::exists(folder / "caf%E9.off.ply"));
   }
+  write_file(scratch / "bad/bad\nname.off", "OFF\n");
+  const ProcessResult failed = run({scratch / "in", scratch / "bad"}, scratch / "f.h5");
+  CHECK(failed.exit_code == 3);
+  CHECK_THAT(read_file(scratch / "f.h5.failed.txt"),
+             Contains("# bad/bad%0Aname.off: ") && Contains("\n# the path of this item holds a line end"));
   // The inputs of the run are found again, by the same ids.
   CHECK(run({scratch / "in"}, store).exit_code == 0);
   CHECK(meander_with({"describe", store, (scratch / "in").string(), "--descriptors", "basics"}).exit_code ==
