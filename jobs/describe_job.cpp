@@ -300,7 +300,7 @@ class DescribeJob {
     find_meshes();
     check_output();
     if (options_.fresh) discard_run(output_);
-    directory_ = std::make_unique<RunDirectory>(output_, header_);
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, "describe its rows"});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();

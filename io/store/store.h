@@ -92,6 +92,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 struct RunPlan {
   StoreHeader header;
   std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+  std::string root = {};           // what the ids of lists are relative to; remembered for the next process
 };
 
 // The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
