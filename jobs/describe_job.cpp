@@ -422,6 +422,7 @@ class DescribeJob {
     GraphParameters parameters;
     parameters.sample.method = MethodChoice::direct;
     const StageHook hook = [this](GraphStages& stages) {
+      directory_->leave_lock_to_parent();
       stages = {{"describe_row", [this](GraphItem& item) {
                    // A reader of its own: a file offset is shared with the parent, which has checked the
                    // file.
