@@ -169,6 +169,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
   command
       .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
       ->group(running);
+  add_trust_option(command, options.check)->group(running);
   command
       .add_flag("--fresh", options.fresh,
                 "Start anew: discard an unfinished run; a store of this name is replaced at the end")
