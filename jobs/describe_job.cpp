@@ -20,6 +20,7 @@
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
@@ -42,6 +43,7 @@ namespace fs = std::filesystem;
 struct DescribeOptions {
   std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
   std::vector<std::string> inputs;
+  InputOptions collect;  // how the inputs are read
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
@@ -298,7 +300,7 @@ class DescribeJob {
     find_meshes();
     check_output();
     if (options_.fresh) discard_run(output_);
-    directory_ = std::make_unique<RunDirectory>(output_, header_);
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, "describe its rows"});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();
@@ -343,7 +345,9 @@ class DescribeJob {
   // The files of the rows, by id. A row without one is a problem of that row, but not of all rows.
   void find_meshes() {
     if (!uses_meshes()) return;
-    Inputs inputs = collect_inputs(options_.inputs, false);
+    options_.collect.remembered_root = remembered_root(options_.store);
+    Inputs inputs = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs.notes);
     read_ = input_files(options_.inputs, inputs.items);
     std::uint64_t found = 0;
     for (PlanItem& item : inputs.items) {
@@ -668,6 +672,7 @@ JobFunction add_describe_job(CLI::App& program) {
   command->add_option("-o,--output", options->output, "Write another store instead");
   add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
   command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
+  add_list_options(*command, options->collect, "Options");
   const char* running = "Running";
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")

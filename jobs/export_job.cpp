@@ -111,20 +111,27 @@ int export_picture(const StoreReader& store, const ExportOptions& options, Outpu
   return exit_done;
 }
 
-// The files of an earlier export, whatever their number.
+// All files of an earlier export, whatever their number: those that are not written again are removed.
 void check_pointnet_files(const ExportOptions& options, OutputGuard& guard) {
   guard.check_folder(options.output, "-o");
-  std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(options.output, none)) {
-    const std::string name = entry.path().filename().string();
-    const bool part = name.starts_with("ply_data_");
-    if (part && name.ends_with(".h5"))
-      guard.check(entry.path(), {FileKind::hdf5}, "-o", options.existing());
-    else if (part && name.ends_with("_id2file.json"))
-      guard.check(entry.path(), {FileKind::json}, "-o", options.existing());
-    else if (name == "shape_names.txt" || name == "train_files.txt")
-      guard.check(entry.path(), {FileKind::text, FileKind::csv}, "-o", options.existing());
+  for (const fs::path& file : pointnet_files(options.output)) {
+    const fs::path extension = file.extension();
+    if (extension == ".h5")
+      guard.check(file, {FileKind::hdf5}, "-o", options.existing());
+    else if (extension == ".json")
+      guard.check(file, {FileKind::json}, "-o", options.existing());
+    else
+      guard.check(file, {FileKind::text, FileKind::csv}, "-o", options.existing());
   }
+}
+
+int export_shards(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
+  check_pointnet_files(options, guard);
+  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows);
+  fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
+             counts.train, counts.test, counts.validation);
+  if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  return exit_done;
 }
 
 int export_store(const ExportOptions& options) {
@@ -141,11 +148,7 @@ int export_store(const ExportOptions& options) {
   }
   if (!options.picture.empty()) return export_picture(store, options, guard);
   if (options.pointnet) {
-    check_pointnet_files(options, guard);
-    fs::create_directories(options.output);
-    export_pointnet(store, options.output, options.shard_rows);
-    fmt::print("PointNet shards in {}\n", options.output);
-    return exit_done;
+    return export_shards(store, options, guard);
   }
   return export_points(store, options, guard);
 }
@@ -169,7 +172,9 @@ JobFunction add_export_job(CLI::App& program) {
           ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
   auto* pointnet =
       command
-          ->add_flag("--pointnet", options->pointnet, "HDF5 shards of all ok rows for PointNet-style loaders")
+          ->add_flag(
+              "--pointnet", options->pointnet,
+              "HDF5 shards of all ok rows with a class for PointNet-style loaders, training and tests apart")
           ->excludes(format);
   command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
       ->capture_default_str()

@@ -105,7 +105,8 @@ void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> ki
                         const std::string& option, Existing existing, bool missing_folders) {
   if (path.empty()) return;
   std::error_code none;
-  const auto [other, first] = outputs_.try_emplace(fs::weakly_canonical(path, none), option);
+  const fs::path canonical = fs::weakly_canonical(path, none);
+  const auto [other, first] = outputs_.try_emplace(none ? path : canonical, option);
   if (!first)
     throw UsageError(
         fmt::format("{} and {} would write the same file `{}`", other->second, option, path.string()));
@@ -141,6 +142,9 @@ std::vector<fs::path> input_files(std::span<const std::string> arguments, std::s
   for (const std::string& argument : arguments)
     if (argument != "-") files.emplace_back(argument.starts_with('@') ? argument.substr(1) : argument);
   for (const PlanItem& item : items) files.push_back(item.path);
+  fs::path last;  // of tensors: often one file for all items
+  for (const PlanItem& item : items)
+    if (!item.tensor_path.empty() && item.tensor_path != last) files.push_back(last = item.tensor_path);
   return files;
 }
 

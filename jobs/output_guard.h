@@ -62,7 +62,7 @@ class OutputGuard {
 };
 
 // The files that the INPUT arguments of a command name or contain: the arguments themselves (a list without
-// its @) and the items found in them.
+// its @), the items found in them, and the files of their tensors.
 std::vector<std::filesystem::path> input_files(std::span<const std::string> arguments,
                                                std::span<const PlanItem> items);
 

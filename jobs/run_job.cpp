@@ -9,6 +9,7 @@
 
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/output_guard.h"
@@ -111,13 +112,26 @@ class RunJob {
   RunJob(RunOptions& options, const StageHook& hook) : options_(options), hook_(hook) {}
 
   int run() {
-    inputs_ = collect_inputs(options_.inputs, options_.label_from_folder);
+    std::optional<RunPlan> unfinished;
+    if (!options_.fresh) {
+      unfinished = read_run_plan(options_.store);
+      options_.collect.remembered_root = unfinished ? unfinished->root : remembered_root(options_.store);
+    }
+    inputs_ = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs_.notes);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    if (retry_.vanished && !inputs_.notes.unread.empty())
+      throw UsageError(
+          "--retry vanished: what stands in the folders that could not be read may not have vanished; make "
+          "them "
+          "readable first");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();
-    check_run_outputs(options_.store, options_.fresh, input_files(options_.inputs, inputs_.items));
-    const std::optional<RunPlan> unfinished = look_at_unfinished_run();
+    std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
+    if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
+    check_run_outputs(options_.store, options_.fresh, read);
+    if (unfinished) look_at_unfinished_run(*unfinished);
     if (!options_.reuse.empty())
       reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
     if (options_.fresh)
@@ -146,24 +160,19 @@ class RunJob {
         inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
     fmt::print("largest model needs about {} MiB of the budget of {} MiB; {} would be too_large\n",
                largest >> 20, options_.memory_bytes >> 20, over);
-    for (const auto& [extension, count] : inputs_.skipped)
-      fmt::print("skipped: {} files `{}`\n", count, extension);
+    print_notes(inputs_.notes);
     return exit_done;
   }
 
-  // What an earlier process left unfinished. What may have killed it is tried at once, before anything starts
-  // a thread.
-  std::optional<RunPlan> look_at_unfinished_run() {
-    if (options_.fresh) return std::nullopt;
-    std::optional<RunPlan> unfinished = read_run_plan(options_.store);
-    if (!unfinished) return std::nullopt;
-    if (!retry_of(unfinished->purpose) && unfinished->purpose != purpose_sample &&
-        unfinished->purpose != purpose_replace)
+  // What an earlier process left unfinished is continued, if it is the work of this command. What may have
+  // killed that process is tried at once, before anything starts a thread.
+  void look_at_unfinished_run(const RunPlan& unfinished) const {
+    if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
+        unfinished.purpose != purpose_replace)
       throw UsageError(fmt::format("`{}.run` was begun to {}: the command that began it finishes it",
-                                   options_.store, unfinished->purpose));
-    try_suspects(planned_store(continued(*unfinished), inputs_.items, nullptr, {}, {}),
+                                   options_.store, unfinished.purpose));
+    try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
                  {options_, hook_, {}, nullptr});
-    return unfinished;
   }
 
   // One process checks the bytes of its store once.
@@ -184,11 +193,18 @@ class RunJob {
 
   // The plan that was begun, with what the present command says of everything but the items.
   RunPlan continued(const RunPlan& begun) const {
-    RunPlan plan{header_, begun.purpose};
+    RunPlan plan{header_, begun.purpose, begun.root};
     plan.header.ids = begun.header.ids;
     plan.header.labels = begun.header.labels;
     plan.header.splits = begun.header.splits;
     plan.header.label_names = begun.header.label_names;
+    return plan;
+  }
+
+  RunPlan plan_of_update(const StoreReader& store, const StoreComparison& compared,
+                         const RetryOptions& retry) const {
+    RunPlan plan = plan_update(store, header_, compared, retry);
+    plan.root = inputs_.root.string();
     return plan;
   }
 
@@ -207,7 +223,8 @@ class RunJob {
     const bool replaces = std::filesystem::exists(options_.store);
     if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
     const RunPlan plan =
-        unfinished ? continued(*unfinished) : RunPlan{header_, replaces ? purpose_replace : purpose_sample};
+        unfinished ? continued(*unfinished)
+                   : RunPlan{header_, replaces ? purpose_replace : purpose_sample, inputs_.root.string()};
     known_since_ = inputs_since_;
     if (!unfinished) retry_ = {};  // what this process makes itself needs no second try
     return make_store(planned_store(plan, inputs_.items, nullptr, {}, {}), nullptr);
@@ -246,7 +263,8 @@ class RunJob {
 
   int report(const StoreReader& store, const StoreComparison& compared) {
     outcome_.summary = summarise(store);
-    outcome_.skipped = inputs_.skipped;
+    outcome_.inputs = inputs_.notes;
+    outcome_.root = inputs_.root;
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
     if (made_) {

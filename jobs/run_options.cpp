@@ -8,6 +8,7 @@
 #include "io/json_writer.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
 #include "jobs/store_items.h"
@@ -138,8 +139,8 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       .add_flag("--certify", options.sample.certify,
                 "Measure every model's own samples: error over rotated boxes, rho (/certificate)")
       ->group(collection);
-  command.add_flag("--label-from-folder", options.label_from_folder, "Label = name of the parent folder")
-      ->group(collection);
+  add_list_options(command, options.collect, collection);
+  add_label_options(command, options.collect, collection);
   command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
       ->capture_default_str()
       ->check(OneOf({"default", "none"}))

@@ -7,6 +7,7 @@
 
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
+#include "jobs/inputs.h"
 #include "jobs/tensor_options.h"
 #include "kernels/sample_mesh.h"
 
@@ -33,8 +34,8 @@ struct RunOptions {
   std::string store;
   SampleParameters sample;
   Compression compression = Compression::standard;
-  bool label_from_folder = false;
-  int threads = 0;  // 0: as many as the machine (or its cgroup) gives
+  InputOptions collect;  // how the inputs are read
+  int threads = 0;       // 0: as many as the machine (or its cgroup) gives
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;
   bool allow_oversize = false;
   double timeout_seconds = 120;  // 0: none

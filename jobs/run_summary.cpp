@@ -10,10 +10,12 @@
 #include <ctime>
 #include <system_error>
 
+#include "io/item_id.h"
 #include "io/json_writer.h"
 #include "io/store/posix_file.h"
 #include "io/whole_file.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -95,6 +97,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   json.member("added", outcome.added);
   write_ids(json, "changed", outcome.changed);
   write_ids(json, "vanished", outcome.vanished);
+  write_notes(json, outcome.inputs);
   write_counts(json, "status", status_names, summary.by_status);
   write_counts(json, "method", method_names, summary.by_method);
   write_counts(json, "repairs", repair_names, summary.by_repair);
@@ -166,7 +169,9 @@ StoreSummary summarise(const StoreReader& store) {
 }
 
 int RunOutcome::exit_code() const {
-  return summary.failed() > 0 || !changed.empty() || !vanished.empty() ? exit_some_failed : exit_done;
+  return summary.failed() > 0 || !changed.empty() || !vanished.empty() || !inputs.unread.empty()
+             ? exit_some_failed
+             : exit_done;
 }
 
 void print_summary(const RunOutcome& outcome, const RunOptions& options) {
@@ -194,12 +199,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());
-  if (!outcome.skipped.empty()) {
-    fmt::print("  other files skipped:");
-    for (const auto& [extension, count] : outcome.skipped)
-      fmt::print(" {} {}", extension.empty() ? "(no extension)" : extension, count);
-    fmt::print("\n");
-  }
+  print_notes(outcome.inputs);
   if (outcome.done_now > 0)
     fmt::print("  {} models in {:.2f} s ({:.1f} models/s)\n", outcome.done_now, outcome.seconds,
                static_cast<double>(outcome.done_now) / std::max(outcome.seconds, 1e-9));
@@ -219,6 +219,7 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   json.member("tbb", TBB_runtime_version());
   json.member("host", system.nodename);
   json.member("finished_unix_time", static_cast<std::int64_t>(std::time(nullptr)));
+  if (!outcome.root.empty()) json.member("root", escape_id(outcome.root.string()));
   json.member("inputs_read_since_unix_ns", outcome.inputs_read_since_unix_ns);
   json.member("seconds", outcome.seconds);
   json.member("threads", options.threads);
@@ -235,6 +236,17 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   write_beside(options.store + ".run.json", json.text() + "\n");
 }
 
+namespace {
+
+// A path as a line of a list, which has no room for every path; empty: the input is gone.
+std::string list_line(const std::string& path) {
+  if (path.find('\n') != std::string::npos || path.ends_with('\r'))
+    return "# the path of this item holds a line end: give it in a list with --null";
+  return path.starts_with('#') ? "./" + path : path;
+}
+
+}  // namespace
+
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items) {
   const std::string name = options.store + ".failed.txt";
@@ -248,7 +260,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
     list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
-                        items[failure.row].path.string());  // none: its input is gone
+                        list_line(items[failure.row].path.string()));
   }
   write_beside(name, list);
 }

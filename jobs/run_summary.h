@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/inputs.h"
 #include "jobs/run_options.h"
 #include "pipeline/sampling_graph.h"
 
@@ -34,9 +35,10 @@ StoreSummary summarise(const StoreReader& store);
 // Everything that a run has to tell in the end.
 struct RunOutcome {
   StoreSummary summary;
-  std::map<std::string, std::uint64_t> skipped;  // files that are no input, by extension
-  std::uint64_t added = 0;                       // items that joined a store that was there before
-  std::vector<std::string> changed, vanished;    // ids of rows whose input is not what was sampled, or gone
+  InputNotes inputs;
+  std::filesystem::path root;                  // of the ids of lists; see Inputs
+  std::uint64_t added = 0;                     // items that joined a store that was there before
+  std::vector<std::string> changed, vanished;  // ids of rows whose input is not what was sampled, or gone
   // What this process did; sums over all of its parts.
   std::uint64_t done_now = 0, requeued = 0, peak_reserved_bytes = 0;
   double seconds = 0, longest_wait_seconds = 0;

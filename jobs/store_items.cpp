@@ -4,6 +4,7 @@
 
 #include <charconv>
 
+#include "io/item_id.h"
 #include "io/parameters_text.h"
 #include "jobs/inputs.h"
 
@@ -18,6 +19,7 @@ CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check) {
 
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
+  if (const auto row = store.find(escape_id(item))) return *row;
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;

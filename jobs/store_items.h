@@ -16,7 +16,8 @@ namespace meander {
 // Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
 CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
 
-// The row of an id, or of a row number. Throws UsageError.
+// The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
+// Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
 // How `store` was made otherwise than a run with this header would make it: another method version, or the

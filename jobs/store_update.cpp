@@ -11,8 +11,8 @@
 
 #include "io/digest.h"
 #include "io/mesh/mapped_file.h"
+#include "io/parameters_text.h"
 #include "io/store/posix_file.h"
-#include "jobs/parameters_text.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {

@@ -249,7 +249,7 @@ int sample_surfaces(SurfaceOptions& options) {
   }
   check_output(options);
   if (options.fresh) discard_run(options.store);
-  RunDirectory directory(options.store, header);
+  RunDirectory directory(options.store, RunPlan{header, "sample surfaces"});
   std::vector<SurfaceRun> runs;
   bool failed = false;
   for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {

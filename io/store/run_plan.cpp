@@ -72,6 +72,7 @@ std::string plan_text(const RunPlan& run) {
   plan.number(store_format_version);
   plan.number(header.method_version);
   plan.text(run.purpose);
+  plan.text(run.root);
   plan.number(static_cast<std::uint64_t>(header.content));
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
@@ -109,6 +110,7 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   stored.format_version = plan.number();
   header.method_version = static_cast<std::uint32_t>(plan.number());
   stored.run.purpose = plan.text();
+  stored.run.root = plan.text();
   header.content = static_cast<StoreContent>(plan.number());
   header.samples = static_cast<std::uint32_t>(plan.number());
   header.compression = static_cast<Compression>(plan.number());
@@ -206,6 +208,9 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
   const StoreHeader &begun = begun_plan.header, &now = now_plan.header;
   if (begun_plan.purpose != now_plan.purpose)
     return fmt::format("it was begun to {}, not to {}", begun_plan.purpose, now_plan.purpose);
+  if (begun_plan.root != now_plan.root)
+    return fmt::format("the ids of lists were relative to {}, now they are to {}", begun_plan.root,
+                       now_plan.root);
   if (begun.method_version != now.method_version)
     return fmt::format("the method version was {}, now it is {}", begun.method_version, now.method_version);
   if (begun.content != now.content) return "one is of meshes, the other of parametric surfaces";

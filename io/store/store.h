@@ -92,6 +92,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 struct RunPlan {
   StoreHeader header;
   std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+  std::string root = {};           // what the ids of lists are relative to; remembered for the next process
 };
 
 // The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
@@ -196,10 +197,18 @@ struct VerifyResult {
 VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit = 100,
                           const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
-// Files for PointNet-style loaders: ply_data_train<k>.h5 shards of `shard_rows` ok rows (data f32, normal
-// f32, label u8), their id lists as JSON, train_files.txt and shape_names.txt, in an existing or new folder.
-// Throws RunError.
-void export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
-                     std::uint32_t shard_rows = 2048);
+// Files for PointNet-style loaders in an existing or new folder: shards ply_data_train<k>.h5 of at most
+// `shard_rows` ok rows (data f32, normal f32, label u8), ply_data_test<k>.h5 and, where there are rows for
+// validation, ply_data_val<k>.h5; the lists of these files, train_files.txt and so on; their ids as JSON;
+// shape_names.txt. Rows without a split are for training, rows without a class are left out. Shards of an
+// earlier export that are not written again are removed. Returns the rows of each part. Throws RunError:
+// unusable when no row is left or there are more than 256 classes.
+struct PointnetCounts {
+  std::uint64_t train = 0, test = 0, validation = 0, unlabelled = 0;
+};
+PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
+                               std::uint32_t shard_rows = 2048);
+// The files of an earlier export in a folder, which export_pointnet would replace or remove.
+std::vector<std::filesystem::path> pointnet_files(const std::filesystem::path& folder);
 
 }  // namespace meander

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "io/store/crc32c.h"
 #include "io/store/store_file.h"
@@ -245,54 +246,100 @@ TEST_CASE("verify: progress ends at the number of rows") {
   CHECK(last == 30);
 }
 
-TEST_CASE("export_pointnet: ok rows only, in shards, with their lists") {
-  const StoreHeader header = make_header(50, 20);
+TEST_CASE("export_pointnet: ok rows with a class, in shards of each part, with their lists") {
+  const StoreHeader header = make_header(150, 20);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
   const StoreReader store(folder / "s.h5");
-  export_pointnet(store, folder / "out/pointnet", 8);
-  std::vector<std::uint64_t> ok;
-  for (std::uint64_t row = 0; row < 50; ++row)
-    if (store.report(row).status == Status::ok) ok.push_back(row);
-  std::string files;
-  const std::size_t shards = (ok.size() + 7) / 8;
-  for (std::size_t k = 0; k < shards; ++k) {
-    const fs::path path = folder / ("out/pointnet/ply_data_train" + std::to_string(k) + ".h5");
-    files += path.string() + "\n";
-    const std::size_t rows = std::min<std::size_t>(8, ok.size() - 8 * k);
-    std::vector<float> data(rows * 60), normal(rows * 60);
-    std::vector<std::uint8_t> label(rows);
-    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-    const auto read = [&](const char* name, hid_t type, hsize_t size, void* values) {
-      const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
-      CHECK(H5Dget_storage_size(dataset) > 0);
-      const hid_t space = H5Dget_space(dataset);
-      CHECK(static_cast<hsize_t>(H5Sget_simple_extent_npoints(space)) == size);
-      CHECK(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
-      H5Sclose(space);
-      H5Dclose(dataset);
-    };
-    read("data", H5T_NATIVE_FLOAT, rows * 60, data.data());
-    read("normal", H5T_NATIVE_FLOAT, rows * 60, normal.data());
-    read("label", H5T_NATIVE_UINT8, rows, label.data());
-    H5Fclose(file);
-    std::string ids = "[";
-    for (std::size_t i = 0; i < rows; ++i) {
-      const Row row = make_row(header, ok[8 * k + i]);
-      CHECK(std::equal(row.samples.points.begin(), row.samples.points.end(),
-                       data.begin() + static_cast<long>(60 * i)));
-      CHECK(std::equal(row.samples.normals.begin(), row.samples.normals.end(),
-                       normal.begin() + static_cast<long>(60 * i)));
-      CHECK(label[i] == (row.label < 0 ? 3 : row.label));
-      ids += (i ? ",\"" : "\"") + header.ids[ok[8 * k + i]] + "\"";
-    }
-    CHECK(read_file(folder / ("out/pointnet/ply_data_train_" + std::to_string(k) + "_id2file.json")) ==
-          ids + "]\n");
+  const PointnetCounts counts = export_pointnet(store, folder / "out/pointnet", 8);
+  std::map<std::string, std::vector<std::uint64_t>> wanted;
+  std::uint64_t unlabelled = 0;
+  for (std::uint64_t row = 0; row < 150; ++row) {
+    if (store.report(row).status != Status::ok) continue;
+    const Split split = store.split(row);
+    if (store.label(row) < 0)
+      ++unlabelled;
+    else
+      wanted[split == Split::test ? "test" : split == Split::validation ? "val" : "train"].push_back(row);
   }
-  CHECK_FALSE(fs::exists(folder / ("out/pointnet/ply_data_train" + std::to_string(shards) + ".h5")));
-  CHECK(read_file(folder / "out/pointnet/train_files.txt") == files);
-  CHECK(read_file(folder / "out/pointnet/shape_names.txt") ==
-        "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\nunknown\n");
+  CHECK(counts.unlabelled == unlabelled);
+  CHECK(counts.train == wanted["train"].size());
+  CHECK(counts.test == wanted["test"].size());
+  CHECK(counts.validation == wanted["val"].size());
+  for (const auto& [part, ok] : wanted) {
+    INFO(part);
+    REQUIRE(ok.size() > 8);
+    const std::string start = "out/pointnet/ply_data_" + part;
+    std::string files;
+    const std::size_t shards = (ok.size() + 7) / 8;
+    for (std::size_t k = 0; k < shards; ++k) {
+      const fs::path path = folder / (start + std::to_string(k) + ".h5");
+      files += path.string() + "\n";
+      const std::size_t rows = std::min<std::size_t>(8, ok.size() - 8 * k);
+      std::vector<float> data(rows * 60), normal(rows * 60);
+      std::vector<std::uint8_t> label(rows);
+      const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+      const auto read = [&](const char* name, hid_t type, hsize_t size, void* values) {
+        const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
+        CHECK(H5Dget_storage_size(dataset) > 0);
+        const hid_t space = H5Dget_space(dataset);
+        CHECK(static_cast<hsize_t>(H5Sget_simple_extent_npoints(space)) == size);
+        CHECK(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+        H5Sclose(space);
+        H5Dclose(dataset);
+      };
+      read("data", H5T_NATIVE_FLOAT, rows * 60, data.data());
+      read("normal", H5T_NATIVE_FLOAT, rows * 60, normal.data());
+      read("label", H5T_NATIVE_UINT8, rows, label.data());
+      H5Fclose(file);
+      std::string ids = "[";
+      for (std::size_t i = 0; i < rows; ++i) {
+        const Row row = make_row(header, ok[8 * k + i]);
+        CHECK(std::equal(row.samples.points.begin(), row.samples.points.end(),
+                         data.begin() + static_cast<long>(60 * i)));
+        CHECK(std::equal(row.samples.normals.begin(), row.samples.normals.end(),
+                         normal.begin() + static_cast<long>(60 * i)));
+        CHECK(label[i] == row.label);
+        ids += (i ? ",\"" : "\"") + header.ids[ok[8 * k + i]] + "\"";
+      }
+      CHECK(read_file(folder / (start + "_" + std::to_string(k) + "_id2file.json")) == ids + "]\n");
+    }
+    CHECK_FALSE(fs::exists(folder / (start + std::to_string(shards) + ".h5")));
+    CHECK(read_file(folder / ("out/pointnet/" + part + "_files.txt")) == files);
+  }
+  CHECK(read_file(folder / "out/pointnet/shape_names.txt") == "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\n");
+}
+
+TEST_CASE("export_pointnet: a second export leaves nothing of the first, and nothing else is touched") {
+  StoreHeader header = make_header(60, 5);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  header.splits.assign(60, Split::none);
+  write_store(folder / "t.h5", header);
+  CHECK(pointnet_files(folder / "out").empty());
+  export_pointnet(StoreReader(folder / "s.h5"), folder / "out", 4);
+  write_file(folder / "out/ply_data_trainx.h5", "x");
+  write_file(folder / "out/other.txt", "x");
+  const std::size_t many = pointnet_files(folder / "out").size();
+  const PointnetCounts counts = export_pointnet(StoreReader(folder / "t.h5"), folder / "out");
+  CHECK(counts.test == 0);
+  // One shard, its ids, two lists and the names of the classes.
+  CHECK(pointnet_files(folder / "out").size() == 5);
+  CHECK(many > 5);
+  CHECK(read_file(folder / "out/test_files.txt").empty());
+  CHECK_FALSE(fs::exists(folder / "out/val_files.txt"));
+  CHECK(fs::exists(folder / "out/ply_data_trainx.h5"));
+  CHECK(fs::exists(folder / "out/other.txt"));
+}
+
+TEST_CASE("export_pointnet: without any class nothing is written") {
+  StoreHeader header = make_header(10, 5);
+  header.labels.assign(10, -1);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  CHECK_THROWS_WITH(export_pointnet(StoreReader(folder / "s.h5"), folder / "out"),
+                    Catch::Matchers::Contains("--labels"));
+  CHECK_FALSE(fs::exists(folder / "out"));
 }
 
 TEST_CASE("export_pointnet: more classes than the format holds, folders that cannot be made") {

@@ -171,7 +171,8 @@ TEST_CASE("output guard: what a run leaves beside its store is guarded too") {
 TEST_CASE("output guard: files of the arguments and the items found in them") {
   PlanItem item;
   item.path = "in/a.off";
+  item.tensor_path = "tensors.h5";
   const std::vector<std::string> arguments = {"in", "-", "@list.txt", "b.ply"};
   CHECK(input_files(arguments, std::span(&item, 1)) ==
-        std::vector<fs::path>{"in", "list.txt", "b.ply", "in/a.off"});
+        std::vector<fs::path>{"in", "list.txt", "b.ply", "in/a.off", "tensors.h5"});
 }

@@ -102,9 +102,9 @@ TEST_CASE("outputs: run never turns an input into a store, and a mistake costs n
   place.does(run("r.h5", {}));
   place.refuses(run("r.h5", {"--fresh", "--reuse", place.path("typo.h5")}), "typo.h5");
   place.refuses(
-      run("r.h5", {"--fresh", "--reuse", place.path("r.h5"), "--seed", "2", "--jitter", "0.5"}),
-      "made with other parameters: parameter \"jitter\" was 1, now it is 0.5; parameter \"seed\" was 1, "
-      "now it is 2");
+      run("r.h5", {"--fresh", "--reuse", place.path("r.h5"), "--seed", "2", "--order", "curve"}),
+      "made with other parameters: parameter \"order\" was \"progressive\", now it is \"curve\"; parameter "
+      "\"seed\" was 1, now it is 2");
   place.refuses(run("r.h5", {"--seed", "2"}), "parameter \"seed\" was 1, now it is 2");
   const std::string before = read_file(place.path("r.h5"));
   place.does(run("r.h5", {"--fresh", "--reuse", place.path("r.h5")}));

@@ -159,7 +159,7 @@ TEST_CASE("run --method anisotropic: info, verify and export know the store") {
   const ScratchFolder scratch;
   write_shapes(scratch / "in");
   const std::string store = (scratch / "s.h5").string();
-  REQUIRE(run_process(command(scratch / "in", store)).exit_code == 0);
+  REQUIRE(run_process(command(scratch / "in", store, {"--label-from-folder"})).exit_code == 0);
   CHECK(run_process({program, "verify", store}).exit_code == 0);
   const ProcessResult info = run_process({program, "info", store});
   CHECK(info.exit_code == 0);
