@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <atomic>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include "jobs/lone_item.h"
 #include "jobs/progress.h"
 #include "jobs/working_process.h"
+#include "kernels/core/parallel.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -155,7 +155,7 @@ class PlannedRun {
 
 std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters) {
   std::atomic<std::uint64_t> total{0};
-  oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+  parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
       if (items[i].known_format && !items[i].path.empty())
