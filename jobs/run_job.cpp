@@ -81,7 +81,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
 }
 
 // Header peeks, in parallel: what every item will probably need. Returns the bytes of all files.
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters) {
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
   std::atomic<std::uint64_t> total{0};
   oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
@@ -89,7 +89,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
       if (items[i].known_format) estimate = peek_mesh(items[i].path, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters);
+    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
     total += estimate.file_bytes;
   });
   return total;
@@ -158,7 +158,8 @@ class RunJob {
 
  private:
   int print_plan() {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample), largest = 0, over = 0;
+    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0,
+                  over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.memory_bytes;
@@ -258,7 +259,7 @@ class RunJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(options_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters();
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample);
+      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
       ReuseLookup reuse;
       if (reusable_) reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, reuse);
