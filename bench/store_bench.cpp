@@ -1,5 +1,11 @@
-// Encoding rows of the store.
+// Encoding rows of the store, and the checksum that every reader of a store begins with.
+#include <fcntl.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "bench/bench_shapes.h"
+#include "io/store/file_checksum.h"
 #include "io/store/store.h"
 
 namespace meander::bench {
@@ -29,6 +35,22 @@ void encode(benchmark::State& state) {
   check_sum(state, names[state.range(0)], row.bytes);
 }
 BENCHMARK(encode)->ArgsProduct({{0, 1}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+// A file in the page cache, by threads.
+void checksum_file(benchmark::State& state) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "meander-checksum-bench";
+  std::ofstream(path, std::ios::binary) << std::string(std::size_t{256} << 20, 'm');
+  {
+    const store::FileDescriptor file = store::open_file(path, O_RDONLY);
+    std::uint32_t checksum = 0;
+    for ([[maybe_unused]] auto _ : state)
+      checksum = store::checksum_of_file(file, 0, path, static_cast<std::size_t>(state.range(0)));
+    benchmark::DoNotOptimize(checksum);
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(store::file_size(file, path)));
+  }
+  std::filesystem::remove(path);
+}
+BENCHMARK(checksum_file)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -10,13 +10,22 @@ import h5py
 import numpy
 
 
-def load_store(path, descriptor=None):
+def rows_of(store, split=None):
+    """The numbers of all ok rows, or of those in one split ("train", "test", "validation")."""
+    chosen = store["items/status"][:] == 0
+    if split:
+        column = store["items/split"]
+        chosen &= column[:] == h5py.check_enum_dtype(column.dtype)[split]
+    return numpy.flatnonzero(chosen)
+
+
+def load_store(path, descriptor=None, split=None):
     """All ok rows: points (rows, n, 3), labels (rows,), ids, and a descriptor (rows, values) if one is named.
 
-    Rows whose descriptor could not be made (all values 0) are left out with it.
+    With a split only the rows of it. Rows whose descriptor could not be made (all values 0) are left out with it.
     """
     with h5py.File(path) as store:
-        rows = numpy.flatnonzero(store["items/status"][:] == 0)
+        rows = rows_of(store, split)
         values = None
         if descriptor:
             values = store["descriptors"][descriptor][:][rows]
@@ -29,20 +38,20 @@ def load_store(path, descriptor=None):
 
 
 class StoreDataset:
-    """One item per ok row: (points, normals, label), the first `samples` of each (every prefix is a good sample).
+    """One item per ok row (of a split): (points, normals, label), the first `samples` of each (every prefix is a good sample).
 
     For torch.utils.data.DataLoader, which asks for __len__ and __getitem__ and turns the arrays into tensors.
     HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked
     or spawned, and the object can be pickled.
     """
 
-    def __init__(self, path, samples=None):
+    def __init__(self, path, samples=None, split=None):
         self.path = path
         self.samples = samples
         self.store = None
         self.owner = None  # the process that opened it
         with h5py.File(path) as store:
-            self.rows = numpy.flatnonzero(store["items/status"][:] == 0)
+            self.rows = rows_of(store, split)
 
     def __len__(self):
         return len(self.rows)

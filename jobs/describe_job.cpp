@@ -16,17 +16,20 @@
 
 #include "io/digest.h"
 #include "io/json_writer.h"
+#include "io/parameters_text.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
 #include "jobs/option_words.h"
-#include "jobs/parameters_text.h"
+#include "jobs/output_guard.h"
 #include "jobs/progress.h"
+#include "jobs/store_items.h"
 #include "jobs/working_process.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "meander_version.h"
@@ -41,12 +44,14 @@ namespace fs = std::filesystem;
 struct DescribeOptions {
   std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
   std::vector<std::string> inputs;
+  InputOptions collect;  // how the inputs are read
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
   double timeout_seconds = 0;
   DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
@@ -295,11 +300,9 @@ class DescribeJob {
     header_ = described_header(*store_, options_);
     prepare_describer();
     find_meshes();
-    if (options_.fresh && in_place_) discard_run(output_);
-    if (options_.fresh && !in_place_) discard_store(output_);
-    if (!in_place_ && fs::exists(output_))
-      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
-    directory_ = std::make_unique<RunDirectory>(output_, header_);
+    check_output();
+    if (options_.fresh) discard_run(output_);
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, "describe its rows"});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();
@@ -312,7 +315,7 @@ class DescribeJob {
     if (!fs::exists(options_.store) && fs::exists(unfinished))
       throw UsageError("`" + options_.store +
                        "` is not finished: the `meander` command that began it continues it");
-    store_ = std::make_unique<StoreReader>(options_.store);
+    store_ = std::make_unique<StoreReader>(options_.store, options_.check);
     std::error_code none;
     in_place_ = options_.output.empty() || fs::equivalent(options_.output, options_.store, none);
     output_ = in_place_ ? options_.store : options_.output;
@@ -344,7 +347,10 @@ class DescribeJob {
   // The files of the rows, by id. A row without one is a problem of that row, but not of all rows.
   void find_meshes() {
     if (!uses_meshes()) return;
-    Inputs inputs = collect_inputs(options_.inputs, false);
+    options_.collect.remembered_root = remembered_root(options_.store);
+    Inputs inputs = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs.notes);
+    read_ = input_files(options_.inputs, inputs.items);
     std::uint64_t found = 0;
     for (PlanItem& item : inputs.items) {
       const auto at = std::lower_bound(header_.ids.begin(), header_.ids.end(), item.id);
@@ -358,6 +364,15 @@ class DescribeJob {
           fmt::format("no item of `{}` is in the input: its ids look like `{}` (give the same "
                       "INPUT as to the run)",
                       options_.store, header_.ids.empty() ? "" : header_.ids.front()));
+  }
+
+  void check_output() {
+    OutputGuard guard;
+    guard.protect(read_);
+    if (!in_place_) guard.protect(options_.store, "the store itself");
+    check_store_output(output_, options_.fresh, guard);
+    if (!in_place_ && !options_.fresh && fs::exists(output_))
+      throw UsageError("`" + output_.string() + "` exists (--fresh replaces it)");
   }
 
   std::optional<PlanItem> plan_of(std::uint64_t row, bool with_meshes) {
@@ -410,7 +425,9 @@ class DescribeJob {
     parameters.sample.method = MethodChoice::direct;
     const StageHook hook = [this](GraphStages& stages) {
       stages = {{"describe_row", [this](GraphItem& item) {
-                   const StoreReader own(options_.store);  // a file offset is shared with the parent
+                   // A reader of its own: a file offset is shared with the parent, which has checked the
+                   // file.
+                   const StoreReader own(options_.store, StoreCheck::none);
                    describe_row(describer_, own, item, uses_meshes());
                  }}};
     };
@@ -564,7 +581,7 @@ class DescribeJob {
   // components may rightly be all 0.
   void find_earlier_problems() {
     if (done_before_.empty()) return;
-    const StoreReader store(output_);
+    const StoreReader store(output_, StoreCheck::none);  // sealed a moment ago
     for (const DescriptorSchema& schema : store.descriptors()) {
       if (schema.group != "descriptors" || !describer_.makes(schema.name)) continue;
       if (schema.name == geodesic_disconnected_name) continue;  // most are 0
@@ -631,6 +648,7 @@ class DescribeJob {
   StoreHeader header_;
   Describer describer_{header_, {}, {}};
   std::map<std::uint64_t, PlanItem> files_;  // by row
+  std::vector<fs::path> read_;               // all files that the arguments name or contain
   std::unique_ptr<RunDirectory> directory_;
   std::atomic<bool>* stop_ = nullptr;
   Progress* progress_ = nullptr;
@@ -656,10 +674,12 @@ JobFunction add_describe_job(CLI::App& program) {
   command->add_option("-o,--output", options->output, "Write another store instead");
   add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
   command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
+  add_list_options(*command, options->collect, "Options");
   const char* running = "Running";
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
       ->group(running);
+  add_trust_option(*command, options->check)->group(running);
   command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))

@@ -318,7 +318,13 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
     throw UsageError("--test-share, --queries, --neighbours and --distance shape --format ann-hdf5 only");
 }
 
-int export_descriptors(const StoreReader& store, const DescriptorExport& options) {
+int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard) {
+  const FileKind kind = options.format == "csv"    ? FileKind::csv
+                        : options.format == "fbin" ? FileKind::fbin
+                                                   : FileKind::hdf5;
+  guard.check(options.output, {kind}, "-o", options.existing);
+  if (kind != FileKind::csv)
+    guard.check(ids_path(options.output), {FileKind::csv}, "the list of rows of -o", options.existing);
   const DescribedRows table(store, options);
   if (options.format == "csv") {
     write_csv(store, table, options.output);

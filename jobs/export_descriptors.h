@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/output_guard.h"
 
 namespace CLI {
 class App;
@@ -17,7 +18,8 @@ struct DescriptorExport {
   std::string descriptors;  // names joined by `+`
   std::string format;       // csv, fbin, ann-hdf5
   std::string output;
-  std::vector<std::uint64_t> rows;  // those asked for; empty: all
+  Existing existing = Existing::keep;  // of the file and of its list
+  std::vector<std::uint64_t> rows;     // those asked for; empty: all
   // ann-hdf5: how many rows are queries, by their number or their share, and how many neighbours each has.
   double test_share = 0.1;
   std::uint64_t queries = 0;  // 0: by the share
@@ -35,8 +37,8 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
                              const std::string& output);
 
 // Writes the file, whole or not at all, and for fbin and ann-hdf5 the list of its rows beside it
-// (FILE.ids.csv). Rows that are not ok or lack a descriptor are left out and counted. Memory: one block of
-// rows; for ann-hdf5 the vectors once. Returns the exit code.
-int export_descriptors(const StoreReader& store, const DescriptorExport& options);
+// (FILE.ids.csv), when the guard lets both through. Rows that are not ok or lack a descriptor are left out
+// and counted. Memory: one block of rows; for ann-hdf5 the vectors once. Returns the exit code.
+int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard);
 
 }  // namespace meander

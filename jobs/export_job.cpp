@@ -1,6 +1,7 @@
 // meander export: points of a store as files that other programs read, and pictures.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +13,7 @@
 #include "jobs/export_descriptors.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 #include "kernels/render/contact_sheet.h"
 
@@ -30,6 +32,10 @@ struct ExportOptions {
   std::string picture;
   std::uint32_t picture_models = 24;
   DescriptorExport descriptors;
+  bool fresh = false;
+
+  Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 // The rows asked for, or all ok rows.
@@ -48,23 +54,46 @@ std::vector<std::uint64_t> chosen_rows(const StoreReader& store, const std::vect
   return rows;
 }
 
-int export_points(const StoreReader& store, const ExportOptions& options) {
+// Ids come from a file that anybody may have made: none leads out of the folder.
+fs::path path_below(const fs::path& folder, const std::string& id, const std::string& extension) {
+  const fs::path relative(id);
+  if (id.empty() || relative.is_absolute() || id.find('\0') != std::string::npos ||
+      std::find(relative.begin(), relative.end(), "..") != relative.end())
+    throw UsageError(
+        fmt::format("the item `{}` names a file outside `{}`: nothing is exported; name the items "
+                    "to export without it",
+                    id, folder.string()));
+  return folder / (id + extension);
+}
+
+int export_points(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
   const PointFormat format = options.format == "ply"   ? PointFormat::ply
                              : options.format == "off" ? PointFormat::off
                                                        : PointFormat::xyz;
-  const std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  const FileKind kind = format == PointFormat::ply   ? FileKind::ply_points
+                        : format == PointFormat::off ? FileKind::off_points
+                                                     : FileKind::xyz;
+  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  guard.check_folder(options.output, "-o");
+  std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
-    const fs::path path = fs::path(options.output) / (store.id(row) + "." + options.format);
-    fs::create_directories(path.parent_path());
-    const Row content = store.read_row(row);
-    write_points(path, format, content.samples, content.report);
+    paths.push_back(path_below(options.output, store.id(row), "." + options.format));
+    guard.check(paths.back(), {kind}, "-o", options.existing(), true);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    fs::create_directories(paths[i].parent_path());
+    const Row content = store.read_row(rows[i]);
+    write_points(paths[i], format, content.samples, content.report);
   }
   fmt::print("{} files in {}\n", rows.size(), options.output);
   return exit_done;
 }
 
 // Evenly spread over the rows asked for: the first and the last of a sorted collection are seldom typical.
-int export_picture(const StoreReader& store, const ExportOptions& options) {
+int export_picture(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
+  guard.check(options.picture, {FileKind::png}, "--picture");
   std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
   if (rows.empty()) throw UsageError("no item of the store has points");
   const std::size_t count = std::min<std::size_t>(rows.size(), options.picture_models);
@@ -82,24 +111,46 @@ int export_picture(const StoreReader& store, const ExportOptions& options) {
   return exit_done;
 }
 
+// All files of an earlier export, whatever their number: those that are not written again are removed.
+void check_pointnet_files(const ExportOptions& options, OutputGuard& guard) {
+  guard.check_folder(options.output, "-o");
+  for (const fs::path& file : pointnet_files(options.output)) {
+    const fs::path extension = file.extension();
+    if (extension == ".h5")
+      guard.check(file, {FileKind::hdf5}, "-o", options.existing());
+    else if (extension == ".json")
+      guard.check(file, {FileKind::json}, "-o", options.existing());
+    else
+      guard.check(file, {FileKind::text, FileKind::csv}, "-o", options.existing());
+  }
+}
+
+int export_shards(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
+  check_pointnet_files(options, guard);
+  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows);
+  fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
+             counts.train, counts.test, counts.validation);
+  if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  return exit_done;
+}
+
 int export_store(const ExportOptions& options) {
-  keep_store(options.store, {options.output, options.picture});
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
   if (is_descriptor_format(options.format)) {
     DescriptorExport wanted = options.descriptors;
     wanted.format = options.format;
     wanted.output = options.output;
     if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);
-    return export_descriptors(store, wanted);
+    wanted.existing = options.existing();
+    return export_descriptors(store, wanted, guard);
   }
-  if (!options.picture.empty()) return export_picture(store, options);
+  if (!options.picture.empty()) return export_picture(store, options, guard);
   if (options.pointnet) {
-    fs::create_directories(options.output);
-    export_pointnet(store, options.output, options.shard_rows);
-    fmt::print("PointNet shards in {}\n", options.output);
-    return exit_done;
+    return export_shards(store, options, guard);
   }
-  return export_points(store, options);
+  return export_points(store, options, guard);
 }
 
 }  // namespace
@@ -121,7 +172,9 @@ JobFunction add_export_job(CLI::App& program) {
           ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
   auto* pointnet =
       command
-          ->add_flag("--pointnet", options->pointnet, "HDF5 shards of all ok rows for PointNet-style loaders")
+          ->add_flag(
+              "--pointnet", options->pointnet,
+              "HDF5 shards of all ok rows with a class for PointNet-style loaders, training and tests apart")
           ->excludes(format);
   command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
       ->capture_default_str()
@@ -135,7 +188,9 @@ JobFunction add_export_job(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1, 400))
       ->needs(picture);
+  command->add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
   add_descriptor_export_options(*command, options->descriptors);
+  add_trust_option(*command, options->check);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())

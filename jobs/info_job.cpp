@@ -22,6 +22,7 @@ struct InfoOptions {
   std::string store;
   std::string item;
   bool failed = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 std::string hex(const std::array<std::uint8_t, 32>& digest) {
@@ -45,6 +46,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("method", name_of(r.method));
     json.member("label", label);
     json.member("label_name", label_name);
+    json.member("split", name_of(store.split(row)));
     json.member("vertices", r.vertices);
     json.member("faces", r.faces);
     json.member("components", r.components);
@@ -60,6 +62,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("overlap", r.overlap);
     json.member("area_scale_range", r.area_scale_range);
     json.member("distortion", r.distortion);
+    json.member("file_bytes", r.file_bytes);
     json.member("content_sha256", hex(r.content_sha256));
     json.key("repairs");
     json.begin_object();
@@ -73,6 +76,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   fmt::print("{} (row {})\n", store.id(row), row);
   fmt::print("  status            {}{}{}\n", name_of(r.status), r.reason.empty() ? "" : ": ", r.reason);
   if (label >= 0) fmt::print("  label             {} ({})\n", label_name, label);
+  if (store.split(row) != Split::none) fmt::print("  split             {}\n", name_of(store.split(row)));
   fmt::print("  method            {}\n", name_of(r.method));
   fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
   fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
@@ -106,10 +110,15 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
     if (summary.by_repair[i] > 0)
       fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
   std::vector<std::uint64_t> members(store.label_names().size(), 0);
-  for (std::uint64_t row = 0; row < store.rows(); ++row)
+  std::array<std::uint64_t, split_names.size()> of_split{};
+  for (std::uint64_t row = 0; row < store.rows(); ++row) {
     if (store.label(row) >= 0) ++members[static_cast<std::size_t>(store.label(row))];
+    ++of_split[static_cast<std::size_t>(store.split(row))];
+  }
   for (std::size_t c = 0; c < members.size(); ++c)
     fmt::print("  class {:<20}{:>10}\n", store.label_names()[c], members[c]);
+  for (std::size_t s = 1; s < split_names.size(); ++s)
+    if (of_split[s] > 0) fmt::print("  split {:<20}{:>10}\n", split_names[s], of_split[s]);
   for (const DescriptorSchema& descriptor : store.descriptors())
     fmt::print("  descriptor {} ({} values)\n", descriptor.name, descriptor.width);
 }
@@ -136,7 +145,7 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
 }
 
 int info(const InfoOptions& options) {
-  const StoreReader store(options.store);
+  const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store);
   if (options.failed) {
@@ -159,6 +168,7 @@ JobFunction add_info_job(CLI::App& program) {
   command->add_option("ITEM", options->item, "An id or a row number: everything about this item");
   command->add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
   command->add_flag("--json", options->json, "As JSON");
+  add_trust_option(*command, options->check);
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
       throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");

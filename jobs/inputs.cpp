@@ -1,14 +1,14 @@
 #include "jobs/inputs.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <optional>
+#include <istream>
 #include <set>
-#include <sstream>
 
+#include "io/item_id.h"
 #include "jobs/classification.h"
+#include "jobs/label_file.h"
 
 namespace meander {
 
@@ -19,53 +19,94 @@ namespace fs = std::filesystem;
 struct Found {
   std::string id;
   fs::path path;
-  std::string label;  // empty: none
+  std::string label;  // escaped like an id; empty: none
+  Split split = Split::none;
+  bool placed = false;  // in a folder or a list: its folders may say what it is
 };
 
+// Absolute, without dots; links stay as they are written.
+fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
+
+fs::path whole_folder(const fs::path& folder) {
+  const fs::path whole = whole_path(folder);
+  return whole.has_filename() || whole == whole.root_path() ? whole : whole.parent_path();
+}
+
 // The own name of a folder, whatever slashes and dots it was written with.
-std::string own_name(const fs::path& folder) {
-  const fs::path whole = fs::absolute(folder).lexically_normal();
-  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+std::string own_name(const fs::path& folder) { return whole_folder(folder).filename().string(); }
+
+// The longest folder that holds all of the paths, which are absolute.
+fs::path common_folder(const std::vector<fs::path>& paths) {
+  fs::path common;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const fs::path folder = paths[i].parent_path();
+    if (i == 0) common = folder;
+    if (folder == common) continue;
+    fs::path shared;
+    auto a = common.begin();
+    for (auto b = folder.begin(); a != common.end() && b != folder.end() && *a == *b; ++a, ++b) shared /= *a;
+    common = shared;
+  }
+  return common;
 }
 
 class Collector {
  public:
-  explicit Collector(Inputs& inputs) : inputs_(inputs) {}
+  explicit Collector(const InputOptions& options) : options_(options) {}
   std::vector<Found> found;
+  FolderSearch search;
+  bool has_lists = false;
 
   void add_folder(const fs::path& root, bool prefixed) {
     std::error_code error;
-    fs::recursive_directory_iterator at(root, fs::directory_options::skip_permission_denied, error);
+    fs::directory_iterator(root, error);
     if (error) throw UsageError("cannot search `" + root.string() + "`: " + error.message());
-    for (; at != fs::recursive_directory_iterator(); at.increment(error)) {
-      if (error) throw UsageError("cannot search `" + root.string() + "`: " + error.message());
-      if (at->is_directory(error)) continue;
-      MeshFormat format;
-      if (!mesh_format_of(at->path(), format)) {
-        ++inputs_.skipped[at->path().extension().string()];
-        continue;
-      }
-      std::string id = at->path().lexically_relative(root).generic_string();
+    search.files.clear();
+    search_folder(root, search);
+    for (const fs::path& file : search.files) {
+      std::string id = file.lexically_relative(root).generic_string();
       if (prefixed) id = own_name(root) + "/" + id;
-      found.push_back({id, at->path(), {}});
+      found.push_back({id, file, {}, Split::none, true});
     }
   }
 
-  void add_list(std::istream& lines) {
-    std::string line;
-    while (std::getline(lines, line)) {
-      if (line.ends_with('\r')) line.pop_back();
-      if (line.empty() || line.starts_with('#')) continue;
-      std::string id = fs::path(line).lexically_normal().generic_string();
-      while (id.starts_with('/') || id.starts_with("../")) id.erase(0, id.starts_with('/') ? 1 : 3);
-      found.push_back({id, line, {}});
+  void add_list(std::istream& list, const std::string& name) {
+    has_lists = true;
+    std::string path;
+    while (std::getline(list, path, options_.null_lists ? '\0' : '\n')) {
+      if (!options_.null_lists) {
+        if (path.ends_with('\r')) path.pop_back();
+        if (path.starts_with('#')) continue;
+        if (path.find('\0') != std::string::npos)
+          throw UsageError("the paths of " + name + " are apart by NUL bytes: give --null");
+      }
+      if (!path.empty()) listed_.push_back(path);
     }
   }
 
   void add_classification(const fs::path& file) {
     const Classification read = read_classification(file);
     for (const Classification::Model& model : read.models)
-      found.push_back(model_of(file.parent_path(), model.name, read.classes[model.label]));
+      found.push_back(model_of(file.parent_path(), model.name, escape_id(read.classes[model.label])));
+  }
+
+  // The paths of all lists, with ids relative to the root, which is returned.
+  fs::path take_lists() {
+    std::vector<fs::path> paths;
+    for (const std::string& path : listed_) paths.push_back(whole_path(path));
+    const std::string& given = options_.root.empty() ? options_.remembered_root : options_.root;
+    const fs::path root = given.empty() ? common_folder(paths) : whole_folder(given);
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const fs::path id = paths[i].lexically_relative(root);
+      if (id.empty() || id == "." || *id.begin() == "..")
+        throw UsageError("`" + listed_[i] + "` is outside `" + root.string() +
+                         "`, the root of the ids of lists" +
+                         (options_.root.empty() ? " since the store was made" : "") +
+                         ": give --root with a folder above all paths (other ids: a new store), or leave "
+                         "the path out");
+      found.push_back({id.generic_string(), listed_[i], {}, Split::none, true});
+    }
+    return root;
   }
 
  private:
@@ -84,16 +125,97 @@ class Collector {
     return {id, candidates[0], label};  // the row will say that it cannot be read
   }
 
-  Inputs& inputs_;
+  const InputOptions& options_;
+  std::vector<std::string> listed_;
 };
 
-void number_labels(std::vector<Found>& found, Inputs& inputs, bool label_from_folder) {
-  std::set<std::string> names;
-  for (Found& f : found) {
-    if (f.label.empty() && label_from_folder)
-      f.label = fs::absolute(f.path).lexically_normal().parent_path().filename().string();
-    if (!f.label.empty()) names.insert(f.label);
+void add_argument(const std::string& argument, bool prefixed, Collector& collector) {
+  std::error_code error;
+  if (argument == "-") {
+    collector.add_list(std::cin, "standard input");
+  } else if (argument.starts_with('@')) {
+    std::ifstream list(argument.substr(1), std::ios::binary);
+    if (!list || fs::is_directory(argument.substr(1), error))
+      throw UsageError("cannot read the list `" + argument.substr(1) + "`");
+    collector.add_list(list, "`" + argument.substr(1) + "`");
+  } else if (fs::is_directory(argument, error)) {
+    collector.add_folder(argument, prefixed);
+  } else if (!fs::exists(argument, error)) {
+    throw UsageError(error ? "cannot open `" + argument + "`: " + error.message()
+                           : "there is no `" + argument + "`");
+  } else if (fs::path(argument).extension() == ".cla") {
+    collector.add_classification(argument);
+  } else {
+    collector.found.push_back({fs::path(argument).filename().string(), argument, {}, Split::none, false});
   }
+}
+
+// Ids as they stand in the store, ascending; equal ones are refused.
+void order_by_id(std::vector<Found>& found) {
+  for (Found& f : found) f.id = escape_id(f.id);
+  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
+  for (std::size_t i = 1; i < found.size(); ++i)
+    if (found[i].id == found[i - 1].id)
+      throw UsageError("two items would have the id `" + found[i].id + "`: `" + found[i - 1].path.string() +
+                       "` and `" + found[i].path.string() + "`");
+}
+
+void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes& notes) {
+  notes.layout = wanted;
+  if (wanted == FolderLayout::automatic) {
+    std::vector<std::string> ids;
+    for (const Found& f : found)
+      if (f.placed) ids.push_back(f.id);
+    notes.layout = recognise_layout(ids);
+  }
+  for (Found& f : found) {
+    if (!f.placed) continue;
+    ItemPlace place = place_of(f.id, notes.layout);
+    f.label = std::move(place.label);
+    f.split = place.split;
+  }
+}
+
+// The position of the item with this id, or with the id that is made of this path.
+std::size_t position_of(const std::vector<Found>& found, const std::string& name) {
+  for (const std::string& id : {name, escape_id(name)}) {
+    const auto at = std::lower_bound(found.begin(), found.end(), id,
+                                     [](const Found& f, const std::string& wanted) { return f.id < wanted; });
+    if (at != found.end() && at->id == id) return static_cast<std::size_t>(at - found.begin());
+  }
+  return found.size();
+}
+
+void read_labels(const std::string& file, std::vector<Found>& found, InputNotes& notes) {
+  notes.has_label_file = true;
+  notes.items_without_line = found.size();
+  std::vector<std::uint64_t> line_of(found.size(), 0);
+  for (const auto& [name, line] : read_label_file(file)) {
+    const std::size_t at = position_of(found, name);
+    if (at == found.size()) {
+      ++notes.lines_without_item;
+      continue;
+    }
+    if (line_of[at] != 0)
+      throw UsageError("--labels: `" + file + "` names `" + found[at].id + "` in line " +
+                       std::to_string(line_of[at]) + " and, spelt differently, in line " +
+                       std::to_string(line.line));
+    line_of[at] = line.line;
+    --notes.items_without_line;
+    if (!line.label.empty()) found[at].label = escape_id(line.label);
+    if (line.split != Split::none) found[at].split = line.split;
+  }
+}
+
+void label_by_folder(std::vector<Found>& found) {
+  for (Found& f : found)
+    if (f.label.empty()) f.label = escape_id(whole_path(f.path).parent_path().filename().string());
+}
+
+void number_labels(const std::vector<Found>& found, Inputs& inputs) {
+  std::set<std::string> names;
+  for (const Found& f : found)
+    if (!f.label.empty()) names.insert(f.label);
   inputs.label_names.assign(names.begin(), names.end());
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i].label.empty()) continue;
@@ -102,48 +224,46 @@ void number_labels(std::vector<Found>& found, Inputs& inputs, bool label_from_fo
   }
 }
 
+void take_notes(FolderSearch& search, InputNotes& notes) {
+  std::sort(search.unread.begin(), search.unread.end(),
+            [](const UnreadFolder& a, const UnreadFolder& b) { return a.path < b.path; });
+  notes.skipped = std::move(search.skipped);
+  notes.hidden = search.hidden;
+  notes.links_back = search.links_back;
+  notes.unread = std::move(search.unread);
+}
+
 }  // namespace
 
-Inputs collect_inputs(const std::vector<std::string>& arguments, bool label_from_folder) {
+Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOptions& options) {
   Inputs inputs;
-  Collector collector(inputs);
+  Collector collector(options);
   const auto is_folder = [](const std::string& argument) {
     std::error_code error;
     return fs::is_directory(argument, error);
   };
   const bool prefixed = std::count_if(arguments.begin(), arguments.end(), is_folder) > 1;
-  for (const std::string& argument : arguments) {
-    if (argument == "-") {
-      collector.add_list(std::cin);
-    } else if (argument.starts_with('@')) {
-      std::ifstream list(argument.substr(1));
-      if (!list) throw UsageError("cannot read the list `" + argument.substr(1) + "`");
-      collector.add_list(list);
-    } else if (is_folder(argument)) {
-      collector.add_folder(argument, prefixed);
-    } else if (!fs::exists(argument)) {
-      throw UsageError("there is no `" + argument + "`");
-    } else if (fs::path(argument).extension() == ".cla") {
-      collector.add_classification(argument);
-    } else {
-      collector.found.push_back({fs::path(argument).filename().string(), argument, {}});
-    }
-  }
+  for (const std::string& argument : arguments) add_argument(argument, prefixed, collector);
+  if (collector.has_lists) inputs.root = collector.take_lists();
+  if (!collector.has_lists && (options.null_lists || !options.root.empty()))
+    throw UsageError(std::string(options.null_lists ? "--null" : "--root") +
+                     " is about lists: there is none in the input (@FILE, or - for standard input)");
   std::vector<Found>& found = collector.found;
-  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
-  for (std::size_t i = 1; i < found.size(); ++i)
-    if (found[i].id == found[i - 1].id)
-      throw UsageError("two items would have the id `" + found[i].id + "`: `" + found[i - 1].path.string() +
-                       "` and `" + found[i].path.string() + "`");
+  order_by_id(found);
+  take_notes(collector.search, inputs.notes);
+  place_in_layout(found, options.layout, inputs.notes);
+  if (!options.labels.empty()) read_labels(options.labels, found, inputs.notes);
+  if (options.label_from_folder) label_by_folder(found);
   inputs.items.resize(found.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     PlanItem& item = inputs.items[i];
     item.row = i;
     item.id = found[i].id;
     item.path = found[i].path;
+    item.split = found[i].split;
     item.known_format = mesh_format_of(item.path, item.format);
   }
-  number_labels(found, inputs, label_from_folder);
+  number_labels(found, inputs);
   return inputs;
 }
 

@@ -1,12 +1,15 @@
-// From the INPUT arguments of a run to its items: ids, files, labels.
+// From the INPUT arguments of a run to its items: ids, files, labels, splits.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "jobs/folder_layout.h"
+#include "jobs/folder_search.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -17,20 +20,52 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-struct Inputs {
-  std::vector<PlanItem> items;                   // ascending by id (bytes), row = position; ids are unique
-  std::vector<std::string> label_names;          // class names; PlanItem::label is a position in it
-  std::map<std::string, std::uint64_t> skipped;  // files found in folders with other extensions, by extension
+// How INPUT arguments are read.
+struct InputOptions {
+  bool null_lists = false;         // --null: the paths of lists end with a NUL byte instead of a line end
+  std::string root;                // --root: what the ids of lists are relative to; empty: see Inputs::root
+  std::string remembered_root;     // stands in where no root is given: that of the run that made the store
+  bool label_from_folder = false;  // --label-from-folder
+  FolderLayout layout = FolderLayout::automatic;  // --layout
+  std::string labels;                             // --labels: a CSV file, see label_file.h; empty: none
 };
 
-// Folders are searched recursively (symbolic links to folders are not followed); only files with an extension
-// of a known format make rows there, the others are counted. A file named explicitly, or in a list
-// (`@list.txt`, `-` for standard input: one path a line, blank lines and lines that begin with # are left
-// out) always makes a row. `.cla` files (Princeton Shape Benchmark) give items with labels. Ids: the path
-// relative to the folder, file names for explicit files, the path as written for lists, db/... for .cla; with
-// several folders prefixed by the folder's own name. label_from_folder: label = name of the parent folder,
-// for items without a class. Throws UsageError: an input that does not exist, a .cla that cannot be read, two
-// equal ids (both paths are named).
-Inputs collect_inputs(const std::vector<std::string>& arguments, bool label_from_folder);
+// What happened on the way from the arguments to the items, for the summary.
+struct InputNotes {
+  std::map<std::string, std::uint64_t> skipped;  // files in folders with other extensions, by extension
+  std::uint64_t hidden = 0;                      // hidden files and folders left out
+  std::uint64_t links_back = 0;                  // links to a folder around them, not followed
+  std::vector<UnreadFolder> unread;              // ascending; the run must not end with success
+  FolderLayout layout = FolderLayout::flat;      // that gave classes and splits; never automatic
+  bool has_label_file = false;
+  std::uint64_t lines_without_item = 0, items_without_line = 0;  // of the file of labels
+};
+
+struct Inputs {
+  std::vector<PlanItem> items;           // ascending by id (bytes), row = position; ids are unique
+  std::vector<std::string> label_names;  // class names, ascending; PlanItem::label is a position in it
+  InputNotes notes;
+  // The folder that the ids of lists are relative to, absolute; empty where the arguments name no list.
+  std::filesystem::path root;
+};
+
+// Folders are searched as search_folder does it: links are followed, hidden files are left out, and only
+// files with an extension of a known format make rows, the others are counted. A file named explicitly, or in
+// a list (`@list.txt`, `-` for standard input), always makes a row. Lists have one path a line, blank lines
+// and lines that begin with # are left out; with null_lists every byte but NUL is part of a path. `.cla`
+// files (Princeton Shape Benchmark) give items with labels.
+//
+// Ids (escape_id of): the path relative to the folder, with several folders prefixed by the folder's own
+// name; file names for explicit files; db/... for .cla; the path relative to the root for lists. The root is
+// that of the options, else the remembered one, else the longest folder that all paths of all lists have in
+// common.
+//
+// Class and split of an item: what the file of labels says, else the .cla, else the layout (of items from
+// folders and lists), else with label_from_folder the name of the folder that the file stands in.
+//
+// Throws UsageError: an input that does not exist, a folder given that cannot be read, a .cla or a file of
+// labels that is none, two equal ids (both paths are named), a path of a list outside the root, options for
+// lists without a list.
+Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOptions& options = {});
 
 }  // namespace meander

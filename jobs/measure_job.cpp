@@ -20,6 +20,8 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/measured_sets.h"
+#include "jobs/output_guard.h"
+#include "jobs/store_items.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/discrepancy_plane.h"
@@ -49,6 +51,7 @@ struct MeasureOptions {
   bool seed_given = false;
   std::uint64_t samples = 0;  // of distance, on each surface; 0: 100,000
   bool json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 constexpr std::uint32_t exact_star_limit = 1u << 14;
@@ -507,6 +510,17 @@ constexpr Measure measures[] = {
     {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false, true},
 };
 
+void check_outputs(const MeasureOptions& options) {
+  OutputGuard guard;
+  for (const std::string& input : options.inputs) {
+    guard.protect(input);
+    guard.protect(input.substr(0, input.find("::")));  // FILE.h5::ITEM
+  }
+  guard.protect(options.surface);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.picture, {FileKind::png}, "--picture");
+}
+
 int measure(const MeasureOptions& options) {
   const Measure& chosen = *std::find_if(std::begin(measures), std::end(measures),
                                         [&](const Measure& m) { return options.what == m.name; });
@@ -518,6 +532,7 @@ int measure(const MeasureOptions& options) {
     throw UsageError("measure " + options.what + " draws nothing at random: leave --seed out");
   if (options.shapes > 0 && !chosen.shapes)
     throw UsageError("measure " + options.what + " has no shapes: leave --shapes out");
+  check_outputs(options);
   Table table;
   if (chosen.table == nullptr) {
     if (!options.surface.empty()) throw UsageError("measure distance takes two meshes: leave --surface out");
@@ -527,7 +542,7 @@ int measure(const MeasureOptions& options) {
       throw UsageError("measure " + options.what +
                        " needs --surface: plane, sphere, a mesh file, or the folder "
                        "of a store's models");
-    PointSets sets(options.inputs);
+    PointSets sets(options.inputs, options.check);
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
@@ -585,6 +600,7 @@ JobFunction add_measure_job(CLI::App& program) {
   command->add_option("--csv", options->csv, "Write the table to this file too");
   command->add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
   command->add_flag("--json", options->json, "The table as JSON");
+  add_trust_option(*command, options->check);
   return [options, command] {
     options->seed_given = command->count("--seed") > 0;
     return measure(*options);

@@ -51,7 +51,7 @@ MeasuredSet set_of_row(const StoreReader& store, const std::string& path, std::u
 
 }  // namespace
 
-PointSets::PointSets(const std::vector<std::string>& arguments) {
+PointSets::PointSets(const std::vector<std::string>& arguments, StoreCheck check) : check_(check) {
   for (const std::string& argument : arguments) {
     const std::size_t separator = argument.find("::");
     const std::string path = argument.substr(0, separator);
@@ -75,8 +75,10 @@ PointSets::PointSets(const std::vector<std::string>& arguments) {
 PointSets::~PointSets() = default;
 
 StoreReader& PointSets::open_store(const std::string& path) {
-  if (!store_ || store_path_ != path) store_ = std::make_unique<StoreReader>(path);
+  if (!store_ || store_path_ != path)
+    store_ = std::make_unique<StoreReader>(path, checked_.contains(path) ? StoreCheck::none : check_);
   store_path_ = path;
+  checked_.insert(path);
   return *store_;
 }
 

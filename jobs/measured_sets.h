@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,8 @@ struct MeasuredSet {
 // point files.
 class PointSets {
  public:
-  // Reads the heads of stores. Throws UsageError, RunError.
-  explicit PointSets(const std::vector<std::string>& arguments);
+  // Reads the heads of stores, each checked as `check` says. Throws UsageError, RunError.
+  PointSets(const std::vector<std::string>& arguments, StoreCheck check);
   ~PointSets();
 
   std::size_t size() const { return sources_.size(); }
@@ -47,6 +48,8 @@ class PointSets {
   std::vector<Source> sources_;
   std::unique_ptr<StoreReader> store_;  // the one opened last
   std::string store_path_;
+  StoreCheck check_;
+  std::set<std::string> checked_;  // stores are opened again and again, but checked once
 };
 
 // The surface that a set lies on.

@@ -10,6 +10,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/standard_streams.h"
 #include "kernels/core/status.h"
 #include "meander_version.h"
 
@@ -26,10 +27,16 @@ int say(int status, const std::string& text) {
   return status;
 }
 
+// What a job printed may be on its way yet.
+int end_output(int status) {
+  const std::string problem = flush_standard_output();
+  return problem.empty() ? status : say(exit_usage, problem);
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, StageHook hook) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is no failure
+  prepare_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is told like a full disk
   CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
   program.set_version_flag("--version", std::string("meander ") + meander_version);
@@ -58,7 +65,7 @@ int run_program(int argc, char** argv, StageHook hook) {
   }
   try {
     for (const Command& command : commands)
-      if (program.got_subcommand(command.name)) return command.run();
+      if (program.got_subcommand(command.name)) return end_output(command.run());
   } catch (const UsageError& error) {
     return say(exit_usage, error.what());
   } catch (const RunError& error) {

@@ -117,6 +117,7 @@ void Progress::finished(const FinishedItem& item) {
     json.member("vertices", item.report.vertices);
     json.member("faces", item.report.faces);
     json.member("seconds", item.seconds);
+    json.member("waited", item.waited_seconds);
     json.member("reused", item.reused);
     json.member("done", done_);
     json.member("items", items_);

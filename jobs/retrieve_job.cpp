@@ -20,6 +20,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/retrieve_select.h"
 #include "jobs/store_items.h"
@@ -38,15 +39,27 @@ struct RetrieveOptions {
   std::uint32_t k = 10;
   bool psb_compat = false, per_class = false, json = false;
   std::string csv, matrix, picture, confusion;
+  StoreCheck check = StoreCheck::every_byte;
 
   DistanceKind kind() const { return value_of(distance_words, distance); }
 };
 
+void check_outputs(const RetrieveOptions& options) {
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  guard.check(options.matrix, {FileKind::distance_matrix}, "--matrix");
+  guard.check(options.picture, {FileKind::svg}, "--picture");
+  guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
+              "--confusion");
+}
+
 // ---- query -----------------------------------------------------------------------------------------------
 
 int query(const RetrieveOptions& options) {
-  keep_store(options.store, {options.csv});
-  const StoreReader store(options.store);
+  check_outputs(options);
+  const StoreReader store(options.store, options.check);
   const std::uint64_t row = find_item(store, options.item);
   const ItemReport report = store.report(row);
   if (report.status != Status::ok)
@@ -227,8 +240,8 @@ int evaluate(const RetrieveOptions& options) {
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
       !options.confusion.ends_with(".png"))
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
-  keep_store(options.store, {options.csv, options.matrix, options.picture, options.confusion});
-  const StoreReader store(options.store);
+  check_outputs(options);
+  const StoreReader store(options.store, options.check);
   const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
   const bool with_confusion = !options.confusion.empty();
@@ -263,6 +276,7 @@ void add_common_options(CLI::App& command, RetrieveOptions& options) {
       ->check(one_of(distance_words));
   command.add_flag("--json", options.json, "As JSON");
   command.add_option("--csv", options.csv, "The table as a CSV file as well");
+  add_trust_option(command, options.check);
 }
 
 }  // namespace

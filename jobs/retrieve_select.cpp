@@ -14,6 +14,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/store_items.h"
 #include "kernels/retrieve/setting_choice.h"
@@ -37,6 +38,7 @@ struct SelectOptions {
   std::vector<std::string> descriptors, distances;  // empty: all
   std::uint32_t most = 10, show = 20;
   bool psb_compat = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
 };
 
 // What is combined: names, and the combinations as indices into them.
@@ -211,8 +213,11 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
 }
 
 int select(const SelectOptions& options) {
-  keep_store(options.store, {options.csv});
-  const StoreReader store(options.store);
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  guard.protect(options.classes);
+  guard.check(options.csv, {FileKind::csv}, "--csv");
+  const StoreReader store(options.store, options.check);
   const Combinations combinations = options.descriptors.empty() ? all_combinations(store, options.most)
                                                                 : listed_combinations(options.descriptors);
   RetrievalBase base;
@@ -272,6 +277,7 @@ JobFunction add_select_command(CLI::App& retrieve) {
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");
   command->add_option("--csv", options->csv, "The table of settings as a CSV file as well");
+  add_trust_option(*command, options->check);
   return [options] { return select(*options); };
 }
 

@@ -1,9 +1,6 @@
 // meander run: from files to one store.
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
 
-#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -12,28 +9,20 @@
 
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
-#include "jobs/lone_item.h"
-#include "jobs/progress.h"
+#include "jobs/output_guard.h"
+#include "jobs/planned_run.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
-#include "jobs/working_process.h"
+#include "jobs/store_items.h"
+#include "jobs/store_update.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
 
 namespace {
-
-class StoreSink : public RowSink {
- public:
-  explicit StoreSink(RunDirectory& directory) : directory_(directory) {}
-  void begin(std::uint64_t row) override { directory_.begin_item(row); }
-  void write(const EncodedRow& row) override { directory_.end_item(row); }
-
- private:
-  RunDirectory& directory_;
-};
 
 StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   StoreHeader header;
@@ -80,29 +69,13 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
   return header;
 }
 
-// Header peeks, in parallel: what every item will probably need. Returns the bytes of all files.
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
-  std::atomic<std::uint64_t> total{0};
-  oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
-    MeshEstimate estimate;
-    try {
-      if (items[i].known_format) estimate = peek_mesh(items[i].path, items[i].format);
-    } catch (const ItemError&) {  // the read stage will say why
-    }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
-    total += estimate.file_bytes;
-  });
-  return total;
-}
-
 // Rows of a finished store by content, for --reuse: only what the same parameters and the same seed made, and
 // never a status that depends on the machine.
 class ReusableRows {
  public:
-  ReusableRows(const std::string& path, const StoreHeader& header) : store_(path) {
-    if (store_.parameters_json() != header.parameters_json || store_.method_version() != store_method_version)
-      throw UsageError("--reuse: `" + path + "` was made with other parameters:\n  " +
-                       store_.parameters_json() + "\nnot\n  " + header.parameters_json);
+  ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header) : store_(path, check) {
+    if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
+      throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
     for (std::uint64_t row = 0; row < store_.rows(); ++row) {
       const ItemReport report = store_.report(row);
       if (!depends_on_machine(report.status)) rows_.emplace(key_of(report.content_sha256), row);
@@ -132,34 +105,49 @@ class ReusableRows {
   std::unordered_map<std::string, std::uint64_t> rows_;
 };
 
-// One run, step by step.
+// One run, step by step: whatever is unfinished is finished first, then the finished store is compared with
+// the inputs and brought up to date.
 class RunJob {
  public:
   RunJob(RunOptions& options, const StageHook& hook) : options_(options), hook_(hook) {}
 
   int run() {
-    inputs_ = collect_inputs(options_.inputs, options_.label_from_folder);
+    std::optional<RunPlan> unfinished;
+    if (!options_.fresh) {
+      unfinished = read_run_plan(options_.store);
+      options_.collect.remembered_root = unfinished ? unfinished->root : remembered_root(options_.store);
+    }
+    inputs_ = collect_inputs(options_.inputs, options_.collect);
+    print_unread(inputs_.notes);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    if (retry_.vanished && !inputs_.notes.unread.empty())
+      throw UsageError(
+          "--retry vanished: what stands in the folders that could not be read may not have vanished; make "
+          "them "
+          "readable first");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();
-    if (options_.fresh) discard_store(options_.store);
-    if (std::filesystem::exists(options_.store)) {
-      if (const auto status = look_at_finished_store()) return *status;
+    std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
+    if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
+    check_run_outputs(options_.store, options_.fresh, read);
+    if (unfinished) look_at_unfinished_run(*unfinished);
+    if (!options_.reuse.empty())
+      reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
+    if (options_.fresh)
+      discard_run(options_.store);
+    else if (std::filesystem::exists(options_.store) && (!unfinished || retry_of(unfinished->purpose)))
+      require_same_parameters(StoreReader(options_.store, take_check()));
+    const bool updates = unfinished && retry_of(unfinished->purpose);
+    if (!updates && (unfinished || options_.fresh || !std::filesystem::exists(options_.store))) {
+      if (!sample_anew(unfinished)) return exit_stopped;
     }
-    if (!options_.reuse.empty()) reusable_ = std::make_unique<ReusableRows>(options_.reuse, header_);
-    directory_ = std::make_unique<RunDirectory>(options_.store, header_);
-    const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
-                                              static_cast<std::size_t>(options_.threads));
-    try_suspects();
-    if (!options_.retry.empty()) keep_finished_rows();
-    return run_graph();
+    return bring_up_to_date(updates ? unfinished : std::nullopt);
   }
 
  private:
   int print_plan() {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0,
-                  over = 0;
+    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0, over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.memory_bytes;
@@ -172,130 +160,139 @@ class RunJob {
         inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
     fmt::print("largest model needs about {} MiB of the budget of {} MiB; {} would be too_large\n",
                largest >> 20, options_.memory_bytes >> 20, over);
-    for (const auto& [extension, count] : inputs_.skipped)
-      fmt::print("skipped: {} files `{}`\n", count, extension);
+    print_notes(inputs_.notes);
     return exit_done;
   }
 
-  // A store of this name is there already. Returns the exit code when there is nothing left to do.
-  std::optional<int> look_at_finished_store() {
-    finished_ = std::make_unique<StoreReader>(options_.store);
-    if (finished_->parameters_json() != header_.parameters_json ||
-        finished_->method_version() != store_method_version)
+  // What an earlier process left unfinished is continued, if it is the work of this command. What may have
+  // killed that process is tried at once, before anything starts a thread.
+  void look_at_unfinished_run(const RunPlan& unfinished) const {
+    if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
+        unfinished.purpose != purpose_replace)
+      throw UsageError(fmt::format("`{}.run` was begun to {}: the command that began it finishes it",
+                                   options_.store, unfinished.purpose));
+    try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
+                 {options_, hook_, {}, nullptr});
+  }
+
+  // One process checks the bytes of its store once.
+  StoreCheck take_check() { return std::exchange(check_, StoreCheck::none); }
+
+  void require_same_parameters(const StoreReader& store) const {
+    if (const std::string otherwise = made_otherwise(store, header_); !otherwise.empty())
       throw UsageError(
-          fmt::format("`{}` was made with other parameters:\n  {}\nnot\n  {}\n(--fresh replaces it, or "
-                      "choose another name)",
-                      options_.store, finished_->parameters_json(), header_.parameters_json));
-    bool same = finished_->rows() == header_.ids.size() && finished_->label_names() == header_.label_names;
-    for (std::uint64_t row = 0; same && row < finished_->rows(); ++row)
-      same = finished_->id(row) == header_.ids[row] && finished_->label(row) == header_.labels[row];
-    if (!same)
-      throw UsageError("`" + options_.store +
-                       "` was made from other items or labels (write a new store with --reuse " +
-                       options_.store + ", or --fresh)");
-    if (!options_.retry.empty()) return std::nullopt;
-    const StoreSummary summary = summarise(*finished_);
-    print_summary(summary, options_, inputs_.skipped, 0, 0, {});
-    return summary.failed() > 0 ? exit_some_failed : exit_done;
+          fmt::format("`{}` was made with other parameters: {} (--fresh replaces it, or choose "
+                      "another name)",
+                      options_.store, otherwise));
+    if (!store.label_names().empty() && header_.label_names.empty())
+      throw UsageError(fmt::format(
+          "`{}` has labels and this command gives none: repeat the option that gave them (--fresh "
+          "replaces the store)",
+          options_.store));
   }
 
-  // --retry: every row of the finished store but those to be done again goes into the new run as it is.
-  void keep_finished_rows() {
-    if (!finished_)
-      throw UsageError(
-          "--retry needs a finished store; finish the run first with the same command without --retry");
-    for (std::uint64_t row = 0; row < finished_->rows(); ++row) {
-      const Status status = finished_->report(row).status;
-      const bool again =
-          std::find(options_.retry.begin(), options_.retry.end(), status) != options_.retry.end();
-      if (!again && !directory_->done(row))
-        directory_->end_item(encode_row(header_, row, finished_->read_row(row)));
-    }
-    finished_.reset();
+  // The plan that was begun, with what the present command says of everything but the items.
+  RunPlan continued(const RunPlan& begun) const {
+    RunPlan plan{header_, begun.purpose, begun.root};
+    plan.header.ids = begun.header.ids;
+    plan.header.labels = begun.header.labels;
+    plan.header.splits = begun.header.splits;
+    plan.header.label_names = begun.header.label_names;
+    return plan;
   }
 
-  GraphParameters graph_parameters() const {
-    GraphParameters parameters;
-    parameters.sample = options_.sample;
-    parameters.threads = options_.threads;
-    parameters.memory_bytes = options_.memory_bytes;
-    parameters.allow_oversize = options_.allow_oversize;
-    parameters.timeout_seconds = options_.timeout_seconds;
-    parameters.max_failures = options_.max_failures;
-    return parameters;
+  RunPlan plan_of_update(const StoreReader& store, const StoreComparison& compared,
+                         const RetryOptions& retry) const {
+    RunPlan plan = plan_update(store, header_, compared, retry);
+    plan.root = inputs_.root.string();
+    return plan;
   }
 
-  // Items that were in flight when an earlier process died. Before any thread is started: it forks. Writing a
-  // row may start threads (it may seal a shard), so the verdicts come first and the rows after them.
-  void try_suspects() {
-    const GraphParameters parameters = graph_parameters();
-    std::vector<std::pair<std::uint64_t, std::string>> crashed;
-    for (const std::uint64_t row : directory_->suspects()) {
-      LoneResult result = try_item_alone(inputs_.items[row], parameters, hook_);
-      if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
-    }
-    for (const auto& [row, reason] : crashed) {
-      Row content;
-      content.label = inputs_.items[row].label;
-      content.report.status = Status::crashed;
-      content.report.reason = reason;
-      directory_->end_item(encode_row(header_, row, content));
-      if (options_.progress != "none" && options_.progress != "json")
-        fmt::print(stderr, "{}: crashed: {}\n", inputs_.items[row].id, reason);
+  bool make_store(const PlannedStore& planned, const StoreReader* older) {
+    PlannedRunParameters parameters{options_, hook_, {}, older};
+    if (reusable_)
+      parameters.reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
+    if (!make_planned_store(planned, parameters, outcome_)) return false;
+    made_ = true;
+    check_ = StoreCheck::none;  // sealed a moment ago
+    return true;
+  }
+
+  // A store from nothing, or the rest of one. False when it was stopped.
+  bool sample_anew(const std::optional<RunPlan>& unfinished) {
+    const bool replaces = std::filesystem::exists(options_.store);
+    if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
+    const RunPlan plan =
+        unfinished ? continued(*unfinished)
+                   : RunPlan{header_, replaces ? purpose_replace : purpose_sample, inputs_.root.string()};
+    known_since_ = inputs_since_;
+    if (!unfinished) retry_ = {};  // what this process makes itself needs no second try
+    return make_store(planned_store(plan, inputs_.items, nullptr, {}, {}), nullptr);
+  }
+
+  // Compares the finished store with the inputs and does what is new and what --retry asks for, until nothing
+  // of it is left; then tells what the store holds. Ends: only the first round has rows to try again, and the
+  // list of inputs was made once.
+  int bring_up_to_date(std::optional<RunPlan> unfinished) {
+    for (;;) {
+      const StoreReader store(options_.store, take_check());
+      require_same_parameters(store);
+      const auto since = known_since_.value_or(inputs_read_since(options_.store));
+      const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
+      const RetryOptions retry = unfinished ? *retry_of(unfinished->purpose) : retry_;
+      const PlannedStore planned =
+          planned_store(unfinished ? continued(*unfinished) : plan_update(store, header_, compared, retry),
+                        inputs_.items, &store, compared, retry);
+      if (!unfinished && is_up_to_date(planned, store, compared)) return report(store, compared);
+      if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
+      if (!unfinished || words_of(retry) == words_of(retry_)) retry_ = {};
+      unfinished.reset();
+      outcome_.added += compared.added.size();
+      // Changed rows that stay as they are must be noticed the next time, too.
+      known_since_ = compared.changed.empty() || retry.changed ? inputs_since_ : since;
+      if (!make_store(planned, &store)) return exit_stopped;
     }
   }
 
-  int run_graph() {
-    set_allocator_limits();
-    std::atomic<bool>& stop_requested = catch_stop_signals();
-    std::vector<PlanItem> plan;
-    for (const PlanItem& item : inputs_.items)
-      if (!directory_->done(item.row)) plan.push_back(item);
-    const std::uint64_t earlier = inputs_.items.size() - plan.size();
-    const auto start = std::chrono::steady_clock::now();
-    std::vector<NodeStatistics> nodes;
-    GraphResult result;
-    {
-      std::optional<EmbreeDevice> device;
-      if (casts_rays(options_.sample)) device.emplace();
-      const GraphParameters parameters = graph_parameters();
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
-      ReuseLookup reuse;
-      if (reusable_) reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
-      GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, reuse);
-      if (hook_) hook_(stages);
-      StoreSink sink(*directory_);
-      Progress progress(progress_style(options_.progress), plan.size(), bytes, header_.samples);
-      if (earlier > 0)
-        progress.note(
-            fmt::format("continuing: {} of {} models are done already", earlier, inputs_.items.size()));
-      result = run_sampling_graph(plan, parameters, stages, header_, sink, stop_requested, nodes,
-                                  [&](const FinishedItem& item) { progress.finished(item); });
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    if (result.stopped) {
-      directory_->sync();
-      fmt::print(stderr, "meander: stopped with {} of {} models done; the same command continues\n",
-                 directory_->done_count(), inputs_.items.size());
-      return exit_stopped;
-    }
-    directory_->finish();
-    directory_.reset();
-    const StoreReader store(options_.store);
-    const StoreSummary summary = summarise(store);
-    write_run_report(options_, summary, result, seconds.count(), nodes);
-    write_failed_list(options_, summary, inputs_.items);
-    print_summary(summary, options_, inputs_.skipped, seconds.count(), result.written, nodes);
-    return summary.failed() > 0 ? exit_some_failed : exit_done;
+  static bool is_up_to_date(const PlannedStore& planned, const StoreReader& store,
+                            const StoreComparison& compared) {
+    return planned.kept.size() == store.rows() && !compared.relabelled &&
+           std::all_of(planned.kept.begin(), planned.kept.end(),
+                       [](const auto& row) { return row.has_value(); });
   }
+
+  int report(const StoreReader& store, const StoreComparison& compared) {
+    outcome_.summary = summarise(store);
+    outcome_.inputs = inputs_.notes;
+    outcome_.root = inputs_.root;
+    for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
+    for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
+    if (made_) {
+      outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
+      std::vector<PlanItem> items(store.rows());
+      for (std::uint64_t row = 0; row < items.size(); ++row)
+        if (const auto item = compared.item_of_row[row]) items[row] = inputs_.items[*item];
+      write_run_report(options_, outcome_);
+      write_failed_list(options_, outcome_.summary, items);
+    }
+    print_summary(outcome_, options_);
+    return outcome_.exit_code();
+  }
+
+  using TimePoint = std::chrono::system_clock::time_point;
 
   RunOptions& options_;
   const StageHook& hook_;
+  // File systems keep coarser times than the clock does.
+  TimePoint inputs_since_ = std::chrono::system_clock::now() - std::chrono::seconds(2);
+  std::optional<TimePoint> known_since_;  // once this process has made the store
+  RetryOptions retry_ = options_.retry;   // what is still to be tried again
+  StoreCheck check_ = options_.check;
+  bool made_ = false;
   Inputs inputs_;
   StoreHeader header_;
-  std::unique_ptr<StoreReader> finished_;
+  RunOutcome outcome_;
   std::unique_ptr<ReusableRows> reusable_;
-  std::unique_ptr<RunDirectory> directory_;
 };
 
 }  // namespace

@@ -8,8 +8,10 @@
 #include "io/json_writer.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
+#include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
+#include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
 
 namespace meander {
@@ -137,8 +139,8 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       .add_flag("--certify", options.sample.certify,
                 "Measure every model's own samples: error over rotated boxes, rho (/certificate)")
       ->group(collection);
-  command.add_flag("--label-from-folder", options.label_from_folder, "Label = name of the parent folder")
-      ->group(collection);
+  add_list_options(command, options.collect, collection);
+  add_label_options(command, options.collect, collection);
   command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
       ->capture_default_str()
       ->check(OneOf({"default", "none"}))
@@ -159,13 +161,18 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
   command.add_option("--max-failures", options.max_failures, "Stop once more items than this have failed")
       ->default_str("no limit")
       ->group(running);
-  command.add_option("--retry", texts.retry, "Do the rows of a finished store with these statuses again")
+  command
+      .add_option("--retry", texts.retry,
+                  "Do rows of a finished store again: statuses, `changed` (other bytes now), `vanished` "
+                  "(leave the store)")
       ->delimiter(',')
       ->group(running);
   command
       .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
       ->group(running);
-  command.add_flag("--fresh", options.fresh, "Discard the store and any unfinished run of it first")
+  command
+      .add_flag("--fresh", options.fresh,
+                "Start anew: discard an unfinished run; a store of this name is replaced at the end")
       ->group(running);
   command.add_flag("--dry-run", options.dry_run, "Say what would be done; write nothing")->group(running);
   const char* report = "Report";
@@ -177,6 +184,31 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(report);
   command.add_flag("--json", options.json, "The summary as JSON on standard output")->group(report);
   command.add_flag("--stats", options.statistics, "What each node of the graph did")->group(report);
+}
+
+bool add_retry_word(const std::string& word, RetryOptions& retry) {
+  const auto at = std::find(status_names.begin(), status_names.end(), word);
+  if (word == "changed")
+    retry.changed = true;
+  else if (word == "vanished")
+    retry.vanished = true;
+  else if (at == status_names.end() || at == status_names.begin())
+    return false;
+  else
+    retry.statuses.push_back(static_cast<Status>(at - status_names.begin()));
+  return true;
+}
+
+std::string words_of(const RetryOptions& retry) {
+  std::string words;
+  const auto add = [&](std::string_view word) { words += (words.empty() ? "" : ",") + std::string(word); };
+  for (std::size_t status = 0; status < status_names.size(); ++status)
+    if (std::find(retry.statuses.begin(), retry.statuses.end(), static_cast<Status>(status)) !=
+        retry.statuses.end())
+      add(status_names[status]);
+  if (retry.changed) add("changed");
+  if (retry.vanished) add("vanished");
+  return words;
 }
 
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
@@ -221,19 +253,14 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   } catch (const CLI::ValidationError& error) {
     problems.push_back(std::string("--timeout: ") + error.what());
   }
-  for (const std::string& name : texts.retry) {
-    const auto at = std::find(status_names.begin(), status_names.end(), name);
-    if (at == status_names.end() || at == status_names.begin()) {
-      problems.push_back("--retry: `" + name + "` is no status of a failed item (" +
+  for (const std::string& word : texts.retry)
+    if (!add_retry_word(word, options.retry))
+      problems.push_back("--retry: `" + word + "` is neither a status of a failed item (" +
                          fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
-                         ")");
-      continue;
-    }
-    options.retry.push_back(static_cast<Status>(at - status_names.begin()));
-  }
+                         ") nor `changed` nor `vanished`");
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse knows rows by their mesh alone, not by the tensors of `--tensor file:`");
-  if (options.fresh && !options.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
+  if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }

@@ -7,6 +7,7 @@
 
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
+#include "jobs/inputs.h"
 #include "jobs/tensor_options.h"
 #include "kernels/sample_mesh.h"
 
@@ -16,19 +17,32 @@ class App;
 
 namespace meander {
 
+// What a run does again on a finished store.
+struct RetryOptions {
+  std::vector<Status> statuses;  // rows with these statuses
+  bool changed = false;          // rows whose input has other bytes now
+  bool vanished = false;         // rows whose input is gone: they leave the store
+};
+
+// Adds one word of --retry: the status of a failed item, `changed` or `vanished`. False for any other word.
+bool add_retry_word(const std::string& word, RetryOptions& retry);
+// All words, each once, separated by commas; empty when there is nothing to do again.
+std::string words_of(const RetryOptions& retry);
+
 struct RunOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
   Compression compression = Compression::standard;
-  bool label_from_folder = false;
-  int threads = 0;  // 0: as many as the machine (or its cgroup) gives
+  InputOptions collect;  // how the inputs are read
+  int threads = 0;       // 0: as many as the machine (or its cgroup) gives
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;
   bool allow_oversize = false;
   double timeout_seconds = 120;  // 0: none
   std::uint64_t max_failures = ~std::uint64_t{0};
-  std::vector<Status> retry;
+  RetryOptions retry;
   std::string reuse;
+  StoreCheck check = StoreCheck::every_byte;  // of a finished store and of reuse
   bool fresh = false, dry_run = false, json = false, statistics = false;
   std::string progress = "auto";  // auto|bar|plain|json|none
 };

@@ -5,11 +5,17 @@
 #include <sys/resource.h>
 #include <sys/utsname.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
+#include <system_error>
 
+#include "io/item_id.h"
 #include "io/json_writer.h"
+#include "io/store/posix_file.h"
+#include "io/whole_file.h"
+#include "jobs/exit_status.h"
+#include "jobs/input_options.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -50,18 +56,53 @@ void write_counts(JsonWriter& json, const char* name, const std::array<std::stri
   json.end_object();
 }
 
-std::string summary_json(const StoreSummary& summary, const RunOptions& options, double seconds,
-                         std::uint64_t done_now, const std::vector<NodeStatistics>& nodes) {
+// The reason, when the models that got as far as their density or tensors all lack the attribute for it: one
+// mistake of the command and not many of the files.
+std::string lacking_attribute(const StoreSummary& summary) {
+  const auto count = [&](Status status) { return summary.by_status[static_cast<std::size_t>(status)]; };
+  if (count(Status::missing_attribute) == 0 || count(Status::ok) > 0 || count(Status::zero_density) > 0)
+    return {};
+  for (const StoreSummary::Failure& failure : summary.failures)
+    if (failure.status == Status::missing_attribute)
+      return fmt::format("no model has the attribute that the command names: {} ({})", failure.reason,
+                         failure.id);
+  return {};
+}
+
+// A full disk here costs the report alone: the store is finished.
+void write_beside(const std::string& name, const std::string& text) {
+  try {
+    write_whole_file(name, text);
+  } catch (const std::system_error& error) {
+    store::throw_file_error(error.code().value(), "write", name);
+  }
+}
+
+void write_ids(JsonWriter& json, const char* name, const std::vector<std::string>& ids) {
+  json.key(name);
+  json.begin_array();
+  for (const std::string& id : ids) json.value(id);
+  json.end_array();
+}
+
+std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
+  const StoreSummary& summary = outcome.summary;
   JsonWriter json;
   json.begin_object();
   json.member("store", options.store);
   json.member("items", summary.rows);
   json.member("samples", options.sample.place.samples);
-  json.member("seconds", seconds);
-  json.member("done_now", done_now);
+  json.member("seconds", outcome.seconds);
+  json.member("done_now", outcome.done_now);
+  json.member("added", outcome.added);
+  write_ids(json, "changed", outcome.changed);
+  write_ids(json, "vanished", outcome.vanished);
+  write_notes(json, outcome.inputs);
   write_counts(json, "status", status_names, summary.by_status);
   write_counts(json, "method", method_names, summary.by_method);
   write_counts(json, "repairs", repair_names, summary.by_repair);
+  if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
+    json.member("notice", lacking);
   json.key("failed");
   json.begin_array();
   for (const StoreSummary::Failure& failure : summary.failures) {
@@ -72,9 +113,34 @@ std::string summary_json(const StoreSummary& summary, const RunOptions& options,
     json.end_object();
   }
   json.end_array();
-  if (options.statistics) write_nodes(json, nodes);
+  if (options.statistics) write_nodes(json, outcome.nodes);
   json.end_object();
   return json.text();
+}
+
+void print_ids(const std::vector<std::string>& ids, const char* what, const std::string& total) {
+  constexpr std::size_t most = 20;
+  if (ids.empty()) return;
+  for (std::size_t i = 0; i < std::min(ids.size(), most); ++i) fmt::print(stderr, "{}: {}\n", ids[i], what);
+  if (ids.size() > most) fmt::print(stderr, "... and {} more (all with --json)\n", ids.size() - most);
+  fmt::print(stderr, "meander: {}\n", total);
+}
+
+// What else the user can do: statuses that another machine, or larger limits, may not give.
+void print_advice(const StoreSummary& summary) {
+  std::string words;
+  std::uint64_t rows = 0;
+  for (const Status status : {Status::too_large, Status::timeout, Status::out_of_memory, Status::crashed}) {
+    const std::uint64_t count = summary.by_status[static_cast<std::size_t>(status)];
+    if (count > 0) words += (words.empty() ? "" : ",") + std::string(name_of(status));
+    rows += count;
+  }
+  if (rows > 0)
+    fmt::print(
+        stderr,
+        "meander: {} {} for a limit of this run or machine; the same command with a larger --timeout or "
+        "--memory and `--retry {}` does {} again\n",
+        rows, rows == 1 ? "row failed" : "rows failed", words, rows == 1 ? "it" : "them");
 }
 
 void print_nodes(const std::vector<NodeStatistics>& nodes) {
@@ -102,14 +168,26 @@ StoreSummary summarise(const StoreReader& store) {
   return summary;
 }
 
-void print_summary(const StoreSummary& summary, const RunOptions& options,
-                   const std::map<std::string, std::uint64_t>& skipped, double seconds,
-                   std::uint64_t done_now, const std::vector<NodeStatistics>& nodes) {
+int RunOutcome::exit_code() const {
+  return summary.failed() > 0 || !changed.empty() || !vanished.empty() || !inputs.unread.empty()
+             ? exit_some_failed
+             : exit_done;
+}
+
+void print_summary(const RunOutcome& outcome, const RunOptions& options) {
+  const StoreSummary& summary = outcome.summary;
+  print_ids(outcome.changed, "the file changed after it was sampled",
+            fmt::format("changed inputs: {}; `--retry changed` samples them again", outcome.changed.size()));
+  print_ids(outcome.vanished, "no input has this id any more",
+            fmt::format("vanished inputs: {}; their rows were kept, `--retry vanished` takes them out",
+                        outcome.vanished.size()));
+  print_advice(summary);
   if (options.json) {
-    fmt::print("{}\n", summary_json(summary, options, seconds, done_now, nodes));
+    fmt::print("{}\n", summary_json(outcome, options));
     return;
   }
   fmt::print("{}: {} models x {} points\n", options.store, summary.rows, options.sample.place.samples);
+  if (const std::string lacking = lacking_attribute(summary); !lacking.empty()) fmt::print("  {}\n", lacking);
   for (std::size_t s = 0; s < status_names.size(); ++s) {
     if (summary.by_status[s] == 0) continue;
     fmt::print("  {:<20}{:>10}", status_names[s], summary.by_status[s]);
@@ -118,20 +196,17 @@ void print_summary(const StoreSummary& summary, const RunOptions& options,
         if (summary.by_method[m] > 0) fmt::print("   {} {}", method_names[m], summary.by_method[m]);
     fmt::print("\n");
   }
-  if (!skipped.empty()) {
-    fmt::print("  other files skipped:");
-    for (const auto& [extension, count] : skipped)
-      fmt::print(" {} {}", extension.empty() ? "(no extension)" : extension, count);
-    fmt::print("\n");
-  }
-  if (done_now > 0)
-    fmt::print("  {} models in {:.2f} s ({:.1f} models/s)\n", done_now, seconds,
-               static_cast<double>(done_now) / std::max(seconds, 1e-9));
-  if (options.statistics) print_nodes(nodes);
+  if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
+  if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
+  if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());
+  print_notes(outcome.inputs);
+  if (outcome.done_now > 0)
+    fmt::print("  {} models in {:.2f} s ({:.1f} models/s)\n", outcome.done_now, outcome.seconds,
+               static_cast<double>(outcome.done_now) / std::max(outcome.seconds, 1e-9));
+  if (options.statistics) print_nodes(outcome.nodes);
 }
 
-void write_run_report(const RunOptions& options, const StoreSummary& summary, const GraphResult& result,
-                      double seconds, const std::vector<NodeStatistics>& nodes) {
+void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   utsname system{};
   uname(&system);
   JsonWriter json;
@@ -144,35 +219,50 @@ void write_run_report(const RunOptions& options, const StoreSummary& summary, co
   json.member("tbb", TBB_runtime_version());
   json.member("host", system.nodename);
   json.member("finished_unix_time", static_cast<std::int64_t>(std::time(nullptr)));
-  json.member("seconds", seconds);
+  if (!outcome.root.empty()) json.member("root", escape_id(outcome.root.string()));
+  json.member("inputs_read_since_unix_ns", outcome.inputs_read_since_unix_ns);
+  json.member("seconds", outcome.seconds);
   json.member("threads", options.threads);
   json.member("memory_budget_bytes", options.memory_bytes);
   json.member("peak_memory_bytes", peak_memory_bytes());
-  json.member("peak_reserved_bytes", result.peak_reserved_bytes);
-  json.member("items_done", result.written);
-  json.member("items_requeued", result.requeued);
-  json.member("items", summary.rows);
-  json.member("items_failed", summary.failed());
-  write_nodes(json, nodes);
+  json.member("peak_reserved_bytes", outcome.peak_reserved_bytes);
+  json.member("items_done", outcome.done_now);
+  json.member("items_requeued", outcome.requeued);
+  json.member("longest_wait_seconds", outcome.longest_wait_seconds);
+  json.member("items", outcome.summary.rows);
+  json.member("items_failed", outcome.summary.failed());
+  write_nodes(json, outcome.nodes);
   json.end_object();
-  std::ofstream(options.store + ".run.json") << json.text() << "\n";
+  write_beside(options.store + ".run.json", json.text() + "\n");
 }
+
+namespace {
+
+// A path as a line of a list, which has no room for every path; empty: the input is gone.
+std::string list_line(const std::string& path) {
+  if (path.find('\n') != std::string::npos || path.ends_with('\r'))
+    return "# the path of this item holds a line end: give it in a list with --null";
+  return path.starts_with('#') ? "./" + path : path;
+}
+
+}  // namespace
 
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items) {
   const std::string name = options.store + ".failed.txt";
   if (summary.failures.empty()) {
-    std::remove(name.c_str());
+    if (std::remove(name.c_str()) != 0 && errno != ENOENT) store::throw_file_error(errno, "remove", name);
     return;
   }
-  std::ofstream list(name);
+  std::string list;
   for (const StoreSummary::Failure& failure : summary.failures) {
     std::string reason = failure.reason;
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
-    list << "# " << failure.id << ": " << name_of(failure.status) << ": " << reason << "\n"
-         << items[failure.row].path.string() << "\n";
+    list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
+                        list_line(items[failure.row].path.string()));
   }
+  write_beside(name, list);
 }
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/inputs.h"
 #include "jobs/run_options.h"
 #include "pipeline/sampling_graph.h"
 
@@ -31,16 +32,32 @@ struct StoreSummary {
 
 StoreSummary summarise(const StoreReader& store);
 
-// The final table (or JSON) on standard output.
-void print_summary(const StoreSummary& summary, const RunOptions& options,
-                   const std::map<std::string, std::uint64_t>& skipped, double seconds,
-                   std::uint64_t done_now, const std::vector<NodeStatistics>& nodes);
+// Everything that a run has to tell in the end.
+struct RunOutcome {
+  StoreSummary summary;
+  InputNotes inputs;
+  std::filesystem::path root;                  // of the ids of lists; see Inputs
+  std::uint64_t added = 0;                     // items that joined a store that was there before
+  std::vector<std::string> changed, vanished;  // ids of rows whose input is not what was sampled, or gone
+  // What this process did; sums over all of its parts.
+  std::uint64_t done_now = 0, requeued = 0, peak_reserved_bytes = 0;
+  double seconds = 0, longest_wait_seconds = 0;
+  std::vector<NodeStatistics> nodes;  // of the last part
+  std::int64_t inputs_read_since_unix_ns = 0;
+
+  int exit_code() const;
+};
+
+// The final table (or JSON) on standard output; what the user should know of and can do about on standard
+// error. Its first line of detail, and "notice" in JSON, is the attribute of --density or --tensor where no
+// model has it.
+void print_summary(const RunOutcome& outcome, const RunOptions& options);
 
 // STORE.run.json: what the store itself must not hold (times, machine, threads). STORE.failed.txt: `# id:
 // status: reason` and the path of every failed item, fit to be given back as @STORE.failed.txt; removed when
-// nothing failed.
-void write_run_report(const RunOptions& options, const StoreSummary& summary, const GraphResult& result,
-                      double seconds, const std::vector<NodeStatistics>& nodes);
+// nothing failed. Items are those of the rows; one without a path has no input any more.
+// Each file is written whole or not at all; throws RunError when it cannot be.
+void write_run_report(const RunOptions& options, const RunOutcome& outcome);
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items);
 

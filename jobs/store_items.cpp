@@ -1,14 +1,25 @@
 #include "jobs/store_items.h"
 
-#include <charconv>
-#include <filesystem>
+#include <CLI/CLI.hpp>
 
+#include <charconv>
+
+#include "io/item_id.h"
+#include "io/parameters_text.h"
 #include "jobs/inputs.h"
 
 namespace meander {
 
+CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check) {
+  return command.add_flag_callback(
+      "--trust", [&check] { check = StoreCheck::none; },
+      "Read stores without checking their bytes first, which reads each whole file once (about 5 GB/s from "
+      "the page cache, else as fast as the disk): a damaged store may then give wrong values or crash");
+}
+
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
+  if (const auto row = store.find(escape_id(item))) return *row;
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
@@ -16,12 +27,13 @@ std::uint64_t find_item(const StoreReader& store, const std::string& item) {
                    std::to_string(store.rows()) + ")");
 }
 
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs) {
-  for (const std::string& output : outputs) {
-    std::error_code none;
-    if (!output.empty() && std::filesystem::equivalent(output, store, none))
-      throw UsageError("`" + output + "` is the store itself: it would be replaced");
-  }
+std::string made_otherwise(const StoreReader& store, const StoreHeader& header) {
+  std::string text;
+  if (store.method_version() != store_method_version)
+    text = "the method version was " + std::to_string(store.method_version()) + ", now it is " +
+           std::to_string(store_method_version);
+  const std::string differences = parameter_differences(store.parameters_json(), header.parameters_json);
+  return text + (text.empty() || differences.empty() ? "" : "; ") + differences;
 }
 
 }  // namespace meander

@@ -1,18 +1,27 @@
-// Items of a store on the command line, and files beside it.
+// Items of a store on the command line.
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 
 #include "io/store/store.h"
 
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
 namespace meander {
 
-// The row of an id, or of a row number. Throws UsageError.
+// Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
+CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
+
+// The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
+// Throws UsageError.
 std::uint64_t find_item(const StoreReader& store, const std::string& item);
 
-// Throws UsageError where a file to be written (empty: none) is the store that it is made of.
-void keep_store(const std::string& store, std::initializer_list<std::string> outputs);
+// How `store` was made otherwise than a run with this header would make it: another method version, or the
+// parameters that differ with both their values. Empty when the rows of both would be the same.
+std::string made_otherwise(const StoreReader& store, const StoreHeader& header);
 
 }  // namespace meander

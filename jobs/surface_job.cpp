@@ -19,6 +19,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
+#include "jobs/output_guard.h"
 #include "jobs/surface_sources.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
@@ -216,6 +217,18 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   }
 }
 
+void check_output(const SurfaceOptions& options) {
+  OutputGuard guard;
+  for (const std::string& surface : options.surfaces) {
+    if (surface_kind(surface) == SurfaceKind::formula) continue;
+    if (!fs::exists(surface)) throw UsageError("there is no `" + surface + "`");
+    guard.protect(surface);
+  }
+  check_store_output(options.store, options.fresh, guard);
+  if (!options.fresh && fs::exists(options.store))
+    throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
+}
+
 int sample_surfaces(SurfaceOptions& options) {
   resolve(options);
   std::sort(options.surfaces.begin(), options.surfaces.end(),
@@ -234,9 +247,9 @@ int sample_surfaces(SurfaceOptions& options) {
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
       throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
   }
-  if (options.fresh) discard_store(options.store);
-  if (fs::exists(options.store)) throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
-  RunDirectory directory(options.store, header);
+  check_output(options);
+  if (options.fresh) discard_run(options.store);
+  RunDirectory directory(options.store, RunPlan{header, "sample surfaces"});
   std::vector<SurfaceRun> runs;
   bool failed = false;
   for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {

@@ -13,6 +13,7 @@
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/describe/curved_samples.h"
+#include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample_tensor.h"
@@ -283,6 +284,8 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
     throw std::invalid_argument("positions and faces must hold three entries per vertex and face");
   ModelState model;
   try {
+    check_count(positions.size() / 3, "vertices");
+    check_count(faces.size(), "corners");
     for (std::size_t i = 0; i < positions.size(); i += 3) {
       model.file.x.push_back(positions[i]);
       model.file.y.push_back(positions[i + 1]);

@@ -15,6 +15,7 @@
 #include "io/digest.h"
 #include "io/mesh/tensor_table.h"
 #include "io/store/tensor_dataset.h"
+#include "kernels/core/thread_handoff.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
 
@@ -137,8 +138,11 @@ class SamplingGraph {
   }
 
   GraphResult run() {
+    hand_over(&admit_items_);
     admit_items_.try_put(Envelope{});
     graph_.wait_for_all();
+    take_over(&admit_items_);
+    take_over(&write_row_);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
@@ -165,6 +169,7 @@ class SamplingGraph {
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {
+    const Turn turn(&admit_items_);
     const NodeTimer timer(statistics_.front());
     if (back.frees_slot)
       --working_;
@@ -197,6 +202,7 @@ class SamplingGraph {
     fail(*envelope.item, "admit_items", Status::too_large,
          "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
              std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
+    hand_over(envelope.item.get());
     std::get<1>(out).try_put(envelope);
   }
 
@@ -239,6 +245,7 @@ class SamplingGraph {
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
+    const Turn turn(envelope.item.get());
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
@@ -251,7 +258,10 @@ class SamplingGraph {
 
   // Whatever became of the item, its slot is free: the next one may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
-    if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
+    {
+      const Turn turn(envelope.item.get());
+      if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
+    }
     Envelope slot;
     slot.frees_slot = true;
     // What is put last is done first by this thread: rows must not wait behind new items.
@@ -276,6 +286,8 @@ class SamplingGraph {
   }
 
   Envelope write(Envelope envelope) {
+    const Turn turn(&write_row_);
+    take_over(envelope.item.get());
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
     if (envelope.needed_bytes == 0) {
@@ -351,6 +363,8 @@ TensorTable read_tensors(const PlanItem& plan, const ModelState& model) {
 
 void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
   const PlanItem& plan = *item.plan;
+  if (plan.path.empty())
+    throw ItemError(Status::unreadable, "the run was begun with this item, and no input has its id any more");
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
                                                     "` is none of .off, .obj, .ply, .stl");

@@ -181,6 +181,7 @@ PlyProgress read_in_order(std::string_view data, PlyProgress progress, const Ply
       }
       from += bytes_of(property.count_type);
       if (columns.index_list == static_cast<int>(p)) {
+        check_count(std::uint64_t{polygons.corners.size()} + lengths[p], "corners");
         polygons.corners.resize(polygons.corners.size() + lengths[p]);
         gather_indices(property.type, from, 0, 1, swap, lengths[p],
                        polygons.corners.data() + polygons.begin.back());

@@ -14,12 +14,6 @@ std::uint32_t saturated(std::uint64_t count) {
       std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
 }
 
-void check_count(std::uint64_t count, std::string_view of_what) {
-  if (count >= no_index)
-    throw ItemError(Status::unsupported_format,
-                    std::to_string(count) + " " + std::string(of_what) + " are more than 32 bits can number");
-}
-
 void join_polygons(std::vector<PolygonPart>& parts, PolygonMesh& mesh) {
   std::uint64_t polygons = 0, corners = 0;
   for (const PolygonPart& part : parts) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/polygon_mesh.h"
 
 namespace meander {
@@ -25,7 +26,11 @@ struct PolygonPart {
   std::vector<std::uint32_t> corners;
 
   std::size_t count() const { return begin.size() - 1; }
-  void close_polygon() { begin.push_back(static_cast<std::uint32_t>(corners.size())); }
+  // Throws ItemError(unsupported_format) when the corners are more than 32 bits can number.
+  void close_polygon() {
+    check_count(corners.size(), "corners");
+    begin.push_back(static_cast<std::uint32_t>(corners.size()));
+  }
   // A polygon that could not be read: it keeps its number and has no corners.
   void give_up_polygon() {
     corners.resize(begin.back());
@@ -33,9 +38,6 @@ struct PolygonPart {
   }
 };
 
-// Vertices, polygons and corners are numbered by 32 bits; throws ItemError(unsupported_format) when there are
-// more.
-void check_count(std::uint64_t count, std::string_view of_what);
 // Sets polygon_begin and corners to the polygons of all parts in order; empties the parts.
 void join_polygons(std::vector<PolygonPart>& parts, PolygonMesh& mesh);
 // Three corners per triangle, numbered 0, 1, 2, ...

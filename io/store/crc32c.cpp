@@ -24,7 +24,7 @@ constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
 }
 
 // x^(8 n) modulo the polynomial: multiplying a register by it is feeding n zero bytes.
-constexpr std::uint32_t zero_bytes_operator(std::size_t n) {
+constexpr std::uint32_t zero_bytes_operator(std::uint64_t n) {
   std::uint32_t power = 0x80000000u;   // 1
   std::uint32_t square = 0x00800000u;  // x^8
   for (; n != 0; n >>= 1) {
@@ -77,6 +77,11 @@ std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before) {
   for (; left > 0; ++at, --left)
     crc = _mm_crc32_u8(static_cast<std::uint32_t>(crc), std::to_integer<std::uint8_t>(*at));
   return ~static_cast<std::uint32_t>(crc);
+}
+
+std::uint32_t crc32c_joined(std::uint32_t first, std::uint32_t second, std::uint64_t second_bytes) {
+  // The inversions before and after cancel out between the two.
+  return multiply(zero_bytes_operator(second_bytes), first) ^ second;
 }
 
 }  // namespace meander

@@ -17,4 +17,9 @@ std::uint32_t crc32c(std::span<const T> values, std::uint32_t before = 0) {
   return crc32c(std::as_bytes(values), before);
 }
 
+// The checksum of a followed by b from theirs alone and the number of bytes of b, so that parts of a file can
+// be summed in any order by several threads: crc32c_joined(crc32c(a), crc32c(b), b.size()) == crc32c(b,
+// crc32c(a)). A few microseconds. Pure.
+std::uint32_t crc32c_joined(std::uint32_t first, std::uint32_t second, std::uint64_t second_bytes);
+
 }  // namespace meander

@@ -1,9 +1,11 @@
 // Files that the loaders of PointNet, PointNet++ and DGCNN read as they are: ply_data_train<k>.h5 with data,
-// normal and label, the list of them, the names of the classes, and which id stands in which row.
+// normal and label, the list of them (the same for test and val), the names of the classes, and which id
+// stands in which row.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
 #include "io/json_writer.h"
 #include "io/store/hdf5_handles.h"
@@ -99,51 +101,129 @@ void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetSh
   rename_file(temporary, path);
 }
 
-void write_id_list(const fs::path& path, const StoreReader& store, const PointnetShard& shard) {
-  JsonWriter json;
-  json.begin_array();
-  for (const std::uint64_t row : shard.rows) json.value(store.id(row));
-  json.end_array();
-  const std::string text = json.text() + "\n";
+void write_text(const fs::path& path, const std::string& text) {
   replace_file(path, std::as_bytes(std::span(text)));
+}
+
+// The rows of one part of the data set, in shards, and the names of its files.
+struct Part {
+  const char* name;
+  std::vector<PointnetShard> shards{};
+
+  std::string shard_name(std::size_t k) const { return fmt::format("ply_data_{}{}.h5", name, k); }
+  std::string ids_name(std::size_t k) const { return fmt::format("ply_data_{}_{}_id2file.json", name, k); }
+  std::string list_name() const { return fmt::format("{}_files.txt", name); }
+  bool is_written() const { return !shards.empty() || std::string_view(name) != "val"; }
+
+  std::uint64_t rows() const {
+    std::uint64_t sum = 0;
+    for (const PointnetShard& shard : shards) sum += shard.rows.size();
+    return sum;
+  }
+  void add(std::uint64_t row, std::int32_t label, std::uint32_t shard_rows) {
+    if (shards.empty() || shards.back().rows.size() == shard_rows) shards.emplace_back();
+    shards.back().rows.push_back(row);
+    shards.back().labels.push_back(static_cast<std::uint8_t>(label));
+  }
+};
+
+using Parts = std::array<Part, 3>;
+Parts make_parts() { return {Part{"train"}, Part{"test"}, Part{"val"}}; }
+
+Part& part_of(Split split, Parts& parts) {
+  return parts[split == Split::test ? 1 : split == Split::validation ? 2 : 0];
+}
+
+// NAME<digits>SUFFIX
+bool is_numbered(std::string_view text, std::string_view name, std::string_view suffix) {
+  if (text.size() <= name.size() + suffix.size() || !text.starts_with(name) || !text.ends_with(suffix))
+    return false;
+  text.remove_prefix(name.size());
+  text.remove_suffix(suffix.size());
+  return text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool is_pointnet_file(const std::string& file) {
+  if (file == "shape_names.txt") return true;
+  for (const Part& part : make_parts())
+    if (file == part.list_name() || is_numbered(file, fmt::format("ply_data_{}", part.name), ".h5") ||
+        is_numbered(file, fmt::format("ply_data_{}_", part.name), "_id2file.json"))
+      return true;
+  return false;
+}
+
+// Returns the names of the files.
+std::vector<std::string> write_part(const StoreReader& store, const fs::path& folder, const Part& part) {
+  std::vector<std::string> written;
+  std::string list;
+  for (std::size_t k = 0; k < part.shards.size(); ++k) {
+    written.push_back(part.shard_name(k));
+    write_hdf5(folder / written.back(), store, part.shards[k]);
+    list += (folder / written.back()).generic_string() + "\n";
+    JsonWriter ids;
+    ids.begin_array();
+    for (const std::uint64_t row : part.shards[k].rows) ids.value(store.id(row));
+    ids.end_array();
+    written.push_back(part.ids_name(k));
+    write_text(folder / written.back(), ids.text() + "\n");
+  }
+  written.push_back(part.list_name());
+  write_text(folder / written.back(), list);
+  return written;
 }
 
 }  // namespace
 
-void export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows) {
+std::vector<fs::path> pointnet_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (is_pointnet_file(at->path().filename().string())) files.push_back(at->path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows) {
   if (shard_rows == 0) throw RunError(RunError::Kind::unusable, "a PointNet file needs one row or more");
+  if (store.label_names().size() > most_classes)
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("PointNet files hold at most {} classes, the store has {}", most_classes,
+                               store.label_names().size()));
+  Parts parts = make_parts();
+  PointnetCounts counts;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) {
+    if (store.report(row).status != Status::ok) continue;
+    const std::int32_t label = store.label(row);
+    if (label < 0)
+      ++counts.unlabelled;
+    else
+      part_of(store.split(row), parts).add(row, label, shard_rows);
+  }
+  counts.train = parts[0].rows();
+  counts.test = parts[1].rows();
+  counts.validation = parts[2].rows();
+  if (counts.train + counts.test + counts.validation == 0)
+    throw RunError(RunError::Kind::unusable,
+                   "PointNet files need classes, and no row of the store with points has one: `meander run` "
+                   "takes them from --labels, --layout or --label-from-folder");
+
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw_file_error(error.value(), "create", folder);
-
-  std::vector<std::string> names = store.label_names();
-  const std::size_t known = names.size();
-  std::vector<PointnetShard> shards;
-  for (std::uint64_t row = 0; row < store.rows(); ++row) {
-    if (store.report(row).status != Status::ok) continue;
-    if (shards.empty() || shards.back().rows.size() == shard_rows) shards.emplace_back();
-    const std::int32_t label = store.label(row);
-    // The format has no "unknown": such rows are a class of their own, the last one.
-    if (label < 0 && names.size() == known) names.emplace_back("unknown");
-    shards.back().rows.push_back(row);
-    shards.back().labels.push_back(
-        static_cast<std::uint8_t>(label < 0 ? known : static_cast<std::size_t>(label)));
+  std::vector<std::string> written{"shape_names.txt"};
+  std::string classes;
+  for (const std::string& name : store.label_names()) classes += name + "\n";
+  write_text(folder / written.front(), classes);
+  for (const Part& part : parts) {
+    if (!part.is_written()) continue;
+    const std::vector<std::string> names = write_part(store, folder, part);
+    written.insert(written.end(), names.begin(), names.end());
   }
-  if (names.size() > most_classes)
-    throw RunError(
-        RunError::Kind::unusable,
-        fmt::format("PointNet files hold at most {} classes, the store has {}", most_classes, names.size()));
-
-  std::string files, classes;
-  for (std::size_t k = 0; k < shards.size(); ++k) {
-    const std::string name = fmt::format("ply_data_train{}.h5", k);
-    write_hdf5(folder / name, store, shards[k]);
-    write_id_list(folder / fmt::format("ply_data_train_{}_id2file.json", k), store, shards[k]);
-    files += (folder / name).generic_string() + "\n";
-  }
-  for (const std::string& name : names) classes += name + "\n";
-  replace_file(folder / "shape_names.txt", std::as_bytes(std::span(classes)));
-  replace_file(folder / "train_files.txt", std::as_bytes(std::span(files)));
+  // Loaders take every shard that they find.
+  for (const fs::path& file : pointnet_files(folder))
+    if (std::find(written.begin(), written.end(), file.filename().string()) == written.end())
+      fs::remove(file, error);
+  return counts;
 }
 
 }  // namespace meander

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include "io/store/crc32c.h"
 #include "io/store/store.h"
 
 namespace meander::store {
@@ -124,19 +123,6 @@ void reserve_space(const fs::path& path, std::uint64_t bytes) {
 void release_reserved(const FileDescriptor& file, const fs::path& path) {
   if (::ftruncate(file.get(), static_cast<off_t>(file_size(file, path))) != 0)
     throw_file_error(errno, "truncate", path);
-}
-
-std::uint32_t checksum_of_file(const FileDescriptor& file, std::uint64_t begin, const fs::path& path) {
-  const std::uint64_t size = file_size(file, path);
-  // One byte more than a small file has, so that the first read meets its end.
-  std::vector<std::byte> buffer(std::min<std::uint64_t>(size + 1, std::uint64_t{1} << 20));
-  std::uint32_t checksum = 0;
-  for (std::uint64_t offset = begin;;) {
-    const std::size_t count = read_at(file, buffer, offset, path);
-    checksum = crc32c(std::span<const std::byte>(buffer.data(), count), checksum);
-    offset += count;
-    if (count < buffer.size()) return checksum;
-  }
 }
 
 }  // namespace meander::store

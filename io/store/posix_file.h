@@ -58,7 +58,4 @@ void reserve_space(const std::filesystem::path& path, std::uint64_t bytes);
 // Cuts the file to its length so that reserved blocks beyond it are free again.
 void release_reserved(const FileDescriptor& file, const std::filesystem::path& path);
 
-std::uint32_t checksum_of_file(const FileDescriptor& file, std::uint64_t begin,
-                               const std::filesystem::path& path);  // CRC32C of [begin, end of file)
-
 }  // namespace meander::store

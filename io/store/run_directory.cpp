@@ -38,11 +38,13 @@ FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
   for (;;) {
     if (create) make_folder(folder);
     if (!fs::exists(folder)) {
+      if (fs::is_symlink(folder)) throw_file_error(ENOENT, "follow the link", folder);
       if (create) continue;
       return {};
     }
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor < 0 && errno == ENOENT) continue;  // a finishing process has just removed the folder
+    if (descriptor < 0 && errno == ENOENT && !fs::is_symlink(path))
+      continue;  // a finishing process has just removed the folder
     if (descriptor < 0) throw_file_error(errno, "open", path);
     FileDescriptor file(descriptor);
     if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
@@ -75,8 +77,11 @@ void remove_leftovers(const fs::path& store) {
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
     const std::string other = entry->path().filename().string();
-    if (other.starts_with(name + ".part-") || other.starts_with(name + ".run.removed-"))
-      leftovers.push_back(entry->path());
+    // A process number and nothing behind it: NAME.part-1.off is somebody's mesh.
+    for (const std::string& prefix : {name + ".part-", name + ".run.removed-"})
+      if (other.starts_with(prefix) &&
+          other.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
+        leftovers.push_back(entry->path());
   }
   for (const fs::path& path : leftovers) fs::remove_all(path, ignored);
 }
@@ -196,6 +201,8 @@ struct RunDirectory::State {
     const RowRange rows = rows_of(shard);
     const Hdf5Lock hdf5;
     try {
+      if (const std::string damage = check_whole_file(shard_path(shard)); !damage.empty())
+        throw Hdf5Error(damage);
       const StoreFileReader reader(shard_path(shard));
       std::vector<std::byte> statuses(rows.size());
       reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
@@ -310,13 +317,6 @@ void discard_run(const fs::path& store) {
   const FileDescriptor lock = lock_run_folder(with_suffix(store, ".run"), false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);
-}
-
-void discard_store(const fs::path& store) {
-  if (fs::exists(store) && !fs::is_regular_file(store))  // a device, say: others need it
-    throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
-  discard_run(store);
-  if (::unlink(store.c_str()) != 0 && errno != ENOENT) throw_file_error(errno, "remove", store);
 }
 
 }  // namespace meander

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 #include <utility>
 
 #include "io/json_writer.h"
+#include "io/parameters_text.h"
 #include "io/store/crc32c.h"
 #include "io/store/posix_file.h"
 #include "io/store/schema.h"
@@ -72,6 +72,7 @@ std::string plan_text(const RunPlan& run) {
   plan.number(store_format_version);
   plan.number(header.method_version);
   plan.text(run.purpose);
+  plan.text(run.root);
   plan.number(static_cast<std::uint64_t>(header.content));
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
@@ -109,6 +110,7 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   stored.format_version = plan.number();
   header.method_version = static_cast<std::uint32_t>(plan.number());
   stored.run.purpose = plan.text();
+  stored.run.root = plan.text();
   header.content = static_cast<StoreContent>(plan.number());
   header.samples = static_cast<std::uint32_t>(plan.number());
   header.compression = static_cast<Compression>(plan.number());
@@ -166,53 +168,6 @@ std::string run_json(const RunPlan& run, std::string_view plan) {
   return text + "}\n";
 }
 
-// The members of one JSON object as key -> text of the value; values are not looked into.
-std::map<std::string, std::string> json_members(std::string_view object) {
-  std::map<std::string, std::string> members;
-  std::string key, value;
-  int depth = 0;
-  bool in_string = false, escaped = false, in_value = false;
-  const auto flush = [&] {
-    if (!key.empty()) members[key] = value;
-    key.clear();
-    value.clear();
-    in_value = false;
-  };
-  for (const char c : object) {
-    const bool opens = !in_string && (c == '{' || c == '['), closes = !in_string && (c == '}' || c == ']');
-    if (closes) --depth;
-    if (depth == 0 && (opens || closes)) {
-      ++depth;
-      if (closes) break;
-      continue;
-    }
-    if (opens) ++depth;
-    if (in_string ? (c == '"' && !escaped) : c == '"') in_string = !in_string;
-    escaped = in_string && c == '\\' && !escaped;
-    if (depth == 1 && !in_string && c == ',')
-      flush();
-    else if (depth == 1 && !in_string && !in_value && c == ':')
-      in_value = true;
-    else
-      (in_value ? value : key) += c;
-  }
-  flush();
-  return members;
-}
-
-std::string parameter_difference(const std::string& begun, const std::string& now) {
-  const auto before = json_members(begun), after = json_members(now);
-  for (const auto& [key, value] : before) {
-    const auto found = after.find(key);
-    if (found == after.end()) return fmt::format("parameter {} was {} and is not given now", key, value);
-    if (found->second != value)
-      return fmt::format("parameter {} was {}, now it is {}", key, value, found->second);
-  }
-  for (const auto& [key, value] : after)
-    if (!before.contains(key)) return fmt::format("parameter {} was not given, now it is {}", key, value);
-  return fmt::format("the parameters were {}, now they are {}", begun, now);
-}
-
 // Both lists ascend by bytes.
 std::string id_difference(const std::vector<std::string>& begun, const std::vector<std::string>& now) {
   std::vector<std::string> removed, added;
@@ -253,9 +208,16 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
   const StoreHeader &begun = begun_plan.header, &now = now_plan.header;
   if (begun_plan.purpose != now_plan.purpose)
     return fmt::format("it was begun to {}, not to {}", begun_plan.purpose, now_plan.purpose);
+  if (begun_plan.root != now_plan.root)
+    return fmt::format("the ids of lists were relative to {}, now they are to {}", begun_plan.root,
+                       now_plan.root);
   if (begun.method_version != now.method_version)
     return fmt::format("the method version was {}, now it is {}", begun.method_version, now.method_version);
   if (begun.content != now.content) return "one is of meshes, the other of parametric surfaces";
+  // All that a command can set is here, and all of it is named.
+  if (const std::string text = parameter_differences(begun.parameters_json, now.parameters_json);
+      !text.empty())
+    return text;
   if (begun.samples != now.samples)
     return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
   if (begun.seed != now.seed) return fmt::format("the seed was {}, now it is {}", begun.seed, now.seed);
@@ -263,8 +225,6 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
     return fmt::format("the compression was {}, now it is {}", name_of(begun.compression),
                        name_of(now.compression));
   if (begun.order != now.order) return fmt::format("the order was {}, now it is {}", begun.order, now.order);
-  if (begun.parameters_json != now.parameters_json)
-    return parameter_difference(begun.parameters_json, now.parameters_json);
   if (const std::string text = descriptor_difference(begun.descriptors, now.descriptors); !text.empty())
     return text;
   if (const std::string text = id_difference(begun.ids, now.ids); !text.empty()) return text;

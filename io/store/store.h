@@ -92,6 +92,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 struct RunPlan {
   StoreHeader header;
   std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+  std::string root = {};           // what the ids of lists are relative to; remembered for the next process
 };
 
 // The plan of STORE.run/; empty when there is no run that was completely set up. Throws RunError(unusable)
@@ -131,16 +132,24 @@ class RunDirectory {
   std::unique_ptr<State> state_;
 };
 
-// Removes STORE.run/ and STORE (for --fresh). Throws RunError(stopped) when another process holds the run.
-void discard_store(const std::filesystem::path& store);
-
-// Removes STORE.run/ alone. Throws like discard_store.
+// Removes STORE.run/ and what killed processes left beside it (for --fresh); a finished STORE stays until
+// another is renamed over it. Throws RunError(stopped) when another process holds the run.
 void discard_run(const std::filesystem::path& store);
 
-// Reading a finished store; only what is asked for is read.
+// What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it
+// finds the values, so one flipped bit there can make it give other values without a word, or crash it.
+enum class StoreCheck : std::uint8_t {
+  every_byte,  // the length and the CRC32C of the whole file: it is read once, about 5 GB/s from the page
+               // cache
+  none         // for a file that this process has just sealed or checked, and where the user asks for it
+};
+
+// Reading a finished store; after the check only what is asked for is read.
 class StoreReader {
  public:
-  explicit StoreReader(const std::filesystem::path& store);  // throws RunError(unusable)
+  // Throws RunError(unusable): there is no such file, it is no store, or its bytes are not those that were
+  // written; with StoreCheck::none damage may go unnoticed.
+  explicit StoreReader(const std::filesystem::path& store, StoreCheck check = StoreCheck::every_byte);
   ~StoreReader();
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;
@@ -179,8 +188,8 @@ class StoreReader {
 
 // Everything wrong with a store, one sentence each, at most `limit`; empty when it is whole. Checks: the
 // digest over every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every
-// row (an ok row is finite, its faces and ranks are in range; any other row is all fill), ids ascending and
-// unique, statuses known. progress(done, total rows) may be empty.
+// row (an ok row is finite, every column of it and every sample within the range that its meaning allows; any
+// other row is all fill), ids ascending and unique, statuses known. progress(done, total rows) may be empty.
 struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;
@@ -188,10 +197,18 @@ struct VerifyResult {
 VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit = 100,
                           const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
-// Files for PointNet-style loaders: ply_data_train<k>.h5 shards of `shard_rows` ok rows (data f32, normal
-// f32, label u8), their id lists as JSON, train_files.txt and shape_names.txt, in an existing or new folder.
-// Throws RunError.
-void export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
-                     std::uint32_t shard_rows = 2048);
+// Files for PointNet-style loaders in an existing or new folder: shards ply_data_train<k>.h5 of at most
+// `shard_rows` ok rows (data f32, normal f32, label u8), ply_data_test<k>.h5 and, where there are rows for
+// validation, ply_data_val<k>.h5; the lists of these files, train_files.txt and so on; their ids as JSON;
+// shape_names.txt. Rows without a split are for training, rows without a class are left out. Shards of an
+// earlier export that are not written again are removed. Returns the rows of each part. Throws RunError:
+// unusable when no row is left or there are more than 256 classes.
+struct PointnetCounts {
+  std::uint64_t train = 0, test = 0, validation = 0, unlabelled = 0;
+};
+PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
+                               std::uint32_t shard_rows = 2048);
+// The files of an earlier export in a folder, which export_pointnet would replace or remove.
+std::vector<std::filesystem::path> pointnet_files(const std::filesystem::path& folder);
 
 }  // namespace meander

@@ -30,7 +30,7 @@ std::string tool_version();
 
 // The user block of a file with this many bytes in all and this checksum behind the block.
 std::string user_block_text(std::uint64_t file_bytes, std::uint32_t checksum);
-// Reads the whole file; empty when its bytes are what its user block says, else one sentence.
+// Reads the whole file; empty when its bytes are what its user block says, else what is wrong with "it".
 std::string check_whole_file(const std::filesystem::path& path);
 
 // Creates a file of the schema and takes filtered chunks for it. Datasets are named by their index in the

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/store/posix_file.h"
+#include "io/store/file_checksum.h"
 #include "io/store/store_file.h"
 
 namespace meander::store {
@@ -79,17 +79,16 @@ std::string check_whole_file(const fs::path& path) {
   if (bytes < user_block_bytes ||
       read_at(file, std::as_writable_bytes(std::span(block.data(), block.size())), 0, path) < block.size() ||
       !block.starts_with("meander store\n"))
-    return fmt::format("{} does not begin as a store does", path.string());
+    return "it does not begin as a store does";
   const std::string expected = user_block_text(bytes, checksum_of_file(file, user_block_bytes, path));
   if (block == expected) return {};
-  const auto facts = [](const std::string& text) {
+  const auto facts = [](const std::string& text) {  // the lines of the block after the first
     std::string line = text.substr(0, text.find('\0'));
+    while (line.ends_with('\n')) line.pop_back();
     std::replace(line.begin(), line.end(), '\n', ' ');
     return line.substr(std::min<std::size_t>(line.size(), 14));
   };
-  return fmt::format(
-      "the bytes of {} are not those that were written: its first block says \"{}\", the file has \"{}\"",
-      path.string(), facts(block), facts(expected));
+  return fmt::format("its first block says \"{}\", but it has \"{}\"", facts(block), facts(expected));
 }
 
 StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/store/posix_file.h"
+#include "io/store/file_checksum.h"
 #include "io/store/store_file.h"
 
 namespace meander::store {

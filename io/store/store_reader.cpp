@@ -112,12 +112,20 @@ struct StoreReader::State {
   }
 };
 
-StoreReader::StoreReader(const std::filesystem::path& store) : state_(std::make_unique<State>()) {
+StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
+    : state_(std::make_unique<State>()) {
   state_->path = store;
   if (!std::filesystem::exists(store))
     throw RunError(RunError::Kind::unusable, fmt::format("there is no store {}", store.string()));
   if (!std::filesystem::is_regular_file(store))
     throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
+  if (check == StoreCheck::every_byte)
+    if (const std::string damage = check_whole_file(store); !damage.empty())
+      throw RunError(
+          RunError::Kind::unusable,
+          fmt::format("{} is not a whole store: {} (make it again or restore a copy; --trust reads it "
+                      "unchecked)",
+                      store.string(), damage));
   state_->guarded([&] {
     state_->file = std::make_unique<StoreFileReader>(store);
     if (!state_->file->problems().empty())

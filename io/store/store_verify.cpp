@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "io/store/chunk_codec.h"
 #include "io/store/crc32c.h"
 #include "io/store/item_block.h"
+#include "io/store/row_ranges.h"
 #include "io/store/store_file.h"
 #include "kernels/core/parallel.h"
 
@@ -19,8 +19,15 @@ namespace {
 // Checks of one row. Rows are checked in parallel; each writes to a list of its own.
 class RowChecker {
  public:
-  RowChecker(std::string name, const ItemReport& report, std::vector<std::string>& problems)
-      : name_(std::move(name)), report_(report), problems_(problems) {}
+  RowChecker(std::string name, const ItemReport& report, StoreContent content,
+             std::vector<std::string>& problems)
+      : name_(std::move(name)), report_(report), content_(content), problems_(problems) {}
+
+  void check_items() {
+    if (report_.status == Status::ok)
+      check_item_ranges(report_, content_,
+                        [this](const std::string& what) { complain("{} {}", name_, what); });
+  }
 
   void check(const DatasetSpec& spec, std::span<const std::byte> values) {
     if (report_.status != Status::ok) return check_fill(spec, values);
@@ -29,11 +36,12 @@ class RowChecker {
                report_.points_crc32c);
     // A certificate may say that a surface cannot be measured.
     if (spec.path.starts_with("/certificate/")) return;
-    if (spec.type == ElementType::f32) return check_finite(spec, values);
-    std::vector<std::uint32_t> numbers(values.size() / sizeof(std::uint32_t));
-    std::memcpy(numbers.data(), values.data(), values.size());
+    if (spec.type == ElementType::f32)
+      return check_sample_ranges(spec, numbers_of<float>(values), report_, content_,
+                                 [this](const std::string& what) { complain("{} {}", name_, what); });
+    const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     if (spec.path == "/face") check_below(spec, numbers, report_.faces);
-    if (spec.path == "/corners") check_below(spec, numbers, 0xFFFFFFFFu);
+    if (spec.path == "/corners") check_below(spec, numbers, report_.vertices);
     if (spec.path == "/curve_rank") check_permutation(spec, numbers);
   }
 
@@ -43,19 +51,18 @@ class RowChecker {
     problems_.push_back(fmt::format(text, std::forward<Arguments>(arguments)...));
   }
 
+  template <class Number>
+  static std::vector<Number> numbers_of(std::span<const std::byte> values) {
+    std::vector<Number> numbers(values.size() / sizeof(Number));
+    std::memcpy(numbers.data(), values.data(), values.size());
+    return numbers;
+  }
+
   void check_fill(const DatasetSpec& spec, std::span<const std::byte> values) {
     std::vector<std::byte> fill(values.size());
     write_fill(spec, fill);
     if (std::memcmp(fill.data(), values.data(), fill.size()) != 0)
       complain("{} is not ok and {} is not all fill", name_, spec.path);
-  }
-
-  void check_finite(const DatasetSpec& spec, std::span<const std::byte> values) {
-    for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
-      float value;
-      std::memcpy(&value, values.data() + at, sizeof value);
-      if (!std::isfinite(value)) return complain("{} has a value in {} that is not finite", name_, spec.path);
-    }
   }
 
   void check_below(const DatasetSpec& spec, const std::vector<std::uint32_t>& numbers, std::uint64_t bound) {
@@ -76,6 +83,7 @@ class RowChecker {
 
   const std::string name_;
   const ItemReport& report_;
+  const StoreContent content_;
   std::vector<std::string>& problems_;
 };
 
@@ -246,7 +254,8 @@ class Verifier {
           fmt::format("{} has label {} of {} classes", name, label, file_.facts().label_names.size()));
     if (!ok && report.points_crc32c != 0)
       problems.push_back(fmt::format("{} is not ok and has a checksum of points", name));
-    RowChecker checker(name, report, problems);
+    RowChecker checker(name, report, layout_.content, problems);
+    checker.check_items();
     for (std::size_t d = 0; d < values_.size(); ++d) {
       if (values_[d].empty() || !usable_[d]) continue;
       const DatasetLayout& dataset = layout_.datasets[d];
@@ -284,7 +293,7 @@ VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit,
     if (!damage.empty()) {
       // The library is not asked to parse bytes that are known to be wrong: on one flipped bit in six hundred
       // of a small store it crashes or does not come back.
-      result.problems.push_back(damage);
+      result.problems.push_back(fmt::format("{} is not a whole store: {}", store.string(), damage));
       return result;
     }
     const Hdf5Lock lock;

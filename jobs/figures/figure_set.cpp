@@ -13,37 +13,49 @@
 
 namespace meander {
 
+bool is_figure_file(const std::string& name) {
+  const auto digit = [&](std::size_t at) { return at < name.size() && name[at] >= '0' && name[at] <= '9'; };
+  return (name.starts_with("figure") && digit(6) && digit(7)) || name.starts_with("table1") ||
+         name.starts_with("histogram_floor");
+}
+
+// Only names that were looked at before the first figure was drawn.
+std::filesystem::path FigureSet::file(const std::string& name) const {
+  if (!is_figure_file(name)) throw ItemError(Status::internal, "`" + name + "` is no name of a figure");
+  return folder_ / name;
+}
+
 void FigureSet::begin(const std::string& heading) {
   note_(heading);
   page.figures.push_back({heading, {}, {}, {}, {}});
 }
 
 void FigureSet::plot(const std::string& stem, const Plot& plot, const std::string& caption) {
-  write_whole_file(folder_ / (stem + ".svg"), svg_plot(plot));
-  write_whole_file(folder_ / (stem + ".csv"), csv_text(plot_table(plot)));
+  write_whole_file(file(stem + ".svg"), svg_plot(plot));
+  write_whole_file(file(stem + ".csv"), csv_text(plot_table(plot)));
   page.figures.back().images.push_back({stem + ".svg", plot.title, caption});
   page.figures.back().data.push_back(stem + ".csv");
 }
 
 void FigureSet::drawing(const std::string& stem, const std::string& svg, const std::string& caption) {
-  write_whole_file(folder_ / (stem + ".svg"), svg);
+  write_whole_file(file(stem + ".svg"), svg);
   page.figures.back().images.push_back({stem + ".svg", caption, caption});
 }
 
 void FigureSet::picture(const std::string& stem, const RgbImage& image, const std::string& caption) {
-  write_png(folder_ / (stem + ".png"), image);
+  write_png(file(stem + ".png"), image);
   page.figures.back().images.push_back({stem + ".png", caption, caption});
 }
 
 void FigureSet::table(const std::string& stem, const std::string& caption, const Table& table) {
-  write_whole_file(folder_ / (stem + ".csv"), csv_text(table));
+  write_whole_file(file(stem + ".csv"), csv_text(table));
   page.figures.back().tables.push_back({caption, table});
   page.figures.back().data.push_back(stem + ".csv");
 }
 
-void FigureSet::data(const std::string& file, const std::string& bytes) {
-  write_whole_file(folder_ / file, bytes);
-  page.figures.back().data.push_back(file);
+void FigureSet::data(const std::string& name, const std::string& bytes) {
+  write_whole_file(file(name), bytes);
+  page.figures.back().data.push_back(name);
 }
 
 void FigureSet::text(const std::string& label, const std::string& text) {

@@ -23,6 +23,10 @@ struct FigureMesh {
   std::vector<std::uint32_t> faces;  // 3 T
 };
 
+// Names of the files that figures are written to: figure05_uniform.svg, table1_claims.csv ... What else
+// stands in the folder is left alone.
+bool is_figure_file(const std::string& name);
+
 class FigureSet {
  public:
   FigureSet(std::filesystem::path folder, bool quick_ones, std::uint64_t seed_of_all,
@@ -44,7 +48,7 @@ class FigureSet {
   void drawing(const std::string& stem, const std::string& svg, const std::string& caption);
   void picture(const std::string& stem, const RgbImage& image, const std::string& caption);  // PNG
   void table(const std::string& stem, const std::string& caption, const Table& table);       // CSV and page
-  void data(const std::string& file, const std::string& bytes);  // linked from the page
+  void data(const std::string& name, const std::string& bytes);  // linked from the page
   void text(const std::string& label, const std::string& text);
   // Draws; a mesh that cannot be sampled is said on the page, and the other figures go on.
   void attempt(const std::string& mesh, const std::function<void()>& draw);
@@ -52,6 +56,8 @@ class FigureSet {
   FigurePage page;
 
  private:
+  std::filesystem::path file(const std::string& name) const;
+
   std::filesystem::path folder_;
   std::function<void(const std::string&)> note_;
 };

@@ -18,6 +18,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/measured_sets.h"
+#include "jobs/output_guard.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -75,7 +76,26 @@ FigureMesh read_model(const std::string& path) {
   return result;
 }
 
+// The page and the files of earlier figures, which the new ones may replace.
+void check_outputs(const FiguresOptions& options) {
+  OutputGuard guard;
+  for (const std::string& model : options.models) guard.protect(model);
+  guard.check_folder(options.folder, "-o");
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options.folder, none)) {
+    if (!is_figure_file(entry.path().filename().string())) continue;
+    const std::string extension = entry.path().extension().string();
+    if (extension == ".svg") guard.check(entry.path(), {FileKind::svg}, "-o");
+    if (extension == ".png") guard.check(entry.path(), {FileKind::png}, "-o");
+    if (extension == ".csv") guard.check(entry.path(), {FileKind::csv}, "-o");
+    if (extension == ".json") guard.check(entry.path(), {FileKind::json}, "-o");
+    if (extension == ".ply") guard.check(entry.path(), {FileKind::ply_mesh, FileKind::ply_points}, "-o");
+  }
+  guard.check(fs::path(options.folder) / "index.html", {FileKind::html}, "-o", Existing::replace, true);
+}
+
 int draw_figures(const FiguresOptions& options) {
+  check_outputs(options);
   std::vector<FigureMesh> meshes;
   for (const std::string& model : options.models) {
     meshes.push_back(read_model(model));

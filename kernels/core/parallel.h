@@ -11,6 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/thread_handoff.h"
+
 namespace meander {
 
 // Below this many elements a loop runs in the calling thread: a task costs about as much as 10^3 cheap
@@ -30,9 +32,12 @@ void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
     for (std::size_t b = 0; b < blocks; ++b) body(b * block, std::min(count, (b + 1) * block));
     return;
   }
+  const LoopHandoff loop;
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, blocks,
-                              [&](std::size_t b) { body(b * block, std::min(count, (b + 1) * block)); });
+    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+      const LoopHandoff::Task task(loop);
+      body(b * block, std::min(count, (b + 1) * block));
+    });
   });
 }
 
@@ -44,7 +49,13 @@ void parallel_tasks(std::size_t count, const Body& body) {
     if (count == 1) body(std::size_t{0});
     return;
   }
-  oneapi::tbb::this_task_arena::isolate([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, body); });
+  const LoopHandoff loop;
+  oneapi::tbb::this_task_arena::isolate([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const LoopHandoff::Task task(loop);
+      body(i);
+    });
+  });
 }
 
 // Sum in fixed blocks with double accumulators: bit-identical for every thread count. O(n).

@@ -65,10 +65,10 @@ const ScalarAttribute& find_attribute(std::span<const ScalarAttribute> attribute
     if (attribute.name == name) return attribute;
   std::string names;
   for (const ScalarAttribute& attribute : attributes) names += (names.empty() ? "" : ", ") + attribute.name;
-  throw ItemError(Status::unreadable, "the density names the " + kind + " attribute \"" + name +
-                                          "\" but the file " +
-                                          (names.empty() ? "has no " + kind + " attributes"
-                                                         : "has only the " + kind + " attributes " + names));
+  throw ItemError(Status::missing_attribute,
+                  "the density names the " + kind + " attribute \"" + name + "\" but the file " +
+                      (names.empty() ? "has no " + kind + " attributes"
+                                     : "has only the " + kind + " attributes " + names));
 }
 
 [[noreturn]] void fail_at(const ScalarAttribute& attribute, const std::string& kind, std::size_t i) {

@@ -10,6 +10,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/components.h"
+#include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/triangulate_polygon.h"
 
@@ -374,6 +375,9 @@ void split_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
 }  // namespace
 
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
+  check_count(mesh.vertex_count(), "vertices");
+  check_count(mesh.polygon_count(), "polygons");
+  check_count(mesh.corners.size(), "corners");
   PreparedMesh out;
   out.repairs = mesh.repairs;
   std::vector<std::uint8_t> used;

@@ -93,8 +93,8 @@ Columns columns_of(std::span<const ScalarAttribute> attributes, const std::strin
     for (std::size_t k = 0; k < suffixes.size(); ++k) {
       const ScalarAttribute* const attribute = find(attributes, name + suffixes[k]);
       if (attribute == nullptr)
-        throw ItemError(Status::unreadable, "the tensor field needs the " + element + " attribute " + name +
-                                                suffixes[k] + " but the file has no such");
+        throw ItemError(Status::missing_attribute, "the tensor field needs the " + element + " attribute " +
+                                                       name + suffixes[k] + " but the file has no such");
       result.begin[k] = attribute->values.data();
       result.count = k == 0 ? attribute->values.size() : std::min(result.count, attribute->values.size());
     }
@@ -106,7 +106,7 @@ Columns columns_of(std::span<const ScalarAttribute> attributes, const std::strin
   } else {
     std::string names;
     for (const ScalarAttribute& attribute : attributes) names += (names.empty() ? "" : ", ") + attribute.name;
-    throw ItemError(Status::unreadable,
+    throw ItemError(Status::missing_attribute,
                     "the tensor field needs the " + element + " attributes " + name + "_xx to " + name +
                         "_zz, or " + name + "_x to " + name + "_z, but the file " +
                         (names.empty() ? "has no " + element + " attributes"

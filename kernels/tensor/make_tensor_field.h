@@ -67,10 +67,10 @@ struct TensorFieldReport {
 // Values at vertices hold in the plane of the vertex normal (vertex_frames) and are transported into the
 // triangles, values on faces hold in the plane of each triangle. The constant is treated as a vertex value.
 // Curvature: curvature_field.
-// Throws ItemError(unreadable) for attributes that are not there, tables of another length than the file's
-// vertices, and values that are not finite or not positive definite at a used element: the sentence names the
-// attribute and the first bad element. std::invalid_argument when `validate` finds a problem. O(T), curvature
-// O(T + W log W); deterministic for every thread count, thread-safe.
+// Throws ItemError: missing_attribute for attributes that are not there, unreadable for tables of another
+// length than the file's vertices, and for values that are not finite or not positive definite at a used
+// element: the sentence names the attribute and the first bad element. std::invalid_argument when `validate`
+// finds a problem. O(T), curvature O(T + W log W); deterministic for every thread count, thread-safe.
 TensorField make_tensor_field(const PolygonMesh& file, const PreparedMesh& mesh,
                               const TensorParameters& parameters, const CancelToken& cancel = {},
                               TensorFieldReport* report = nullptr);

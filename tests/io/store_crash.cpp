@@ -313,7 +313,7 @@ TEST_CASE("run: a second process is stopped, a name left by a dead one is no obs
     CHECK(kind == 1);
     CHECK_THAT(message, Catch::Contains("another process (pid " + std::to_string(::getpid()) + ") holds"));
     try {
-      discard_store(folder / "s.h5");
+      discard_run(folder / "s.h5");
       FAIL("the store of a running process was discarded");
     } catch (const RunError& error) {
       CHECK(error.kind() == RunError::Kind::stopped);
@@ -440,15 +440,28 @@ TEST_CASE("run: a store that is there is replaced in one step") {
   CHECK((finish_run(folder / "s.h5", header) == store_bytes(header)));
 }
 
-TEST_CASE("discard_store: removes the store, the run and what was left of others") {
+TEST_CASE("run: links that lead nowhere are refused at once") {
   const ScratchFolder folder;
-  discard_store(folder / "s.h5");
+  const StoreHeader header = make_header(5, 2);
+  fs::create_symlink(folder / "nowhere", folder / "s.h5.run");
+  const auto [message, kind] = refusal(folder / "s.h5", header);
+  CHECK(kind == 0);
+  CHECK_THAT(message, Catch::Contains("s.h5.run") && Catch::Contains("No such file"));
+  fs::create_directory(folder / "t.h5.run");
+  fs::create_symlink(folder / "none/nowhere", folder / "t.h5.run/lock");
+  CHECK_THAT(refusal(folder / "t.h5", header).first, Catch::Contains("t.h5.run/lock"));
+}
+
+TEST_CASE("discard_run: removes the run and what was left of others, and no store") {
+  const ScratchFolder folder;
+  discard_run(folder / "s.h5");
   write_store(folder / "s.h5", make_header(10, 3));
   { const RunDirectory run(folder / "s.h5", make_header(5, 3)); }
   write_file(folder / "s.h5.part-7", "x");
   write_file(folder / "s.h5x", "stays");
-  discard_store(folder / "s.h5");
-  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5x"});
+  write_file(folder / "s.h5.part-1.off", "stays");
+  discard_run(folder / "s.h5");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-1.off", "s.h5x"});
 }
 
 TEST_CASE("run: killed by SIGKILL at random moments") {

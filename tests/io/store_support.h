@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -70,7 +71,7 @@ inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
   return header;
 }
 
-// A row whose every value is a function of (row, header); about one in three is not ok.
+// A row whose every value is a function of (row, header) and within its range; about one in three is not ok.
 inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   std::mt19937_64 random(row * 977 + header.samples);
   const auto real = [&] { return static_cast<float>(random() >> 40) * 0x1p-24f - 0.5f; };
@@ -82,18 +83,21 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   if (!ok) report.reason = "row " + std::to_string(row) + " is " + std::string(name_of(report.status));
   report.method = ok ? static_cast<Method>(1 + random() % 3) : Method::none;
   report.file_bytes = random() % (std::uint64_t{1} << 40);
-  report.vertices = random() % 100000;
+  report.vertices = 1 + random() % 100000;
   report.faces = 1 + random() % 100000;
-  report.components = static_cast<std::uint32_t>(random() % 10);
+  report.components = 1 + static_cast<std::uint32_t>(random() % 10);
   report.genus = static_cast<std::uint32_t>(random() % 3);
   report.boundaries = static_cast<std::uint32_t>(random() % 7);
-  report.area = real();
-  report.measure = real();
-  for (double& value : report.bbox) value = real();
+  report.area = 1 + real();
+  report.measure = 1 + real();
+  for (std::size_t axis = 0; axis < 3; ++axis) {  // around all points, wherever loc and scale put them
+    report.bbox[axis] = -2 + real();
+    report.bbox[axis + 3] = 2 + real();
+  }
   for (double& value : report.loc) value = real();
   report.scale = 1 + real();
   report.flips = static_cast<std::uint32_t>(random() % 5);
-  report.overlap = real();
+  report.overlap = 0.5 + real();
   report.area_scale_range = 1 + real();
   report.distortion = 1 + real();
   for (std::uint32_t& count : report.repairs.counts) count = static_cast<std::uint32_t>(random() % 3);
@@ -103,10 +107,15 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   Samples& samples = made.samples;
   for (std::size_t i = 0; i < 3 * n; ++i) {
     samples.points.push_back(real());
-    samples.normals.push_back(real());
-    samples.corners.push_back(static_cast<std::uint32_t>(random() % 100000));
+    samples.corners.push_back(static_cast<std::uint32_t>(random() % report.vertices));
   }
-  for (std::size_t i = 0; i < 2 * n; ++i) samples.barycentric.push_back(real());
+  for (std::size_t i = 0; i < n; ++i) {
+    const float x = real(), y = real(), z = 1 + real(), length = std::hypot(x, y, z);
+    for (const float value : {x, y, z}) samples.normals.push_back(value / length);
+    const float first = 0.5f + real();
+    samples.barycentric.push_back(first);
+    samples.barycentric.push_back((0.5f + real()) * (1 - first));
+  }
   for (std::size_t i = 0; i < n; ++i) {
     samples.face.push_back(static_cast<std::uint32_t>(random() % report.faces));
     samples.density.push_back(1 + real());

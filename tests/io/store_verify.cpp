@@ -2,7 +2,9 @@
 #include <hdf5.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
+#include <map>
 
 #include "io/store/crc32c.h"
 #include "io/store/store_file.h"
@@ -159,6 +161,50 @@ TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
              Contains("row 11") && Contains("does not come after"));
 }
 
+TEST_CASE("verify: values outside the range of their column in a file whose bytes are whole") {
+  const StoreHeader header = make_header(30, 300);
+  const ScratchFolder folder;
+  write_store(folder / "good.h5", header);
+  const hsize_t ok = first_row(header, true);
+  const ItemReport report = make_row(header, ok).report;
+  const fs::path store = folder / "s.h5";
+  const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
+  const auto check = [&](const char* dataset, std::vector<hsize_t> at, const auto& value, const char* what) {
+    fs::copy_file(folder / "good.h5", store, fs::copy_options::overwrite_existing);
+    tamper(store, dataset, std::move(at), value);
+    const VerifyResult result = verify_store(store);
+    INFO(dataset << " " << value);
+    REQUIRE(result.problems.size() > 0);
+    CHECK_THAT(result.problems.front(), Catch::Contains(row) && Catch::Contains(what));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
+  for (const double wrong : {0.0, -1.0, nan, infinity}) {
+    for (const char* const name : {"scale", "area", "measure", "area_scale_range", "distortion"})
+      check((std::string("/items/") + name).c_str(), {ok}, wrong, name);
+    if (std::isfinite(wrong)) continue;
+    check("/items/loc", {ok, 1}, wrong, "loc");
+    check("/items/bbox", {ok, 2}, wrong, "bbox");
+    check("/items/bbox", {ok, 5}, wrong, "bbox");
+  }
+  check("/items/bbox", {ok, 0}, report.bbox[3] + 1, "bbox");
+  check("/items/scale", {ok}, 100 * report.scale, "but its bbox is");
+  check("/items/loc", {ok, 2}, report.loc[2] + 20, "but its bbox is");
+  check("/items/overlap", {ok}, 1.5, "overlap");
+  check("/items/overlap", {ok}, -0.5, "overlap");
+  check("/items/components", {ok}, std::uint32_t{0}, "components");
+  check("/items/vertices", {ok}, std::uint64_t{0}, "vertices");
+  check("/items/faces", {ok}, std::uint64_t{0}, "faces");
+  check("/items/method", {ok}, std::uint8_t{0}, "no method");
+  check("/corners", {ok, 7, 0}, static_cast<std::uint32_t>(report.vertices), "/corners, which must be below");
+  check("/barycentric", {ok, 9, 0}, -0.25f, "weights");
+  check("/barycentric", {ok, 9, 1}, 1.25f, "weights");
+  check("/barycentric", {ok, 9, 0}, static_cast<float>(nan), "not finite");
+  check("/density", {ok, 3}, -1.0f, "/density, which must be 0 or more");
+  check("/density", {ok, 3}, static_cast<float>(infinity), "/density that is not finite");
+  check("/normals", {ok, 3, 2}, 2.0f, "of length");
+}
+
 TEST_CASE("verify: a chunk with a wrong checksum is named") {
   const StoreHeader header = make_header(30, 300, Compression::none);
   const ScratchFolder folder;
@@ -200,54 +246,100 @@ TEST_CASE("verify: progress ends at the number of rows") {
   CHECK(last == 30);
 }
 
-TEST_CASE("export_pointnet: ok rows only, in shards, with their lists") {
-  const StoreHeader header = make_header(50, 20);
+TEST_CASE("export_pointnet: ok rows with a class, in shards of each part, with their lists") {
+  const StoreHeader header = make_header(150, 20);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
   const StoreReader store(folder / "s.h5");
-  export_pointnet(store, folder / "out/pointnet", 8);
-  std::vector<std::uint64_t> ok;
-  for (std::uint64_t row = 0; row < 50; ++row)
-    if (store.report(row).status == Status::ok) ok.push_back(row);
-  std::string files;
-  const std::size_t shards = (ok.size() + 7) / 8;
-  for (std::size_t k = 0; k < shards; ++k) {
-    const fs::path path = folder / ("out/pointnet/ply_data_train" + std::to_string(k) + ".h5");
-    files += path.string() + "\n";
-    const std::size_t rows = std::min<std::size_t>(8, ok.size() - 8 * k);
-    std::vector<float> data(rows * 60), normal(rows * 60);
-    std::vector<std::uint8_t> label(rows);
-    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-    const auto read = [&](const char* name, hid_t type, hsize_t size, void* values) {
-      const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
-      CHECK(H5Dget_storage_size(dataset) > 0);
-      const hid_t space = H5Dget_space(dataset);
-      CHECK(static_cast<hsize_t>(H5Sget_simple_extent_npoints(space)) == size);
-      CHECK(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
-      H5Sclose(space);
-      H5Dclose(dataset);
-    };
-    read("data", H5T_NATIVE_FLOAT, rows * 60, data.data());
-    read("normal", H5T_NATIVE_FLOAT, rows * 60, normal.data());
-    read("label", H5T_NATIVE_UINT8, rows, label.data());
-    H5Fclose(file);
-    std::string ids = "[";
-    for (std::size_t i = 0; i < rows; ++i) {
-      const Row row = make_row(header, ok[8 * k + i]);
-      CHECK(std::equal(row.samples.points.begin(), row.samples.points.end(),
-                       data.begin() + static_cast<long>(60 * i)));
-      CHECK(std::equal(row.samples.normals.begin(), row.samples.normals.end(),
-                       normal.begin() + static_cast<long>(60 * i)));
-      CHECK(label[i] == (row.label < 0 ? 3 : row.label));
-      ids += (i ? ",\"" : "\"") + header.ids[ok[8 * k + i]] + "\"";
-    }
-    CHECK(read_file(folder / ("out/pointnet/ply_data_train_" + std::to_string(k) + "_id2file.json")) ==
-          ids + "]\n");
+  const PointnetCounts counts = export_pointnet(store, folder / "out/pointnet", 8);
+  std::map<std::string, std::vector<std::uint64_t>> wanted;
+  std::uint64_t unlabelled = 0;
+  for (std::uint64_t row = 0; row < 150; ++row) {
+    if (store.report(row).status != Status::ok) continue;
+    const Split split = store.split(row);
+    if (store.label(row) < 0)
+      ++unlabelled;
+    else
+      wanted[split == Split::test ? "test" : split == Split::validation ? "val" : "train"].push_back(row);
   }
-  CHECK_FALSE(fs::exists(folder / ("out/pointnet/ply_data_train" + std::to_string(shards) + ".h5")));
-  CHECK(read_file(folder / "out/pointnet/train_files.txt") == files);
-  CHECK(read_file(folder / "out/pointnet/shape_names.txt") ==
-        "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\nunknown\n");
+  CHECK(counts.unlabelled == unlabelled);
+  CHECK(counts.train == wanted["train"].size());
+  CHECK(counts.test == wanted["test"].size());
+  CHECK(counts.validation == wanted["val"].size());
+  for (const auto& [part, ok] : wanted) {
+    INFO(part);
+    REQUIRE(ok.size() > 8);
+    const std::string start = "out/pointnet/ply_data_" + part;
+    std::string files;
+    const std::size_t shards = (ok.size() + 7) / 8;
+    for (std::size_t k = 0; k < shards; ++k) {
+      const fs::path path = folder / (start + std::to_string(k) + ".h5");
+      files += path.string() + "\n";
+      const std::size_t rows = std::min<std::size_t>(8, ok.size() - 8 * k);
+      std::vector<float> data(rows * 60), normal(rows * 60);
+      std::vector<std::uint8_t> label(rows);
+      const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+      const auto read = [&](const char* name, hid_t type, hsize_t size, void* values) {
+        const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
+        CHECK(H5Dget_storage_size(dataset) > 0);
+        const hid_t space = H5Dget_space(dataset);
+        CHECK(static_cast<hsize_t>(H5Sget_simple_extent_npoints(space)) == size);
+        CHECK(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+        H5Sclose(space);
+        H5Dclose(dataset);
+      };
+      read("data", H5T_NATIVE_FLOAT, rows * 60, data.data());
+      read("normal", H5T_NATIVE_FLOAT, rows * 60, normal.data());
+      read("label", H5T_NATIVE_UINT8, rows, label.data());
+      H5Fclose(file);
+      std::string ids = "[";
+      for (std::size_t i = 0; i < rows; ++i) {
+        const Row row = make_row(header, ok[8 * k + i]);
+        CHECK(std::equal(row.samples.points.begin(), row.samples.points.end(),
+                         data.begin() + static_cast<long>(60 * i)));
+        CHECK(std::equal(row.samples.normals.begin(), row.samples.normals.end(),
+                         normal.begin() + static_cast<long>(60 * i)));
+        CHECK(label[i] == row.label);
+        ids += (i ? ",\"" : "\"") + header.ids[ok[8 * k + i]] + "\"";
+      }
+      CHECK(read_file(folder / (start + "_" + std::to_string(k) + "_id2file.json")) == ids + "]\n");
+    }
+    CHECK_FALSE(fs::exists(folder / (start + std::to_string(shards) + ".h5")));
+    CHECK(read_file(folder / ("out/pointnet/" + part + "_files.txt")) == files);
+  }
+  CHECK(read_file(folder / "out/pointnet/shape_names.txt") == "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\n");
+}
+
+TEST_CASE("export_pointnet: a second export leaves nothing of the first, and nothing else is touched") {
+  StoreHeader header = make_header(60, 5);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  header.splits.assign(60, Split::none);
+  write_store(folder / "t.h5", header);
+  CHECK(pointnet_files(folder / "out").empty());
+  export_pointnet(StoreReader(folder / "s.h5"), folder / "out", 4);
+  write_file(folder / "out/ply_data_trainx.h5", "x");
+  write_file(folder / "out/other.txt", "x");
+  const std::size_t many = pointnet_files(folder / "out").size();
+  const PointnetCounts counts = export_pointnet(StoreReader(folder / "t.h5"), folder / "out");
+  CHECK(counts.test == 0);
+  // One shard, its ids, two lists and the names of the classes.
+  CHECK(pointnet_files(folder / "out").size() == 5);
+  CHECK(many > 5);
+  CHECK(read_file(folder / "out/test_files.txt").empty());
+  CHECK_FALSE(fs::exists(folder / "out/val_files.txt"));
+  CHECK(fs::exists(folder / "out/ply_data_trainx.h5"));
+  CHECK(fs::exists(folder / "out/other.txt"));
+}
+
+TEST_CASE("export_pointnet: without any class nothing is written") {
+  StoreHeader header = make_header(10, 5);
+  header.labels.assign(10, -1);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  CHECK_THROWS_WITH(export_pointnet(StoreReader(folder / "s.h5"), folder / "out"),
+                    Catch::Matchers::Contains("--labels"));
+  CHECK_FALSE(fs::exists(folder / "out"));
 }
 
 TEST_CASE("export_pointnet: more classes than the format holds, folders that cannot be made") {

@@ -239,9 +239,12 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   write_mesh(c.path("other/else.off"), icosphere(1));
   CHECK(contains(error_of({c.path("other"), "--descriptors", "basics"}), "no item of"));
   write_file(c.path("there.h5"), "mine");
-  CHECK(
-      contains(error_of({"--descriptors", "a3", "-o", c.path("there.h5")}), "exists (--fresh replaces it)"));
-  CHECK(read_file(c.path("there.h5")) == "mine");
+  for (const bool fresh : {false, true}) {
+    std::vector<std::string> more = {"--descriptors", "a3", "-o", c.path("there.h5")};
+    if (fresh) more.emplace_back("--fresh");
+    CHECK(contains(error_of(more), "is a text file: only a Meander store is replaced here"));
+    CHECK(read_file(c.path("there.h5")) == "mine");
+  }
   fs::create_directories(c.path("half.h5.run"));
   const ProcessResult half = c.describe("half.h5", {"--descriptors", "a3"});
   CHECK(half.exit_code == 2);
@@ -395,13 +398,13 @@ TEST_CASE("export of descriptors: neither the store nor what is no file is repla
   CHECK(fs::is_fifo(c.path("pipe")));  // a device would be taken away in the same manner
   const ProcessResult fresh = c.describe("s.h5", {"--descriptors", "a3", "--fresh", "-o", c.path("pipe")});
   CHECK(fresh.exit_code == 2);
-  CHECK(contains(fresh.err, "is no store"));
+  CHECK(contains(fresh.err, "not a file that can be replaced"));
   CHECK(fs::is_fifo(c.path("pipe")));
   // A link to a file stays a link.
-  write_file(c.path("far.csv"), "old");
+  write_file(c.path("far.csv"), "id,label\nold,1\n");
   fs::create_symlink("far.csv", c.path("near.csv"));
-  REQUIRE(meander_with(
-              {"export", c.path("s.h5"), "--descriptors", "d2", "--format", "csv", "-o", c.path("near.csv")})
+  REQUIRE(meander_with({"export", c.path("s.h5"), "--descriptors", "d2", "--format", "csv", "-o",
+                        c.path("near.csv"), "--fresh"})
               .exit_code == 0);
   CHECK(fs::is_symlink(c.path("near.csv")));
   CHECK(contains(read_file(c.path("far.csv")), "ball.off"));

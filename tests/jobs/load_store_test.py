@@ -42,6 +42,8 @@ def check_loading(load_store, store):
             items = pool.map(dataset.__getitem__, range(40))
         for index, (some_points, _, label) in enumerate(items):
             assert (some_points == points[index, :32]).all() and label == labels[index]
+    assert len(load_store.StoreDataset(store, split="test")) == 0
+    assert len(load_store.load_store(store, split="train")[2]) == 0
     assert (pickle.loads(pickle.dumps(dataset))[39][0] == points[39, :32]).all()
 
 

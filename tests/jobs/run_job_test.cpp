@@ -253,7 +253,7 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
   says({"--memory", "12Q"}, "unit");
-  says({"--retry", "broken"}, "no status");
+  says({"--retry", "broken"}, "`broken` is neither a status of a failed item");
   says({"--locate", "first-hit", "--place", "element"}, "curve vertices");
   CHECK(run_process({program, "rum"}).exit_code == 2);
   CHECK(run_process({program, "run", "nowhere", "-o", "x.h5"}).exit_code == 2);

@@ -149,7 +149,7 @@ TEST_CASE("run --method anisotropic: an attribute that a file lacks is that file
   const StoreReader reader(scratch / "s.h5");
   REQUIRE(reader.rows() == 4);
   const ItemReport report = reader.report(*reader.find("plain.off"));
-  CHECK(report.status == Status::unreadable);
+  CHECK(report.status == Status::missing_attribute);
   CHECK(report.reason.find("grain") != std::string::npos);
   CHECK(reader.report(*reader.find("ball.ply")).status == Status::ok);
   CHECK(verify_store(scratch / "s.h5").problems.empty());
@@ -159,7 +159,7 @@ TEST_CASE("run --method anisotropic: info, verify and export know the store") {
   const ScratchFolder scratch;
   write_shapes(scratch / "in");
   const std::string store = (scratch / "s.h5").string();
-  REQUIRE(run_process(command(scratch / "in", store)).exit_code == 0);
+  REQUIRE(run_process(command(scratch / "in", store, {"--label-from-folder"})).exit_code == 0);
   CHECK(run_process({program, "verify", store}).exit_code == 0);
   const ProcessResult info = run_process({program, "info", store});
   CHECK(info.exit_code == 0);

@@ -306,7 +306,7 @@ TEST_CASE("make_density: the sentence about a missing attribute lists those that
     make_density(file, mesh, kind_of(DensityKind::face_attribute, "red"));
     FAIL("a face attribute was found that is not there");
   } catch (const ItemError& error) {
-    CHECK(error.status() == Status::unreadable);
+    CHECK(error.status() == Status::missing_attribute);
   }
 }
 

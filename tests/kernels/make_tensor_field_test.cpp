@@ -240,13 +240,14 @@ TEST_CASE("make_tensor_field: bad and missing values are named") {
   add_six(file.face_attributes, "nan", 18, six_at(3, {nan, 0, 0, 1, 0, 1}));
   file.vertex_attributes.push_back({"part_xx", std::vector<double>(16, 1.0)});
   const PreparedMesh mesh = prepare_mesh(file);
-  const auto fails = [&](const TensorParameters& parameters, const std::string& sentence) {
+  const auto fails = [&](const TensorParameters& parameters, const std::string& sentence,
+                         Status status = Status::unreadable) {
     CAPTURE(sentence);
     try {
       make_tensor_field(file, mesh, parameters);
       FAIL("nothing was thrown");
     } catch (const ItemError& error) {
-      CHECK(error.status() == Status::unreadable);
+      CHECK(error.status() == status);
       CHECK_THAT(error.what(), Contains(sentence));
     }
   };
@@ -257,8 +258,10 @@ TEST_CASE("make_tensor_field: bad and missing values are named") {
         "the vertex attribute \"nan\" is not finite at vertex 7");
   fails(of_kind(TensorKind::vertex_attribute, "short"), "has length 0.5 at vertex 9");
   fails(of_kind(TensorKind::face_attribute, "nan"), "the face attribute \"nan\" is not finite at face 3");
-  fails(of_kind(TensorKind::vertex_attribute, "part"), "needs the vertex attribute part_xy");
-  fails(of_kind(TensorKind::face_attribute, "none"), "has only the face attributes nan_xx, nan_xy");
+  fails(of_kind(TensorKind::vertex_attribute, "part"), "needs the vertex attribute part_xy",
+        Status::missing_attribute);
+  fails(of_kind(TensorKind::face_attribute, "none"), "has only the face attributes nan_xx, nan_xy",
+        Status::missing_attribute);
   TensorParameters table = of_kind(TensorKind::table);
   table.table = std::make_shared<const TensorTable>(TensorTable{3, std::vector<double>(45, 1.0)});
   fails(table, "the tensor table has 15 rows but the file has 16 vertices");

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "kernels/mesh/triangulate_polygon.h"
+#include "kernels/sample_mesh.h"
+#include "support/sparse_memory.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -260,4 +262,18 @@ TEST_CASE("triangulate_polygon: a bridge to a hole and a polygon without area st
   CHECK_FALSE(
       triangulate_polygon(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, triangles));
   CHECK(triangles.size() == 6);
+}
+
+TEST_CASE("sample_mesh: arrays of more corners than 32 bits can number are refused before they are copied") {
+  constexpr std::size_t corners = std::size_t{3} * 1431655766;
+  const SparseMemory memory(corners * sizeof(std::uint32_t));
+  if (!memory) {
+    WARN("skipped: no address space");
+    return;
+  }
+  const std::vector<double> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const Row row =
+      sample_mesh(positions, {reinterpret_cast<const std::uint32_t*>(memory.data()), corners}, {}, {});
+  CHECK(row.report.status == Status::unsupported_format);
+  CHECK(row.report.reason == "4294967298 corners are more than 32 bits can number");
 }

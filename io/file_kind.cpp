@@ -1,0 +1,287 @@
+#include "io/file_kind.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "io/utf8.h"
+
+namespace meander {
+
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+constexpr std::size_t head_bytes = std::size_t{1} << 16;
+
+struct Head {
+  std::string bytes;  // of the beginning
+  std::uint64_t size = 0;
+  bool whole() const { return bytes.size() == size; }
+};
+
+[[noreturn]] void fail(const std::filesystem::path& path, int descriptor) {
+  const int error = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  throw std::system_error(error, std::generic_category(), "cannot read " + path.string());
+}
+
+Head read_head(const std::filesystem::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  struct stat facts {};
+  if (file < 0 || ::fstat(file, &facts) != 0) fail(path, file);
+  Head head;
+  head.size = static_cast<std::uint64_t>(facts.st_size);
+  head.bytes.resize(std::min<std::uint64_t>(head.size, head_bytes));
+  std::size_t done = 0;
+  while (done < head.bytes.size()) {
+    const ssize_t count =
+        ::pread(file, head.bytes.data() + done, head.bytes.size() - done, static_cast<off_t>(done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path, file);
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  ::close(file);
+  head.bytes.resize(done);
+  return head;
+}
+
+bool is_hdf5(std::string_view bytes) {
+  constexpr auto signature = "\x89HDF\r\n\x1a\n"sv;
+  for (std::size_t at = 0; at < bytes.size(); at = at == 0 ? 512 : 2 * at)
+    if (bytes.substr(at).starts_with(signature)) return true;
+  return false;
+}
+
+// UTF-8 without control characters other than those of lines. The last character of a head may be cut.
+bool is_text(const Head& head) {
+  std::string_view rest = head.bytes;
+  while (!rest.empty()) {
+    const auto c = static_cast<unsigned char>(rest.front());
+    if (c < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f') return false;
+    const std::size_t length = utf8_sequence_length(rest);
+    if (length == 0) return !head.whole() && rest.size() < 4;
+    rest.remove_prefix(length);
+  }
+  return true;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::string_view without_blanks(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  const std::size_t at = text.find_first_not_of(" \t\r\n\f");
+  return at == std::string_view::npos ? std::string_view{} : text.substr(at);
+}
+
+// Lines that are not blank; of a head that is not the whole file the last, which may be cut, is left out.
+std::vector<std::string_view> lines_of(const Head& head) {
+  std::vector<std::string_view> lines;
+  std::string_view rest = head.bytes;
+  while (!rest.empty()) {
+    const std::size_t end = rest.find_first_of("\r\n");
+    if (end == std::string_view::npos && !head.whole()) break;
+    const std::string_view line = rest.substr(0, end);
+    if (!without_blanks(line).empty()) lines.push_back(without_blanks(line));
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+  }
+  return lines;
+}
+
+std::vector<std::string_view> words_of(std::string_view line) {
+  std::vector<std::string_view> words;
+  for (line = without_blanks(line); !line.empty(); line = without_blanks(line)) {
+    const std::size_t end = std::min(line.find_first_of(" \t\r\n\f"), line.size());
+    words.push_back(line.substr(0, end));
+    line.remove_prefix(end);
+  }
+  return words;
+}
+
+bool is_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error != std::errc::invalid_argument && end == word.data() + word.size();
+}
+
+FileKind ply_kind(std::string_view bytes) {
+  const std::size_t at = bytes.find("element face");
+  const std::size_t end = bytes.find("end_header");
+  if (at > end || at == std::string_view::npos) return FileKind::ply_points;
+  const auto words = words_of(bytes.substr(at, bytes.find('\n', at) - at));
+  return words.size() >= 3 && words[2] == "0" ? FileKind::ply_points : FileKind::ply_mesh;
+}
+
+// OFF and its variants (NOFF, COFF, STOFF, 4OFF ...), text or binary.
+std::optional<FileKind> off_kind(const Head& head) {
+  const auto lines = lines_of(head);
+  if (lines.empty()) return std::nullopt;
+  const auto first = words_of(lines.front());
+  if (!first.front().ends_with("OFF") || first.front().find_first_not_of("STCN4nOF") != std::string::npos)
+    return std::nullopt;
+  std::vector<std::string_view> numbers(first.begin() + 1, first.end());
+  for (std::size_t i = 1; i < lines.size() && numbers.size() < 2; ++i) {
+    if (lines[i].starts_with('#')) continue;
+    const auto words = words_of(lines[i]);
+    numbers.insert(numbers.end(), words.begin(), words.end());
+  }
+  return numbers.size() >= 2 && numbers[1] == "0" ? FileKind::off_points : FileKind::off_mesh;
+}
+
+bool is_obj(const std::vector<std::string_view>& lines) {
+  constexpr std::array named = {"o"sv, "g"sv, "mtllib"sv, "usemtl"sv};
+  constexpr std::array numbered = {"v"sv, "vt"sv, "vn"sv, "vp"sv, "f"sv, "l"sv, "s"sv};
+  for (const std::string_view line : lines) {
+    if (line.starts_with('#')) continue;
+    const auto words = words_of(line);
+    const auto among = [&](const auto& keys) {
+      return words.size() > 1 && std::find(keys.begin(), keys.end(), words.front()) != keys.end();
+    };
+    return among(named) || (among(numbered) && words[1].find_first_of("+-.0123456789o") == 0);
+  }
+  return false;
+}
+
+// Every row has as many cells as the first, two or more (RFC 4180). A row that the end of the head cuts does
+// not count.
+bool is_csv(const Head& head) {
+  std::size_t cells = 1, first = 0;
+  bool quoted = false, blank = true;
+  const auto row_fits = [&] {
+    if (first == 0) first = cells;
+    const bool fits = cells == first && first >= 2;
+    cells = 1;
+    blank = true;
+    return fits;
+  };
+  for (const char c : head.bytes) {
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == ',') ++cells;
+    if (c == '\n' && !blank && !row_fits()) return false;
+    if (c != '\n' && c != '\r') blank = false;
+  }
+  if (head.whole() && !blank && !row_fits()) return false;
+  return first >= 2 && !(quoted && head.whole());
+}
+
+bool is_xyz(const std::vector<std::string_view>& lines) {
+  return !lines.empty() && std::all_of(lines.begin(), lines.end(), [](std::string_view line) {
+    const auto words = words_of(line);
+    return words.size() >= 3 && std::all_of(words.begin(), words.end(), is_number);
+  });
+}
+
+// An object, or an array that an .ini file's [section] is not.
+bool is_json(std::string_view text) {
+  if (!text.starts_with('{') && !text.starts_with('[')) return false;
+  const std::string_view inside = without_blanks(text.substr(1));
+  return text.starts_with('{') ? inside.starts_with('"') || inside.starts_with('}')
+                               : inside.find_first_of("\"{[]-0123456789") == 0;
+}
+
+FileKind text_kind(const Head& head) {
+  const std::string_view text = without_blanks(head.bytes);
+  if (text.starts_with('<')) {
+    const std::string start = lower_case(text.substr(0, 4096));
+    if (start.starts_with("<!doctype html") || start.starts_with("<html")) return FileKind::html;
+    return start.find("<svg") != std::string::npos ? FileKind::svg : FileKind::text;
+  }
+  if (is_json(text)) return FileKind::json;
+  const auto lines = lines_of(head);
+  if (is_csv(head)) return FileKind::csv;
+  if (text.starts_with("solid")) return FileKind::stl_mesh;
+  if (is_obj(lines)) return FileKind::obj_mesh;
+  if (text.starts_with("# ")) return FileKind::item_list;
+  return is_xyz(lines) ? FileKind::xyz : FileKind::text;
+}
+
+std::uint32_t number_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+bool is_distance_matrix(const Head& head) {
+  if (head.size < 4 || head.size % 4 != 0) return false;
+  const std::uint64_t values = head.size / 4;
+  const auto side = static_cast<std::uint64_t>(std::llround(std::sqrt(static_cast<double>(values))));
+  if (side * side != values) return false;
+  constexpr float rounding = 1e-3f;
+  for (std::size_t i = 0; i < std::min<std::uint64_t>(side, head.bytes.size() / 4); ++i) {
+    float value = 0;
+    std::memcpy(&value, head.bytes.data() + 4 * i, sizeof value);
+    if (!std::isfinite(value) || value < -rounding || (i == 0 && value > rounding)) return false;
+  }
+  return true;
+}
+
+FileKind binary_kind(const Head& head) {
+  const std::string_view bytes = head.bytes;
+  if (bytes.size() >= 84 && head.size == 84 + std::uint64_t{50} * number_at(bytes, 80))
+    return FileKind::stl_mesh;
+  if (bytes.size() >= 8 &&
+      head.size == 8 + std::uint64_t{4} * number_at(bytes, 0) * std::uint64_t{number_at(bytes, 4)})
+    return FileKind::fbin;
+  return is_distance_matrix(head) ? FileKind::distance_matrix : FileKind::unknown;
+}
+
+}  // namespace
+
+std::string_view describe(FileKind kind) {
+  constexpr std::array names = {"an empty file"sv,
+                                "a Meander store"sv,
+                                "an HDF5 file"sv,
+                                "a PNG picture"sv,
+                                "an SVG drawing"sv,
+                                "an HTML page"sv,
+                                "a JSON file"sv,
+                                "a CSV table"sv,
+                                "a list of failed items"sv,
+                                "a text file of coordinates"sv,
+                                "a PLY file of points"sv,
+                                "an OFF file of points"sv,
+                                "a PLY mesh"sv,
+                                "an OFF mesh"sv,
+                                "an OBJ mesh"sv,
+                                "an STL mesh"sv,
+                                "an fbin file"sv,
+                                "a matrix of distances"sv,
+                                "a text file"sv,
+                                "a file of unknown content"sv};
+  static_assert(names.size() == static_cast<std::size_t>(FileKind::unknown) + 1);
+  return names[static_cast<std::size_t>(kind)];
+}
+
+FileKind kind_of_file(const std::filesystem::path& path) {
+  const Head head = read_head(path);
+  const std::string_view bytes = head.bytes;
+  if (bytes.empty()) return FileKind::empty;
+  if (bytes.starts_with("meander store\n")) return FileKind::store;
+  if (is_hdf5(bytes)) return FileKind::hdf5;
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_kind(bytes);
+  if (const auto off = off_kind(head)) return *off;
+  return is_text(head) ? text_kind(head) : binary_kind(head);
+}
+
+}  // namespace meander

@@ -1,0 +1,41 @@
+// What a file is, told by its content: so that a file is replaced only by one of its own kind.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+namespace meander {
+
+enum class FileKind : std::uint8_t {
+  empty,
+  store,  // begins with the user block of a Meander store, whole or not
+  hdf5,   // any other HDF5 file
+  png,
+  svg,
+  html,
+  json,
+  csv,         // text whose lines have the same number of cells, two or more
+  item_list,   // text that begins with a comment, `# `: the list of failed items
+  xyz,         // text of numbers alone, three or more a line
+  ply_points,  // PLY and OFF files without a face
+  off_points,
+  ply_mesh,
+  off_mesh,
+  obj_mesh,
+  stl_mesh,
+  fbin,             // number of rows, width, then that many float32
+  distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
+  text,             // any other text
+  unknown
+};
+
+// For messages, with the article: "a PNG picture", "an OFF mesh".
+std::string_view describe(FileKind kind);
+
+// Reads up to 64 KiB of the file. The most specific kind that fits; a file that is cut short or damaged
+// further on keeps the kind that its beginning shows. Throws std::system_error when it cannot be read. The
+// path must name a regular file (symbolic links are followed).
+FileKind kind_of_file(const std::filesystem::path& path);
+
+}  // namespace meander

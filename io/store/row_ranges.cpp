@@ -1,0 +1,115 @@
+#include "io/store/row_ranges.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace meander::store {
+
+namespace {
+
+constexpr double rounding = 1e-5;        // of weights whose sum was rounded to float32
+constexpr double unit_tolerance = 1e-3;  // of the length of a direction
+// Points lifted to a curved surface leave the box of a coarse mesh, by less than this share of its diagonal.
+constexpr double box_margin = 0.5;
+
+bool within(double value, double least, double most) { return value >= least && value <= most; }  // no NaN
+
+std::string wrong(std::string_view name, double value, std::string_view must) {
+  return fmt::format("has the {} {}, which must be {}", name, value, must);
+}
+
+void check_box(const std::array<double, 6>& box, const Complain& complain) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!std::isfinite(box[axis]) || !std::isfinite(box[axis + 3]) || box[axis] > box[axis + 3])
+      return complain(
+          fmt::format("has a bbox from {} to {}, which is no interval", box[axis], box[axis + 3]));
+}
+
+// The first of `count` values that is outside [least, most] is told.
+void check_each(std::span<const float> values, double least, double most, const DatasetSpec& spec,
+                std::string_view must, const Complain& complain) {
+  for (const float value : values)
+    if (!within(static_cast<double>(value), least, most))
+      return complain(fmt::format("has {} in {}, which must be {}", value, spec.path, must));
+}
+
+void check_weights(std::span<const float> values, const DatasetSpec& spec, const Complain& complain) {
+  for (std::size_t at = 0; at + 1 < values.size(); at += 2) {
+    const double first = static_cast<double>(values[at]), second = static_cast<double>(values[at + 1]);
+    if (!within(first, -rounding, 1 + rounding) || !within(second, -rounding, 1 + rounding) ||
+        first + second > 1 + rounding)
+      return complain(
+          fmt::format("has the weights {}, {} in {}, which must be within [0, 1] and sum to 1 at most", first,
+                      second, spec.path));
+  }
+}
+
+void check_unit_vectors(std::span<const float> values, const DatasetSpec& spec, const Complain& complain) {
+  for (std::size_t at = 0; at + 2 < values.size(); at += 3) {
+    const double length = std::hypot(values[at], values[at + 1], values[at + 2]);
+    if (!within(length, 1 - unit_tolerance, 1 + unit_tolerance))
+      return complain(fmt::format("has a vector of length {} in {}, which must be 1", length, spec.path));
+  }
+}
+
+// A loc or scale that is wrong moves the points away from the box that was taken from the file itself.
+void check_at_box(std::span<const float> points, const ItemReport& report, const Complain& complain) {
+  const auto& box = report.bbox;
+  const double margin = box_margin * std::hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]);
+  if (!std::isfinite(margin)) return;
+  for (std::size_t at = 0; at < points.size(); ++at) {
+    const std::size_t axis = at % 3;
+    const double value = report.loc[axis] + report.scale * static_cast<double>(points[at]);
+    if (!within(value, box[axis] - margin, box[axis + 3] + margin))
+      return complain(fmt::format("has a point at {} (loc + scale * point), but its bbox is {} to {} there",
+                                  value, box[axis], box[axis + 3]));
+  }
+}
+
+}  // namespace
+
+void check_item_ranges(const ItemReport& report, StoreContent content, const Complain& complain) {
+  const auto positive = [&](std::string_view name, double value) {
+    if (!(value > 0) || !std::isfinite(value)) complain(wrong(name, value, "positive and finite"));
+  };
+  const auto at_least_one = [&](std::string_view name, double value) {
+    if (value < 1) complain(wrong(name, value, "1 or more"));
+  };
+  positive("area", report.area);
+  positive("measure", report.measure);
+  positive("scale", report.scale);
+  for (const double loc : report.loc)
+    if (!std::isfinite(loc)) complain(wrong("loc", loc, "finite"));
+  check_box(report.bbox, complain);
+  if (!within(report.overlap, 0, 1)) complain(wrong("overlap", report.overlap, "within [0, 1]"));
+  positive("area_scale_range", report.area_scale_range);
+  positive("distortion", report.distortion);
+  at_least_one("number of components", report.components);
+  if (content == StoreContent::surfaces) return;  // neither vertices nor faces, and no chart has a method
+  at_least_one("number of vertices", static_cast<double>(report.vertices));
+  at_least_one("number of faces", static_cast<double>(report.faces));
+  if (report.method == Method::none) complain("is ok, but no method placed its samples");
+}
+
+void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
+                         StoreContent content, const Complain& complain) {
+  for (const float value : values)
+    if (!std::isfinite(value))
+      return complain(fmt::format("has a value in {} that is not finite", spec.path));
+  constexpr double largest = std::numeric_limits<double>::max();
+  if (spec.path == "/points") return check_at_box(values, report, complain);
+  if (spec.path == "/barycentric") return check_weights(values, spec, complain);
+  if (spec.path == "/uv") return check_each(values, 0, 1, spec, "within [0, 1]", complain);
+  if (spec.path == "/density") return check_each(values, 0, largest, spec, "0 or more", complain);
+  if (spec.path == "/tensor/spacing")
+    return check_each(values, std::numeric_limits<float>::denorm_min(), largest, spec, "positive", complain);
+  // A parametric surface has no normal where its parametrisation degenerates.
+  if (spec.path == "/normals" && content == StoreContent::surfaces) return;
+  if (spec.path == "/normals" || spec.path == "/tensor/direction")
+    return check_unit_vectors(values, spec, complain);
+}
+
+}  // namespace meander::store

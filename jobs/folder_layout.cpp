@@ -1,0 +1,96 @@
+#include "jobs/folder_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace meander {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> layout_names = {"auto", "flat", "modelnet", "shapenet"};
+
+// The folders of an id and, last, the name of the file.
+std::vector<std::string_view> parts_of(std::string_view id) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const std::size_t slash = id.find('/');
+    parts.push_back(id.substr(0, slash));
+    if (slash == std::string_view::npos) return parts;
+    id.remove_prefix(slash + 1);
+  }
+}
+
+ItemPlace modelnet_place(const std::vector<std::string_view>& parts) {
+  for (std::size_t at = parts.size() - 1; at-- > 0;) {
+    const Split split = split_of_word(parts[at]);
+    if (split == Split::none) continue;
+    const bool own_folder = at + 2 == parts.size();
+    if (!own_folder) return {std::string(parts[at + 1]), split};
+    return {at > 0 ? std::string(parts[at - 1]) : std::string(), split};
+  }
+  return {};
+}
+
+ItemPlace shapenet_place(const std::vector<std::string_view>& parts) {
+  const std::size_t folders = parts.size() - 1;
+  const std::size_t above = folders > 0 && parts[folders - 1] == "models" ? 3 : 2;
+  return {folders >= above ? std::string(parts[folders - above]) : std::string(), Split::none};
+}
+
+bool is_synset(std::string_view name) {
+  return name.size() == 8 &&
+         std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+bool fits_shapenet(const std::vector<std::string_view>& parts) {
+  const std::size_t folders = parts.size() - 1;
+  if (folders >= 3 && parts[folders - 1] == "models") return is_synset(parts[folders - 3]);
+  return folders >= 2 && is_synset(parts[folders - 2]) && parts[folders].starts_with("model.");
+}
+
+// The split of an item whose split is the folder `from_end` places before its file (1: the one it stands in).
+Split split_at(const std::vector<std::string_view>& parts, std::size_t from_end) {
+  return parts.size() >= 3 ? split_of_word(parts[parts.size() - 1 - from_end]) : Split::none;
+}
+
+bool fits_modelnet(std::span<const std::string> ids, std::size_t from_end) {
+  bool train = false, test = false;
+  for (const std::string& id : ids) {
+    const Split split = split_at(parts_of(id), from_end);
+    if (split == Split::none) return false;
+    train = train || split == Split::train;
+    test = test || split == Split::test;
+  }
+  return train && test;
+}
+
+}  // namespace
+
+std::string_view name_of(FolderLayout layout) { return layout_names[static_cast<std::size_t>(layout)]; }
+
+Split split_of_word(std::string_view word) {
+  std::string lower(word);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (lower == "train" || lower == "training") return Split::train;
+  if (lower == "test" || lower == "testing") return Split::test;
+  if (lower == "val" || lower == "valid" || lower == "validation") return Split::validation;
+  return Split::none;
+}
+
+ItemPlace place_of(std::string_view id, FolderLayout layout) {
+  if (layout == FolderLayout::modelnet) return modelnet_place(parts_of(id));
+  if (layout == FolderLayout::shapenet) return shapenet_place(parts_of(id));
+  return {};
+}
+
+FolderLayout recognise_layout(std::span<const std::string> ids) {
+  if (ids.empty()) return FolderLayout::flat;
+  if (fits_modelnet(ids, 1) || fits_modelnet(ids, 2)) return FolderLayout::modelnet;
+  const bool shapenet =
+      std::all_of(ids.begin(), ids.end(), [](const std::string& id) { return fits_shapenet(parts_of(id)); });
+  return shapenet ? FolderLayout::shapenet : FolderLayout::flat;
+}
+
+}  // namespace meander

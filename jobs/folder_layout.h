@@ -1,0 +1,41 @@
+// Class and split of an item by the folders that it stands in.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+// automatic stands for one of the others, see recognise_layout.
+enum class FolderLayout : std::uint8_t { automatic, flat, modelnet, shapenet };
+std::string_view name_of(FolderLayout layout);  // "auto", "flat", "modelnet", "shapenet"
+
+// What the folders of an item say; an empty class: nothing.
+struct ItemPlace {
+  std::string label;
+  Split split = Split::none;
+};
+
+// The split that a word names, whatever its case: train, training; test, testing; val, valid, validation.
+// none for any other word.
+Split split_of_word(std::string_view word);
+
+// The place of an item, by its id, in a layout other than automatic:
+//   flat      no class, no split
+//   modelnet  the last folder with the name of a split is the split; the class is the folder before it where
+//             the file stands in it (chair/train/x.off), else the folder behind it (train/chair/x.off)
+//   shapenet  the class is the folder of the synset (synset/id/models/x.obj, synset/id/x.obj)
+// An item whose folders do not fit has no class and no split.
+ItemPlace place_of(std::string_view id, FolderLayout layout);
+
+// The layout that a set of ids has as a whole: modelnet where every item stands in CLASS/SPLIT/FILE (or every
+// one in SPLIT/CLASS/FILE) and items for training and for tests are both there; shapenet where every item
+// stands in SYNSET/ID/models/FILE or SYNSET/ID/model.EXTENSION, the name of the synset being eight digits;
+// else flat. Never automatic.
+FolderLayout recognise_layout(std::span<const std::string> ids);
+
+}  // namespace meander

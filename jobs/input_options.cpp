@@ -1,0 +1,123 @@
+#include "jobs/input_options.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "io/item_id.h"
+#include "io/parameters_text.h"
+#include "io/store/posix_file.h"
+#include "jobs/option_words.h"
+
+namespace meander {
+
+namespace {
+
+constexpr Word<FolderLayout> layout_words[] = {{"auto", FolderLayout::automatic},
+                                               {"flat", FolderLayout::flat},
+                                               {"modelnet", FolderLayout::modelnet},
+                                               {"shapenet", FolderLayout::shapenet}};
+
+// The text of a JSON string; the escapes of JsonWriter for printable text.
+std::string text_of_json(const std::string& json) {
+  std::string text;
+  for (std::size_t at = 1; at + 1 < json.size(); ++at) {
+    if (json[at] == '\\') ++at;
+    text += json[at];
+  }
+  return text;
+}
+
+}  // namespace
+
+void add_list_options(CLI::App& command, InputOptions& options, const std::string& group) {
+  command
+      .add_option("--root", options.root,
+                  "Folder that the ids of lists are relative to (default: that of the run that made the "
+                  "store, else the longest folder common to all paths)")
+      ->group(group);
+  command
+      .add_flag("-0,--null", options.null_lists,
+                "Paths of lists end with a NUL byte, as find -print0 writes them")
+      ->group(group);
+}
+
+void add_label_options(CLI::App& command, InputOptions& options, const std::string& group) {
+  command
+      .add_option_function<std::string>(
+          "--layout", [&options](const std::string& word) { options.layout = value_of(layout_words, word); },
+          "Class and split from folders: modelnet (chair/train/x.off, train/chair/x.off), shapenet "
+          "(synset/id/models/x.obj), flat (neither); auto: modelnet or shapenet where all items fit, else "
+          "flat")
+      ->default_str("auto")
+      ->check(one_of(layout_words))
+      ->group(group);
+  command
+      .add_option("--labels", options.labels,
+                  "CSV file of classes and splits: id,class[,split] (train, test, validation)")
+      ->group(group);
+  command
+      .add_flag("--label-from-folder", options.label_from_folder,
+                "Class = name of the parent folder, for items that have none yet")
+      ->group(group);
+}
+
+std::string remembered_root(const std::filesystem::path& store) {
+  std::filesystem::path side_file = store;
+  side_file += ".run.json";
+  try {
+    const std::optional<std::string> text = store::read_text(side_file);
+    if (!text) return {};
+    const auto members = split_members(text->substr(0, text->find_last_not_of("\r\n") + 1));
+    const auto root = members.find("root");
+    return root == members.end() ? std::string() : unescape_id(text_of_json(root->second));
+  } catch (const RunError&) {  // no file of ours, or one that cannot be read
+    return {};
+  }
+}
+
+void print_unread(const InputNotes& notes) {
+  for (const UnreadFolder& folder : notes.unread)
+    fmt::print(stderr, "meander: cannot search `{}`: {}; what it holds is not in the store\n",
+               escape_id(folder.path.string()), folder.reason);
+}
+
+void print_notes(const InputNotes& notes) {
+  if (!notes.unread.empty()) fmt::print("  {:<20}{:>10}\n", "unread folders", notes.unread.size());
+  if (!notes.skipped.empty()) {
+    fmt::print("  other files skipped:");
+    for (const auto& [extension, count] : notes.skipped)
+      fmt::print(" {} {}", extension.empty() ? "(no extension)" : extension, count);
+    fmt::print("\n");
+  }
+  if (notes.hidden > 0) fmt::print("  hidden files and folders skipped: {}\n", notes.hidden);
+  if (notes.links_back > 0) fmt::print("  links to a folder around them skipped: {}\n", notes.links_back);
+  if (notes.layout != FolderLayout::flat)
+    fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
+  if (notes.has_label_file)
+    fmt::print("  labels: {} items without a line, {} lines without an item\n", notes.items_without_line,
+               notes.lines_without_item);
+}
+
+void write_notes(JsonWriter& json, const InputNotes& notes) {
+  json.key("skipped");
+  json.begin_object();
+  for (const auto& [extension, count] : notes.skipped) json.member(extension, count);
+  json.end_object();
+  json.member("hidden", notes.hidden);
+  json.member("links_back", notes.links_back);
+  json.key("unread_folders");
+  json.begin_array();
+  for (const UnreadFolder& folder : notes.unread) {
+    json.begin_object();
+    json.member("path", escape_id(folder.path.string()));
+    json.member("reason", folder.reason);
+    json.end_object();
+  }
+  json.end_array();
+  json.member("layout", name_of(notes.layout));
+  if (!notes.has_label_file) return;
+  json.member("items_without_label_line", notes.items_without_line);
+  json.member("label_lines_without_item", notes.lines_without_item);
+}
+
+}  // namespace meander

@@ -1,0 +1,33 @@
+// Making the rows of a planned store: from an older store, from items tried alone, from the flow graph.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "jobs/jobs.h"
+#include "jobs/run_options.h"
+#include "jobs/run_summary.h"
+#include "jobs/store_update.h"
+
+namespace meander {
+
+// Bytes that every item will probably need, from header peeks in parallel. Returns the bytes of all files.
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads);
+
+struct PlannedRunParameters {
+  const RunOptions& options;
+  const StageHook& hook;
+  ReuseLookup reuse;                   // may be empty
+  const StoreReader* older = nullptr;  // where kept rows come from; null when none is kept
+};
+
+// Tries the items that were in flight when an earlier process died, each alone in a child process, and writes
+// the rows of those that crash. It forks: call it before this process starts any thread.
+void try_suspects(const PlannedStore& planned, const PlannedRunParameters& parameters);
+
+// Makes or continues STORE.run/ and, when every row is done, renames the store to its name. Adds what was
+// done to `outcome`. False when it was stopped first: standard error says why, the run can be continued.
+bool make_planned_store(const PlannedStore& planned, const PlannedRunParameters& parameters,
+                        RunOutcome& outcome);
+
+}  // namespace meander

@@ -1,0 +1,63 @@
+#include "jobs/standard_streams.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+namespace meander {
+
+namespace {
+
+struct Descriptor {
+  int number;
+  bool closed = false;  // nobody reads it any more
+};
+
+ssize_t write_some(void* cookie, const char* data, std::size_t size) {
+  auto& to = *static_cast<Descriptor*>(cookie);
+  std::size_t done = 0;
+  while (done < size && !to.closed) {
+    const ssize_t wrote = ::write(to.number, data + done, size - done);
+    if (wrote >= 0) {
+      done += static_cast<std::size_t>(wrote);
+    } else if (errno == EPIPE) {
+      to.closed = true;
+    } else if (errno != EINTR) {
+      return static_cast<ssize_t>(done);
+    }
+  }
+  return static_cast<ssize_t>(size);
+}
+
+// The same descriptor through a stream that forgives a closed pipe; `fallback` where there is no memory for
+// it.
+std::FILE* forgiving(Descriptor& to, std::FILE* fallback, int buffering) {
+  const cookie_io_functions_t functions{nullptr, write_some, nullptr, nullptr};
+  std::FILE* const stream = ::fopencookie(&to, "w", functions);
+  if (stream == nullptr) return fallback;
+  std::setvbuf(stream, nullptr, buffering, BUFSIZ);
+  return stream;
+}
+
+}  // namespace
+
+void prepare_standard_streams() {
+  std::signal(SIGPIPE, SIG_IGN);
+  // The lowest free number is given first: 0, 1, 2 in turn.
+  for (const int number : {0, 1, 2})
+    if (::fcntl(number, F_GETFD) < 0 && errno == EBADF && ::open("/dev/null", O_RDWR) < 0) break;
+  static Descriptor out{STDOUT_FILENO}, error{STDERR_FILENO};
+  stdout = forgiving(out, stdout, ::isatty(STDOUT_FILENO) != 0 ? _IOLBF : _IOFBF);
+  stderr = forgiving(error, stderr, _IONBF);
+}
+
+std::string flush_standard_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return {};
+  return std::string("cannot write standard output: ") + std::strerror(errno);
+}
+
+}  // namespace meander

@@ -1,0 +1,232 @@
+#include "jobs/store_update.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <set>
+
+#include "io/digest.h"
+#include "io/mesh/mapped_file.h"
+#include "io/parameters_text.h"
+#include "io/store/posix_file.h"
+
+namespace meander {
+
+namespace {
+
+constexpr const char* purpose_update = "update the store";
+
+using TimePoint = std::chrono::system_clock::time_point;
+
+TimePoint modification_time(const struct stat& facts) {
+  return TimePoint(std::chrono::duration_cast<TimePoint::duration>(
+      std::chrono::seconds(facts.st_mtim.tv_sec) + std::chrono::nanoseconds(facts.st_mtim.tv_nsec)));
+}
+
+bool is_unknown(const std::array<std::uint8_t, 32>& digest) {
+  return std::all_of(digest.begin(), digest.end(), [](std::uint8_t byte) { return byte == 0; });
+}
+
+// Whether the file has other bytes than those that the row came from.
+bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since) {
+  struct stat facts {};
+  const bool there = ::stat(item.path.c_str(), &facts) == 0 && S_ISREG(facts.st_mode);
+  if (is_unknown(report.content_sha256))  // never opened; other statuses say nothing of the bytes
+    return there && report.status == Status::unreadable && ::access(item.path.c_str(), R_OK) == 0;
+  if (!there) return true;
+  const auto size = static_cast<std::uint64_t>(facts.st_size);
+  if (report.file_bytes != 0 && report.file_bytes != size) return true;
+  if (modification_time(facts) < since) return false;
+  try {
+    return sha256(MappedFile(item.path).bytes()) != report.content_sha256;
+  } catch (const ItemError&) {
+    return true;  // it can no longer be read
+  }
+}
+
+std::string label_name(const std::vector<std::string>& names, std::int32_t label) {
+  return label < 0 ? std::string() : names[static_cast<std::size_t>(label)];
+}
+
+bool has_status(const RetryOptions& retry, Status status) {
+  return std::find(retry.statuses.begin(), retry.statuses.end(), status) != retry.statuses.end();
+}
+
+// A row of the new store before its header is written.
+struct PlannedRow {
+  std::string id, label;
+  Split split = Split::none;
+};
+
+}  // namespace
+
+StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<PlanItem>& items,
+                                    const StoreHeader& header, TimePoint since) {
+  StoreComparison compared;
+  compared.item_of_row.resize(store.rows());
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> common;  // row and item
+  std::uint64_t item = 0;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) {
+    const std::string id = store.id(row);
+    while (item < items.size() && items[item].id < id) compared.added.push_back(item++);
+    if (item == items.size() || items[item].id != id) {
+      compared.vanished.push_back(row);
+      continue;
+    }
+    compared.item_of_row[row] = item;
+    common.emplace_back(row, item);
+    compared.relabelled |= label_name(store.label_names(), store.label(row)) !=
+                               label_name(header.label_names, header.labels[item]) ||
+                           store.split(row) != header.split(item);
+    ++item;
+  }
+  while (item < items.size()) compared.added.push_back(item++);
+  std::vector<ItemReport> reports;
+  for (const auto& [row, unused] : common) reports.push_back(store.report(row));
+  std::vector<std::uint8_t> changed(common.size(), 0);
+  oneapi::tbb::parallel_for(std::size_t{0}, common.size(), [&](std::size_t i) {
+    changed[i] = has_changed(items[common[i].second], reports[i], since);
+  });
+  for (std::size_t i = 0; i < common.size(); ++i)
+    if (changed[i]) compared.changed.push_back(common[i].first);
+  return compared;
+}
+
+RunPlan plan_update(const StoreReader& store, const StoreHeader& header, const StoreComparison& compared,
+                    const RetryOptions& retry) {
+  std::vector<PlannedRow> rows;
+  for (std::uint64_t item = 0; item < header.ids.size(); ++item)
+    rows.push_back(
+        {header.ids[item], label_name(header.label_names, header.labels[item]), header.split(item)});
+  if (!retry.vanished)
+    for (const std::uint64_t row : compared.vanished)
+      rows.push_back({store.id(row), label_name(store.label_names(), store.label(row)), store.split(row)});
+  std::sort(rows.begin(), rows.end(), [](const PlannedRow& a, const PlannedRow& b) { return a.id < b.id; });
+  std::set<std::string> names(header.label_names.begin(), header.label_names.end());
+  for (const PlannedRow& row : rows)
+    if (!row.label.empty()) names.insert(row.label);
+  RunPlan plan{header, purpose_of_update(retry)};
+  StoreHeader& updated = plan.header;
+  updated.label_names.assign(names.begin(), names.end());
+  updated.ids.clear();
+  updated.labels.clear();
+  updated.splits.clear();
+  for (const PlannedRow& row : rows) {
+    const auto name = std::lower_bound(updated.label_names.begin(), updated.label_names.end(), row.label);
+    updated.ids.push_back(row.id);
+    updated.labels.push_back(
+        row.label.empty() ? -1 : static_cast<std::int32_t>(name - updated.label_names.begin()));
+    updated.splits.push_back(row.split);
+  }
+  return plan;
+}
+
+PlannedStore planned_store(RunPlan plan, const std::vector<PlanItem>& items, const StoreReader* store,
+                           const StoreComparison& compared, const RetryOptions& retry) {
+  PlannedStore planned;
+  planned.plan = std::move(plan);
+  const StoreHeader& header = planned.plan.header;
+  planned.items.resize(header.ids.size());
+  planned.kept.resize(header.ids.size());
+  const std::set<std::uint64_t> changed(compared.changed.begin(), compared.changed.end());
+  for (std::uint64_t row = 0; row < header.ids.size(); ++row) {
+    const std::string& id = header.ids[row];
+    PlanItem& item = planned.items[row];
+    const auto at =
+        std::lower_bound(items.begin(), items.end(), id,
+                         [](const PlanItem& one, const std::string& name) { return one.id < name; });
+    if (at != items.end() && at->id == id) item = *at;
+    item.row = row;
+    item.id = id;
+    item.label = header.labels[row];
+    item.split = header.split(row);
+    const auto old = store == nullptr ? std::nullopt : store->find(id);
+    if (!old) continue;
+    const bool again =
+        has_status(retry, store->report(*old).status) || (retry.changed && changed.contains(*old));
+    if (!again || item.path.empty()) planned.kept[row] = old;
+  }
+  return planned;
+}
+
+std::string purpose_of_update(const RetryOptions& retry) {
+  const std::string words = words_of(retry);
+  return words.empty() ? purpose_update : purpose_update + (" with --retry " + words);
+}
+
+std::optional<RetryOptions> retry_of(std::string_view purpose) {
+  if (!purpose.starts_with(purpose_update)) return std::nullopt;
+  RetryOptions retry;
+  const std::size_t begin = purpose.rfind(' ');
+  if (purpose == purpose_update) return retry;
+  std::string words(purpose.substr(begin + 1));
+  for (std::size_t at = 0; at <= words.size();) {
+    const std::size_t end = std::min(words.find(',', at), words.size());
+    add_retry_word(words.substr(at, end - at), retry);
+    at = end + 1;
+  }
+  return retry;
+}
+
+bool copy_kept_rows(const StoreReader& store, const PlannedStore& planned, RunDirectory& directory,
+                    const std::atomic<bool>& stop) {
+  constexpr std::uint64_t batch_bytes = std::uint64_t{32} << 20, bytes_per_sample = 56;
+  const std::uint64_t batch = std::clamp<std::uint64_t>(
+      batch_bytes / (bytes_per_sample * std::max<std::uint32_t>(1, store.samples())), 1, 256);
+  const StoreHeader& header = planned.plan.header;
+  std::vector<std::uint64_t> rows;
+  std::vector<EncodedRow> encoded;
+  const auto flush = [&] {
+    encoded.assign(rows.size(), {});
+    oneapi::tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+      Row content = store.read_row(*planned.kept[rows[i]]);
+      content.label = header.labels[rows[i]];
+      encoded[i] = encode_row(header, rows[i], content);
+    });
+    for (const EncodedRow& row : encoded) directory.end_item(row);
+    rows.clear();
+  };
+  for (std::uint64_t row = 0; row < planned.kept.size(); ++row) {
+    if (stop) return false;
+    if (!planned.kept[row] || directory.done(row)) continue;
+    rows.push_back(row);
+    if (rows.size() == batch) flush();
+  }
+  flush();
+  return true;
+}
+
+TimePoint run_begun(const std::string& store) {
+  struct stat facts {};
+  constexpr auto coarseness = std::chrono::seconds(2);  // of the times that file systems keep
+  return ::stat((store + ".run/run.json").c_str(), &facts) == 0 ? modification_time(facts) - coarseness
+                                                                : TimePoint::min();
+}
+
+TimePoint inputs_read_since(const std::string& store) {
+  try {
+    const auto text = store::read_text(store + ".run.json");
+    if (text) {
+      std::string_view line(*text);
+      while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
+      const auto members = split_members(line);
+      const auto at = members.find("inputs_read_since_unix_ns");
+      std::int64_t nanoseconds = 0;
+      if (at != members.end() &&
+          std::from_chars(at->second.data(), at->second.data() + at->second.size(), nanoseconds).ec ==
+              std::errc())
+        return TimePoint(
+            std::chrono::duration_cast<TimePoint::duration>(std::chrono::nanoseconds(nanoseconds)));
+    }
+  } catch (const RunError&) {  // not a file of ours, or not readable: the store's own time will do
+  }
+  struct stat facts {};
+  return ::stat(store.c_str(), &facts) == 0 ? modification_time(facts) : TimePoint::min();
+}
+
+}  // namespace meander

@@ -1,0 +1,457 @@
+// What the commands replace and what they leave alone, and what their output does when nobody reads it.
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <map>
+
+#include "io/file_kind.h"
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
+  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
+  return run_process(arguments, options);
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// Every file below a folder with its bytes.
+std::map<std::string, std::string> content_of(const fs::path& folder) {
+  std::map<std::string, std::string> content;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) content[entry.path().string()] = read_file(entry.path());
+  return content;
+}
+
+// A folder with a mesh, a store of surfaces with descriptors, points and texts.
+struct Place {
+  Place() {
+    write_file(path("m.off"), mesh_bytes(torus(12, 8), MeshFile::off));
+    write_file(path("notes.txt"), "nobody has a copy of this\n");
+    write_file(path("points.csv"), "x,y\n0.25,0.25\n0.75,0.25\n0.25,0.75\n0.75,0.75\n");
+    REQUIRE(meander_with({"surface", "eight", "torus", "-n", "64", "-o", path("s.h5")}).exit_code == 0);
+    REQUIRE(meander_with({"describe", path("s.h5"), "--descriptors", "d2", "--bins", "8"}).exit_code == 0);
+  }
+  std::string path(std::string_view name) const { return scratch / name; }
+
+  // The command is refused with these words and no byte of the folder has changed.
+  void refuses(const std::vector<std::string>& arguments, const std::string& words) const {
+    const auto before = content_of(scratch.path());
+    const ProcessResult result = meander_with(arguments);
+    INFO(Catch::StringMaker<std::vector<std::string>>::convert(arguments) << ": " << result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, words));
+    CHECK((content_of(scratch.path()) == before));
+  }
+  void does(const std::vector<std::string>& arguments) const {
+    const ProcessResult result = meander_with(arguments);
+    INFO(Catch::StringMaker<std::vector<std::string>>::convert(arguments) << ": " << result.err);
+    CHECK(result.exit_code == 0);
+  }
+
+  ScratchFolder scratch;
+};
+
+}  // namespace
+
+TEST_CASE("outputs: surface replaces a store by a store and nothing else") {
+  const Place place;
+  place.refuses({"surface", "torus", "-n", "16", "-o", place.path("m.off"), "--fresh"}, "is an OFF mesh");
+  place.refuses({"surface", "torus", "-n", "16", "-o", place.path("m.off")}, "is an OFF mesh");
+  place.refuses({"surface", "torus", "-n", "16", "-o", place.path("s.h5")}, "--fresh replaces it");
+  place.refuses({"surface", place.path("no.nurbs"), "-n", "16", "-o", place.path("s.h5"), "--fresh"},
+                "there is no `");
+  place.does({"export", place.path("s.h5"), "--picture", place.path("height.png")});
+  fs::create_hard_link(place.path("height.png"), place.path("other.png"));
+  place.refuses({"surface", place.path("height.png"), "-n", "16", "-o", place.path("other.png"), "--fresh"},
+                "is an input of this command");
+  place.does({"surface", "torus", "-n", "16", "-o", place.path("s.h5"), "--fresh"});
+  CHECK(StoreReader(place.path("s.h5")).rows() == 1);
+}
+
+TEST_CASE("outputs: run never turns an input into a store, and a mistake costs no store") {
+  const Place place;
+  fs::create_directory(place.path("v"));
+  write_mesh(place.path("v/m.off"), icosphere(1));
+  write_mesh(place.path("v/n.off"), icosphere(2));
+  fs::create_hard_link(place.path("v/m.off"), place.path("s2.h5"));
+  const auto run = [&](const std::string& store, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"run", place.path("v"), "-o", place.path(store), "-n", "32"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  for (const std::string name : {"v/m.off", "v/../v/m.off", "s2.h5"})
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--fresh"}})
+      place.refuses(run(name, more), "is an input of this command");
+  place.refuses(run("m.off", {"--fresh"}), "is an OFF mesh: only a Meander store is replaced");
+  place.refuses(run("notes.txt", {"--fresh"}), "is a text file");
+  place.does(run("r.h5", {}));
+  place.refuses(run("r.h5", {"--fresh", "--reuse", place.path("typo.h5")}), "typo.h5");
+  place.refuses(
+      run("r.h5", {"--fresh", "--reuse", place.path("r.h5"), "--seed", "2", "--order", "curve"}),
+      "made with other parameters: parameter \"order\" was \"progressive\", now it is \"curve\"; parameter "
+      "\"seed\" was 1, now it is 2");
+  place.refuses(run("r.h5", {"--seed", "2"}), "parameter \"seed\" was 1, now it is 2");
+  const std::string before = read_file(place.path("r.h5"));
+  place.does(run("r.h5", {"--fresh", "--reuse", place.path("r.h5")}));
+  CHECK((read_file(place.path("r.h5")) == before));
+}
+
+TEST_CASE("outputs: the old store lives until the new one is whole") {
+  const Place place;
+  const std::string before = read_file(place.path("s.h5"));
+  ProcessOptions full;
+  full.in_child = [] {
+    const rlimit limit{4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  };
+  const std::vector<std::string> command = {"surface",          "torus",  "-n", "4096", "-o",
+                                            place.path("s.h5"), "--fresh"};
+  CHECK(meander_with(command, full).exit_code == 75);
+  CHECK((read_file(place.path("s.h5")) == before));
+  place.does(command);
+  CHECK(StoreReader(place.path("s.h5")).samples() == 4096);
+}
+
+TEST_CASE("outputs: describe writes over its store or another, never over what it reads") {
+  const Place place;
+  const std::vector<std::string> describe = {"describe", place.path("s.h5"), "--descriptors",
+                                             "a3",       "--bins",           "8"};
+  const auto to = [&](const std::string& output, bool fresh) {
+    std::vector<std::string> arguments = describe;
+    arguments.insert(arguments.end(), {"-o", place.path(output)});
+    if (fresh) arguments.emplace_back("--fresh");
+    return arguments;
+  };
+  place.refuses(to("m.off", true), "is an OFF mesh");
+  place.refuses(to("notes.txt", true), "is a text file");
+  fs::copy_file(place.path("s.h5"), place.path("t.h5"));
+  place.refuses(to("t.h5", false), "exists (--fresh replaces it)");
+  place.does(to("t.h5", true));
+  CHECK(StoreReader(place.path("t.h5")).descriptors().size() == 2);
+  CHECK(StoreReader(place.path("s.h5")).descriptors().size() == 1);
+  place.does(to("s.h5", false));
+  CHECK(StoreReader(place.path("s.h5")).descriptors().size() == 2);
+}
+
+TEST_CASE("outputs: pictures replace pictures") {
+  const Place place;
+  const std::string store = place.path("s.h5");
+  place.refuses({"export", store, "--picture", place.path("m.off")}, "is an OFF mesh");
+  place.refuses({"export", store, "--picture", store}, "is the store itself");
+  place.refuses({"export", store, "--picture", place.path("none/p.png")}, "there is no folder");
+  place.does({"export", store, "--picture", place.path("p.png")});
+  place.does({"export", store, "torus", "--picture", place.path("p.png")});
+}
+
+TEST_CASE("outputs: point files of export need --fresh, and one that may not go keeps all others") {
+  const Place place;
+  const std::string store = place.path("s.h5"), out = place.path("out");
+  for (const std::string format : {"ply", "off", "xyz"}) {
+    place.does({"export", store, "-o", out, "--format", format});
+    place.refuses({"export", store, "-o", out, "--format", format}, "exists (--fresh replaces it)");
+    place.does({"export", store, "-o", out, "--format", format, "--fresh"});
+  }
+  // The second file in the order of the rows is somebody's mesh: the first is not written either.
+  fs::create_directory(place.path("meshes"));
+  write_file(place.path("meshes/torus.off"), mesh_bytes(cube(), MeshFile::off));
+  place.refuses({"export", store, "-o", place.path("meshes"), "--format", "off", "--fresh"},
+                "is an OFF mesh");
+  place.refuses({"export", store, "-o", place.path("notes.txt")}, "is no folder");
+  place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is no folder");
+  // One item named twice is one file.
+  place.does({"export", store, "torus", "1", "-o", place.path("one")});
+}
+
+TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
+  const Place place;
+  const std::string store = place.path("s.h5");
+  for (const std::string format : {"csv", "fbin", "ann-hdf5"}) {
+    std::vector<std::string> command = {"export", store, "--descriptors",          "d2", "--format",
+                                        format,   "-o",  place.path("d." + format)};
+    place.does(command);
+    place.refuses(command, "exists (--fresh replaces it)");
+    command.emplace_back("--fresh");
+    place.does(command);
+    command[7] = place.path("notes.txt");
+    place.refuses(command, "is a text file");
+    command[7] = store;
+    place.refuses(command, "is the store itself");
+    if (format == "csv") continue;
+    write_file(place.path("new.ids.csv"), "my own list\n");
+    command[7] = place.path("new");
+    place.refuses(command, "new.ids.csv` is a text file");
+    fs::remove(place.path("new.ids.csv"));
+  }
+  std::vector<std::string> command = {"export", store, "--pointnet", "-o", place.path("pn")};
+  REQUIRE(
+      meander_with({"run", place.path("m.off"), "-o", place.path("r.h5"), "-n", "32", "--label-from-folder"})
+          .exit_code == 0);
+  command[1] = place.path("r.h5");
+  place.does(command);
+  place.refuses(command, "exists (--fresh replaces it)");
+  command.emplace_back("--fresh");
+  place.does(command);
+  fs::copy_file(store, place.path("pn/ply_data_train0.h5"), fs::copy_options::overwrite_existing);
+  place.refuses(command, "is a Meander store");
+}
+
+TEST_CASE("outputs: tables and drawings of retrieve replace their own kind") {
+  const ScratchFolder scratch;
+  for (const char* id : {"a/1.off", "a/2.off", "b/3.off", "b/4.off"}) {
+    fs::create_directories((scratch / id).parent_path());
+    write_mesh(scratch / id, icosphere(1, 1.0 + 0.1 * id[2]));
+  }
+  fs::create_directory(scratch / "in");
+  fs::rename(scratch / "a", scratch / "in/a");
+  fs::rename(scratch / "b", scratch / "in/b");
+  const auto path = [&](const std::string& name) -> std::string { return scratch / name; };
+  REQUIRE(meander_with({"run", path("in"), "-o", path("s.h5"), "-n", "64", "--label-from-folder",
+                        "--describe", "d2,a3", "--bins", "8"})
+              .exit_code == 0);
+  const std::vector<std::pair<std::string, std::string>> outputs = {
+      {"--csv", "t.csv"}, {"--matrix", "m.bin"}, {"--picture", "p.svg"}, {"--confusion", "c.png"}};
+  std::vector<std::string> all = {"retrieve", "evaluate", path("s.h5")};
+  for (const auto& [option, name] : outputs) all.insert(all.end(), {option, path(name)});
+  CHECK(meander_with(all).exit_code == 0);
+  CHECK(meander_with(all).exit_code == 0);  // each replaces its own kind
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& words) {
+    const auto before = content_of(scratch.path());
+    const ProcessResult result = meander_with(arguments);
+    INFO(result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, words));
+    CHECK((content_of(scratch.path()) == before));
+  };
+  refused({"retrieve", "evaluate", path("s.h5"), "--csv", path("new.csv"), "--matrix", path("in/a/1.off")},
+          "is an OFF mesh");
+  refused({"retrieve", "evaluate", path("s.h5"), "--csv", path("m.bin")}, "is a matrix of distances");
+  write_file(path("mine.svg"), "x");
+  refused({"retrieve", "evaluate", path("s.h5"), "--picture", path("mine.svg")}, "is a text file");
+  refused({"retrieve", "evaluate", path("s.h5"), "--confusion", path("mine.svg")}, "is a text file");
+  refused({"retrieve", "evaluate", path("s.h5"), "--picture", path("a.svg"), "--confusion", path("a.svg")},
+          "would write the same file");
+  refused({"retrieve", "query", path("s.h5"), "0", "--csv", path("c.png")}, "is a PNG picture");
+  refused({"retrieve", "select", path("s.h5"), "--csv", path("p.svg")}, "is an SVG drawing");
+  refused({"retrieve", "query", path("s.h5"), "0", "--csv", path("s.h5")}, "is the store itself");
+}
+
+TEST_CASE("outputs: measure leaves the points that it reads alone") {
+  const Place place;
+  fs::create_hard_link(place.path("points.csv"), place.path("result.csv"));
+  const std::vector<std::string> measure = {"measure",   "spacing", place.path("points.csv"),
+                                            "--surface", "plane",   "--csv"};
+  const auto with = [&](const std::string& name) {
+    std::vector<std::string> arguments = measure;
+    arguments.push_back(place.path(name));
+    return arguments;
+  };
+  place.refuses(with("points.csv"), "is an input of this command");
+  place.refuses(with("result.csv"), "is an input of this command");
+  place.refuses(with("m.off"), "is an OFF mesh");
+  place.does(with("new.csv"));
+  place.does(with("new.csv"));
+  place.refuses({"measure", "spacing", place.path("s.h5") + "::torus", "--surface", place.path("m.off"),
+                 "--csv", place.path("s.h5")},
+                "is an input of this command");
+  place.refuses({"measure", "spectrum", place.path("points.csv"), "--surface", "plane", "--picture",
+                 place.path("notes.txt")},
+                "is a text file");
+}
+
+TEST_CASE("outputs: figures replace figures") {
+  const Place place;
+  const std::vector<std::string> figures = {"figures", "-o", place.path("f"), "--only", "3", "--quick"};
+  fs::create_directory(place.path("f"));
+  write_file(place.path("f/index.html"), "my list of links\n");
+  place.refuses(figures, "is a text file");
+  fs::remove(place.path("f/index.html"));
+  write_file(place.path("f/figure03_curves.svg"), "v 0 0 0\n");
+  place.refuses(figures, "is an OBJ mesh");
+  fs::remove(place.path("f/figure03_curves.svg"));
+  write_file(place.path("f/other.svg"), "stays");
+  place.does(figures);
+  place.does(figures);
+  CHECK(read_file(place.path("f/other.svg")) == "stays");
+  fs::copy_file(place.path("m.off"), place.path("f/figure12_m.ply"));
+  place.refuses(figures, "is an OFF mesh");
+}
+
+namespace {
+
+// Ends of standard output and standard error in a child.
+enum class End { closed_pipe, full_disk, nothing };
+
+ProcessOptions ending_in(End out, End error) {
+  ProcessOptions options;
+  options.in_child = [out, error] {
+    const auto connect = [](End end, int number) {
+      if (end == End::closed_pipe) {
+        int ends[2];
+        if (::pipe(ends) != 0) _exit(99);
+        ::dup2(ends[1], number);
+        ::close(ends[0]);
+        ::close(ends[1]);
+      } else if (end == End::full_disk) {
+        const int full = ::open("/dev/full", O_WRONLY);
+        ::dup2(full, number);
+        ::close(full);
+      } else {
+        ::close(number);
+      }
+    };
+    connect(out, STDOUT_FILENO);
+    connect(error, STDERR_FILENO);
+  };
+  return options;
+}
+
+// Meshes with one good model among many that say nothing but their status: more text than any buffer holds.
+void write_failing(const fs::path& folder) {
+  fs::create_directory(folder);
+  write_mesh(folder / "good.off", icosphere(1));
+  for (int i = 0; i < 200; ++i)
+    write_file(folder / ("a_rather_long_name_of_a_model_" + std::to_string(i) + ".off"), "OFF\n0 0 0\n");
+}
+
+}  // namespace
+
+TEST_CASE("closed pipes: a job ends as it would have, whoever reads") {
+  const ScratchFolder scratch;
+  write_failing(scratch / "in");
+  const auto run = [&](const std::string& store) {
+    return std::vector<std::string>{"run", scratch / "in", "-o",         scratch / store, "-n",
+                                    "16",  "--json",       "--progress", "plain"};
+  };
+  REQUIRE(meander_with(run("calm.h5")).exit_code == 3);
+  int number = 0;
+  for (const End error : {End::closed_pipe, End::nothing})
+    for (const End out : {End::closed_pipe, End::nothing}) {
+      const std::string store = "s" + std::to_string(number++) + ".h5";
+      const ProcessResult result = meander_with(run(store), ending_in(out, error));
+      CHECK(result.signal == 0);
+      CHECK(result.exit_code == 3);
+      CHECK((read_file(scratch / store) == read_file(scratch / "calm.h5")));
+    }
+  const std::vector<std::string> info = {"info", scratch / "calm.h5", "--failed"};
+  REQUIRE(meander_with(info).out.size() > (std::size_t{1} << 13));
+  CHECK(meander_with(info, ending_in(End::closed_pipe, End::closed_pipe)).exit_code == 0);
+  CHECK(meander_with({"info", scratch / "calm.h5", "--json"}, ending_in(End::closed_pipe, End::closed_pipe))
+            .exit_code == 0);
+  CHECK(meander_with({"--help"}, ending_in(End::closed_pipe, End::closed_pipe)).exit_code == 0);
+}
+
+TEST_CASE("a full disk behind standard output is told, however short the output") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  REQUIRE(meander_with({"surface", "torus", "-n", "16", "-o", store}).exit_code == 0);
+  ProcessOptions options;
+  options.in_child = [] {
+    const int full = ::open("/dev/full", O_WRONLY);
+    ::dup2(full, STDOUT_FILENO);
+  };
+  const ProcessResult result = meander_with({"info", store}, options);
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "No space left on device"));
+}
+
+TEST_CASE("export: no id of a store leads out of the folder") {
+  for (const std::string id : {"../evil", "/tmp/meander-evil", "a/../../evil", "..", "a/.."}) {
+    const ScratchFolder scratch;
+    fs::create_directory(scratch / "deep");
+    const fs::path store = scratch / "deep/s.h5";
+    StoreHeader header;
+    header.samples = 1;
+    header.parameters_json = "{}";
+    header.ids = {id, "good.off"};
+    std::sort(header.ids.begin(), header.ids.end());
+    header.labels = {-1, -1};
+    {
+      RunDirectory directory(store, header);
+      for (std::uint64_t row = 0; row < 2; ++row) {
+        Row content;
+        content.report.status = Status::ok;
+        content.report.method = Method::direct;
+        content.report.vertices = 3;
+        content.report.faces = 1;
+        content.samples.points = content.samples.normals = {0, 0, 1};
+        content.samples.face = {0};
+        content.samples.corners = {0, 1, 2};
+        content.samples.barycentric = {0.25f, 0.25f};
+        content.samples.curve_rank = {0};
+        content.samples.density = {1};
+        directory.begin_item(row);
+        directory.end_item(encode_row(header, row, content));
+      }
+      directory.finish();
+    }
+    const auto before = content_of(scratch.path());
+    const ProcessResult result = meander_with({"export", store, "-o", scratch / "deep/out"});
+    INFO(id << ": " << result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, "names a file outside"));
+    CHECK((content_of(scratch.path()) == before));
+    CHECK_FALSE(fs::exists("/tmp/meander-evil.ply"));
+    CHECK(meander_with({"export", store, "good.off", "-o", scratch / "deep/out"}).exit_code == 0);
+    CHECK(fs::exists(scratch / "deep/out/good.off.ply"));
+  }
+}
+
+TEST_CASE("run: an attribute that no model has is said in the summary") {
+  const ScratchFolder scratch;
+  fs::create_directory(scratch / "in");
+  write_mesh(scratch / "in/a.off", icosphere(1));
+  write_mesh(scratch / "in/b.ply", cube());
+  write_file(scratch / "in/empty.off", "");
+  const auto run = [&](const std::string& store, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"run", scratch / "in", "-o", scratch / store, "-n", "16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return meander_with(arguments);
+  };
+  const std::string words = "no model has the attribute that the command names";
+  ProcessResult result = run("s.h5", {"--density", "attribute:heat"});
+  INFO(result.out << result.err);
+  CHECK(result.exit_code == 3);
+  CHECK(contains(result.out, words + ": the density names the vertex attribute \"heat\""));
+  CHECK(StoreReader(scratch / "s.h5").report(0).status == Status::missing_attribute);
+  CHECK(StoreReader(scratch / "s.h5").report(1).status == Status::missing_attribute);
+  CHECK(contains(run("j.h5", {"--density", "attribute:heat", "--json"}).out, "\"notice\":\"" + words));
+  result = run("t.h5", {"--method", "anisotropic", "--tensor", "face-attribute:grain"});
+  CHECK(contains(result.out, words + ": the tensor field needs the face attributes grain_xx"));
+  // One model that has it is enough for silence.
+  PolygonMesh with = cube();
+  with.vertex_attributes = {{"heat", std::vector<double>(with.vertex_count(), 1.0)}};
+  write_mesh(scratch / "in/c.ply", with);
+  CHECK_FALSE(contains(run("c.h5", {"--density", "attribute:heat"}).out, words));
+}
+
+TEST_CASE("run: reports beside the store are whole, or their lack is told") {
+  const ScratchFolder scratch;
+  write_failing(scratch / "in");
+  const auto run = [&](const std::string& store, const ProcessOptions& options = {}) {
+    return meander_with({"run", scratch / "in", "-o", scratch / store, "-n", "16"}, options);
+  };
+  REQUIRE(run("calm.h5").exit_code == 3);
+  const auto list = read_file(scratch / "calm.h5.failed.txt");
+  CHECK(std::count(list.begin(), list.end(), '\n') == 400);
+  CHECK(read_file(scratch / "calm.h5.run.json").ends_with("}\n"));
+  // A folder in the way of the list.
+  fs::create_directory(scratch / "s.h5.failed.txt");
+  const ProcessResult result = run("s.h5");
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "s.h5.failed.txt"));
+}

@@ -1,0 +1,225 @@
+// What a run makes of its inputs, as a user sees it: exit codes, messages, ids, classes, splits.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "io/store/store.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string program = MEANDER_PROGRAM;
+
+ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
+  arguments.insert(arguments.begin(), program);
+  return run_process(arguments, options);
+}
+
+ProcessResult run(const std::vector<std::string>& inputs, const fs::path& store,
+                  const std::vector<std::string>& more = {}, const ProcessOptions& options = {}) {
+  std::vector<std::string> arguments = {"run",      "-o",     store.string(), "-n",  "16",
+                                        "--method", "direct", "--progress",   "none"};
+  arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return meander_with(arguments, options);
+}
+
+void put_mesh(const fs::path& path) {
+  fs::create_directories(path.parent_path());
+  write_mesh(path, cube());
+}
+
+std::vector<std::string> ids_of(const fs::path& store) {
+  std::vector<std::string> ids = StoreReader(store).header().ids;
+  return ids;
+}
+
+using Ids = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("run: a folder that cannot be read is named, counted, and the run ends with 3") {
+  const ScratchFolder scratch;
+  put_mesh(scratch / "in/open/a.off");
+  put_mesh(scratch / "in/closed/b.off");
+  fs::create_directories(scratch / "out");
+  for (const char* name : {"", "out"}) fs::permissions(scratch / name, fs::perms::all);
+  fs::permissions(scratch / "in/closed", fs::perms::none);
+  ProcessOptions options;
+  // Permissions do not bind root.
+  options.in_child = [] {
+    if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(77);
+  };
+  const ProcessResult first = run({scratch / "in"}, scratch / "out/s.h5", {}, options);
+  const ProcessResult again = run({scratch / "in"}, scratch / "out/s.h5", {"--json"}, options);
+  fs::permissions(scratch / "in/closed", fs::perms::owner_all);
+  if (first.exit_code == 77 || first.exit_code == 127) {
+    WARN("skipped: cannot become another user");
+    return;
+  }
+  INFO(first.err);
+  CHECK(first.exit_code == 3);
+  CHECK_THAT(first.err, Contains("/in/closed`: Permission denied"));
+  CHECK_THAT(first.out, Contains("unread folders               1"));
+  CHECK(ids_of(scratch / "out/s.h5") == Ids{"open/a.off"});
+  CHECK(again.exit_code == 3);
+  CHECK_THAT(again.out,
+             Contains("\"unread_folders\":[{\"path\":") && Contains("\"reason\":\"Permission denied\""));
+}
+
+TEST_CASE("run: linked class folders are searched, hidden files are counted") {
+  const ScratchFolder scratch;
+  put_mesh(scratch / "real/a.off");
+  put_mesh(scratch / "in/.cache/x.off");
+  put_mesh(scratch / "in/__MACOSX/x.off");
+  write_file(scratch / "in/._a.off", "x");
+  fs::create_directory_symlink("../real", scratch / "in/chair");
+  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5", {"--label-from-folder"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(ids_of(scratch / "s.h5") == Ids{"chair/a.off"});
+  CHECK(StoreReader(scratch / "s.h5").label_names() == Ids{"chair"});
+  CHECK_THAT(result.out, Contains("hidden files and folders skipped: 3"));
+}
+
+TEST_CASE("run: any file name; export and info find items by id and by path") {
+  const ScratchFolder scratch;
+  for (const char* name : {"caf\xE9.off", "two\nlines.off"}) put_mesh(scratch / "in" / name);
+  fs::create_directories(scratch / "bad");
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run({scratch / "in"}, store).exit_code == 0);
+  CHECK(ids_of(store) == Ids{"caf%E9.off", "two%0Alines.off"});
+  for (const char* item : {"caf%E9.off", "caf\xE9.off"}) {
+    CHECK(meander_with({"info", store, item}).exit_code == 0);
+    const fs::path folder = scratch / (std::string("out") + item);
+    CHECK(meander_with({"export", store, item, "-o", folder.string()}).exit_code == 0);
+    CHECK(fs::exists(folder / "caf%E9.off.ply"));
+  }
+  write_file(scratch / "bad/bad\nname.off", "OFF\n");
+  const ProcessResult failed = run({scratch / "in", scratch / "bad"}, scratch / "f.h5");
+  CHECK(failed.exit_code == 3);
+  CHECK_THAT(read_file(scratch / "f.h5.failed.txt"),
+             Contains("# bad/bad%0Aname.off: ") && Contains("\n# the path of this item holds a line end"));
+  // The inputs of the run are found again, by the same ids.
+  CHECK(run({scratch / "in"}, store).exit_code == 0);
+  CHECK(meander_with({"describe", store, (scratch / "in").string(), "--descriptors", "basics"}).exit_code ==
+        0);
+}
+
+TEST_CASE("run: lists on two machines make the same store, and a list that grows renames nothing") {
+  const ScratchFolder scratch;
+  ProcessOptions lines, nulls;
+  for (const char* machine : {"here", "far/away"})
+    for (const char* item : {"chair/a.off", "lamp/b.off"}) put_mesh(scratch / machine / item);
+  lines.input =
+      (scratch / "here/lamp/b.off").string() + "\n" + (scratch / "here/chair/a.off").string() + "\n";
+  nulls.input =
+      (scratch / "far/away/chair/a.off").string() + '\0' + (scratch / "far/away/lamp/b.off").string() + '\0';
+  REQUIRE(run({"-"}, scratch / "a.h5", {}, lines).exit_code == 0);
+  REQUIRE(run({"-", "-0"}, scratch / "b.h5", {}, nulls).exit_code == 0);
+  CHECK(read_file(scratch / "a.h5") == read_file(scratch / "b.h5"));
+  CHECK(ids_of(scratch / "a.h5") == Ids{"chair/a.off", "lamp/b.off"});
+
+  ProcessOptions one, two;
+  one.input = (scratch / "here/chair/a.off").string() + "\n";
+  put_mesh(scratch / "here/chair/c.off");
+  two.input = one.input + (scratch / "here/chair/c.off").string() + "\n";
+  const std::string root = (scratch / "here").string();
+  REQUIRE(run({"-", "--root", root}, scratch / "g.h5", {}, one).exit_code == 0);
+  CHECK(ids_of(scratch / "g.h5") == Ids{"chair/a.off"});
+  // Without --root the one of the store holds.
+  const ProcessResult grown = run({"-"}, scratch / "g.h5", {}, two);
+  INFO(grown.err);
+  CHECK(grown.exit_code == 0);
+  CHECK(ids_of(scratch / "g.h5") == Ids{"chair/a.off", "chair/c.off"});
+  REQUIRE(run({"-", "--root", root}, scratch / "new.h5", {}, two).exit_code == 0);
+  CHECK(read_file(scratch / "g.h5") == read_file(scratch / "new.h5"));
+  CHECK(meander_with({"describe", scratch / "g.h5", "-", "--descriptors", "basics"}, one).exit_code == 3);
+
+  const ProcessResult outside = run({"-"}, scratch / "g.h5", {}, nulls);
+  CHECK(outside.exit_code == 2);
+  const ProcessResult needless = run({root}, scratch / "n.h5", {"--null"});
+  CHECK(needless.exit_code == 2);
+  CHECK_THAT(needless.err, Contains("--null is about lists"));
+}
+
+TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet files of each part") {
+  const ScratchFolder scratch;
+  for (const char* item : {"chair/train/1.off", "chair/train/2.off", "chair/test/3.off", "lamp/train/4.off"})
+    put_mesh(scratch / "in" / item);
+  const std::string store = scratch / "s.h5", folder = (scratch / "pn").string();
+  const ProcessResult result = run({scratch / "in"}, store);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.out, Contains("layout modelnet"));
+  const StoreReader reader(store);
+  CHECK(reader.label_names() == Ids{"chair", "lamp"});
+  CHECK(reader.split(0) == Split::test);
+  CHECK(reader.split(1) == Split::train);
+  CHECK(reader.label(3) == 1);
+  CHECK(verify_store(store).problems.empty());
+  CHECK_THAT(meander_with({"info", store}).out, Contains("split train") && Contains("split test"));
+  CHECK_THAT(meander_with({"info", store, "chair/test/3.off"}).out, Contains("split             test"));
+  CHECK_THAT(meander_with({"info", store, "0", "--json"}).out, Contains("\"split\":\"test\""));
+
+  const auto export_shards = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"export", store, "--pointnet", "-o", folder};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return meander_with(arguments);
+  };
+  const ProcessResult exported = export_shards({"--shard-rows", "1"});
+  REQUIRE(exported.exit_code == 0);
+  CHECK_THAT(exported.out, Contains("3 rows for training, 1 for tests, 0 for validation"));
+  CHECK(fs::exists(folder + "/ply_data_train2.h5"));
+  CHECK(fs::exists(folder + "/ply_data_test0.h5"));
+  const std::string before = read_file(folder + "/ply_data_train0.h5");
+  const ProcessResult refused = export_shards({});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--fresh"));
+  CHECK(read_file(folder + "/ply_data_train0.h5") == before);
+  CHECK(export_shards({"--fresh"}).exit_code == 0);
+  CHECK_FALSE(fs::exists(folder + "/ply_data_train2.h5"));
+}
+
+TEST_CASE("run --labels: classes and splits of a file; rows without a class stay out of PointNet files") {
+  const ScratchFolder scratch;
+  for (const char* item : {"1.off", "2.off", "3.off"}) put_mesh(scratch / "in" / item);
+  write_file(scratch / "labels.csv", "id,class,split\n1.off,chair,test\n2.off,lamp,\n9.off,lamp,train\n");
+  const std::string labels = (scratch / "labels.csv").string(), store = scratch / "s.h5";
+  const ProcessResult result = run({scratch / "in"}, store, {"--labels", labels});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.out, Contains("labels: 1 items without a line, 1 lines without an item"));
+  const ProcessResult again = run({scratch / "in"}, store, {"--labels", labels, "--json"});
+  CHECK_THAT(again.out, Contains("\"items_without_label_line\":1,\"label_lines_without_item\":1"));
+  const ProcessResult exported =
+      meander_with({"export", store, "--pointnet", "-o", (scratch / "pn").string()});
+  CHECK(exported.exit_code == 0);
+  CHECK_THAT(exported.out, Contains("1 rows for training, 1 for tests") &&
+                               Contains("1 rows without a class were left out"));
+  REQUIRE(run({scratch / "in"}, scratch / "none.h5").exit_code == 0);
+  const ProcessResult none =
+      meander_with({"export", scratch / "none.h5", "--pointnet", "-o", (scratch / "none").string()});
+  CHECK(none.exit_code == 2);
+  CHECK_THAT(none.err, Contains("--labels"));
+  CHECK_FALSE(fs::exists(scratch / "none"));
+  // The file is an input: nothing writes over it.
+  fs::rename(labels, scratch / "x.h5.failed.txt");
+  const ProcessResult over =
+      run({scratch / "in"}, scratch / "x.h5", {"--labels", (scratch / "x.h5.failed.txt").string()});
+  CHECK(over.exit_code == 2);
+  write_file(labels, "1.off,chair\n1.off,lamp\n");
+  const ProcessResult conflict = run({scratch / "in"}, scratch / "c.h5", {"--labels", labels});
+  CHECK(conflict.exit_code == 2);
+  CHECK_THAT(conflict.err, Contains("line 2"));
+  CHECK_FALSE(fs::exists(scratch / "c.h5"));
+}

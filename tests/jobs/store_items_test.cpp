@@ -1,0 +1,38 @@
+#include <catch2/catch.hpp>
+
+#include "jobs/inputs.h"
+#include "jobs/store_items.h"
+#include "support/mesh_files.h"
+
+using namespace meander;
+using namespace meander::test;
+
+TEST_CASE("made otherwise: every parameter that differs is named with both values") {
+  const ScratchFolder scratch;
+  StoreHeader header;
+  header.samples = 4;
+  header.parameters_json = R"({"method":"auto","samples":4,"seed":1})";
+  RunDirectory(scratch / "s.h5", header).finish();
+  const StoreReader store(scratch / "s.h5");
+  CHECK(made_otherwise(store, header).empty());
+  header.parameters_json = R"({"method":"direct","samples":4,"seed":2})";
+  CHECK(made_otherwise(store, header) ==
+        R"(parameter "method" was "auto", now it is "direct"; parameter "seed" was 1, now it is 2)");
+  CHECK_THROWS_AS(find_item(store, "0"), UsageError);
+}
+
+TEST_CASE("a run begun with other parameters names all of them") {
+  const ScratchFolder scratch;
+  StoreHeader header;
+  header.samples = 4;
+  header.parameters_json = R"({"method":"auto","samples":4,"seed":1})";
+  header.ids = {"a.off"};
+  header.labels = {-1};
+  { const RunDirectory run(scratch / "s.h5", header); }
+  header.samples = 8;
+  header.seed = 2;
+  header.parameters_json = R"({"method":"auto","samples":8,"seed":2})";
+  CHECK_THROWS_WITH(
+      RunDirectory(scratch / "s.h5", header),
+      Catch::Contains(R"(parameter "samples" was 4, now it is 8; parameter "seed" was 1, now)"));
+}

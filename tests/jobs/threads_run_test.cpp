@@ -1,0 +1,77 @@
+// The same bytes for any number of threads, with models above the size from which loops run in parallel.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "io/store/store.h"
+#include "kernels/core/parallel.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+// Two models of more triangles than parallel_threshold, one of many components, and small ones beside them.
+void write_models(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const PolygonMesh ball = icosphere(5), ring = torus(160, 60);
+  REQUIRE(ball.polygon_count() > parallel_threshold);
+  REQUIRE(ring.polygon_count() > parallel_threshold);
+  write_mesh(folder / "ball.off", ball);
+  write_mesh(folder / "ring.ply", ring);
+  PolygonMesh many = icosphere(2);
+  for (int i = 1; i < 8; ++i) many = merged(many, moved(icosphere(i % 3), 1, 3.0 * i, 0, 0));
+  write_mesh(folder / "many.obj", many);
+  for (unsigned i = 0; i < 6; ++i)
+    write_mesh(folder / ("small" + std::to_string(i) + ".off"), torus(9 + i, 6));
+  write_file(folder / "broken.off", "OFF\n3 1 0\n0 0\n");
+}
+
+void check_threads(const std::vector<std::string>& options) {
+  const ScratchFolder scratch;
+  write_models(scratch / "in");
+  std::string expected;
+  for (const char* const threads : {"1", "2", "8"}) {
+    const std::string store = scratch / (std::string("s") + threads + ".h5");
+    std::vector<std::string> command = {MEANDER_FAULT_PROGRAM,
+                                        "run",
+                                        (scratch / "in").string(),
+                                        "-o",
+                                        store,
+                                        "-n",
+                                        "3000",
+                                        "-j",
+                                        threads,
+                                        "--timeout",
+                                        "0",
+                                        "--progress",
+                                        "none"};
+    command.insert(command.end(), options.begin(), options.end());
+    const ProcessResult result = run_process(command);
+    INFO("-j " << threads << "\n" << result.err);
+    REQUIRE(result.exit_code == 3);  // the broken file
+    const std::string bytes = read_file(store);
+    if (expected.empty()) expected = bytes;
+    const bool same = bytes == expected;
+    CHECK(same);
+  }
+  CHECK(verify_store(scratch / "s8.h5").problems.empty());
+}
+
+}  // namespace
+
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, with certificate") {
+  check_threads({"--method", "conformal", "--certify"});
+}
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, denser where the surface bends") {
+  check_threads({"--method", "conformal", "--density", "mean"});
+}
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, direct") { check_threads({"--method", "direct"}); }
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, anisotropic") {
+  check_threads({"--method", "anisotropic"});
+}
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, all descriptors") {
+  check_threads({"--method", "direct", "--describe", "d2,a3,d1,d3,d4,geodesic,basics"});
+}

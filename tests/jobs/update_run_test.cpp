@@ -1,0 +1,296 @@
+// A second `meander run` on a store: inputs that are new, changed or gone, --retry, --fresh, --reuse, and all
+// of them interrupted.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "io/store/store.h"
+#include "support/collection.h"
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string program = MEANDER_FAULT_PROGRAM;
+
+// Folder "in" with six good models and a store "s.h5" beside it.
+struct Collection {
+  ScratchFolder scratch;
+  fs::path in = scratch / "in", store = scratch / "s.h5";
+
+  Collection() {
+    for (int i = 0; i < 6; ++i) add("m" + std::to_string(i) + ".off", i);
+  }
+  void add(const std::string& name, double shift) const {
+    fs::create_directories((in / name).parent_path());
+    write_mesh(in / name, moved(icosphere(2), 1, shift, 0, 0), MeshFile::off_binary);
+  }
+  std::vector<std::string> command(std::vector<std::string> more = {},
+                                   const std::string& name = "s.h5") const {
+    std::vector<std::string> arguments = {program, "run", in.string(), "-o",    (scratch / name).string(),
+                                          "-n",    "64",  "--method",  "direct"};
+    if (std::find(more.begin(), more.end(), "-j") == more.end()) more.insert(more.end(), {"-j", "2"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  ProcessResult run(std::vector<std::string> more = {}, const std::string& name = "s.h5") const {
+    return run_process(command(std::move(more), name));
+  }
+  // The store of a run from nothing over the inputs of now.
+  std::string fresh_bytes(std::vector<std::string> more = {}) const {
+    more.push_back("--fresh");
+    const ProcessResult result = run(more, "fresh.h5");
+    INFO(result.err);
+    REQUIRE((result.exit_code == 0 || result.exit_code == 3));
+    return read_file(scratch / "fresh.h5");
+  }
+  std::string bytes() const { return read_file(store); }
+};
+
+// As if the file had been written long before the store.
+void make_old(const fs::path& path) {
+  fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(48));
+}
+void make_new(const fs::path& path) {
+  fs::last_write_time(path, fs::file_time_type::clock::now() + std::chrono::seconds(5));
+}
+
+bool says(const ProcessResult& result, const std::string& text) {
+  return (result.err + result.out).find(text) != std::string::npos;
+}
+
+ProcessOptions slow(int milliseconds, std::optional<int> signal_after = {}, int signal = SIGTERM) {
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "slow:" + std::to_string(milliseconds)}};
+  if (signal_after) options.signal_after = std::chrono::milliseconds(*signal_after);
+  options.send_signal = signal;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "second run: new files join the store, the rest is kept, the bytes are those of a run from nothing") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  c.add("a/first.off", 20);
+  c.add("m2a.off", 21);
+  const ProcessResult result = c.run({"--progress", "json"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(says(result, "new inputs"));
+  CHECK(says(result, "\"id\":\"a/first.off\""));
+  CHECK_FALSE(says(result, "\"id\":\"m2.off\""));  // was not sampled again
+  CHECK(c.bytes() == c.fresh_bytes());
+  CHECK(c.run().exit_code == 0);  // and there is nothing left to do
+}
+
+TEST_CASE("second run: labels and splits of rows that are kept follow the inputs") {
+  const Collection c;
+  c.add("cat/x.off", 20);
+  REQUIRE(c.run({"--label-from-folder"}).exit_code == 0);
+  c.add("bee/y.off", 21);  // its class comes first: the numbers of the others change
+  REQUIRE(c.run({"--label-from-folder"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes({"--label-from-folder"}));
+  const ProcessResult without = c.run();
+  CHECK(without.exit_code == 2);
+  CHECK(says(without, "has labels and this command gives none"));
+}
+
+TEST_CASE(
+    "second run: a changed input is noticed by size or time and content, kept, and done again on demand") {
+  const Collection c;
+  for (const auto& entry : fs::directory_iterator(c.in)) make_old(entry.path());
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+
+  make_new(c.in / "m1.off");  // touched, not changed
+  CHECK(c.run().exit_code == 0);
+
+  c.add("m1.off", 9);  // the same size, a newer time
+  REQUIRE(fs::file_size(c.in / "m1.off") == fs::file_size(c.in / "m2.off"));
+  make_new(c.in / "m1.off");
+  write_mesh(c.in / "m3.off", icosphere(1), MeshFile::off);  // another size, an old time
+  make_old(c.in / "m3.off");
+  for (int again = 0; again < 2; ++again) {
+    const ProcessResult noticed = c.run();
+    INFO(noticed.err);
+    CHECK(noticed.exit_code == 3);
+    CHECK(says(noticed, "m1.off: the file changed after it was sampled"));
+    CHECK(says(noticed, "m3.off: the file changed after it was sampled"));
+    CHECK(says(noticed, "changed inputs: 2; `--retry changed` samples them again"));
+    CHECK(c.bytes() == before);
+  }
+  const ProcessResult json = c.run({"--json"});
+  CHECK(says(json, "\"changed\":[\"m1.off\",\"m3.off\"]"));
+
+  // A new input joins; those that changed are still noticed afterwards.
+  c.add("new.off", 30);
+  CHECK(c.run().exit_code == 3);
+  CHECK(says(c.run(), "changed inputs: 2"));
+
+  REQUIRE(c.run({"--retry", "changed"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+  CHECK(c.run().exit_code == 0);
+}
+
+TEST_CASE("second run: an input that could not be read and can be read now counts as changed") {
+  const Collection c;
+  fs::create_symlink(c.scratch / "elsewhere.off", c.in / "link.off");
+  REQUIRE(c.run().exit_code == 3);
+  CHECK(c.run().exit_code == 3);
+  CHECK_FALSE(says(c.run(), "changed"));
+  write_mesh(c.scratch / "elsewhere.off", icosphere(1), MeshFile::off);
+  CHECK(says(c.run(), "link.off: the file changed"));
+  CHECK(c.run({"--retry", "changed"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: a vanished input is named and its row kept, until it is asked to leave") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+  fs::remove(c.in / "m4.off");
+  const ProcessResult noticed = c.run();
+  CHECK(noticed.exit_code == 3);
+  CHECK(says(noticed, "m4.off: no input has this id any more"));
+  CHECK(c.bytes() == before);
+  c.add("m9.off", 40);  // the row stays when others join
+  CHECK(c.run().exit_code == 3);
+  CHECK(StoreReader(c.store).rows() == 7);
+  REQUIRE(c.run({"--retry", "vanished"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: an unfinished run is finished first, then new inputs join") {
+  const Collection c;
+  const ProcessResult stopped = run_process(c.command(), slow(400, 800));
+  INFO(stopped.err);
+  REQUIRE(stopped.exit_code == 75);
+  c.add("b.off", 50);
+  fs::remove(c.in / "m0.off");
+  const ProcessResult result = c.run();
+  INFO(result.err);
+  CHECK(result.exit_code == 3);  // m0.off vanished
+  CHECK(StoreReader(c.store).rows() == 7);
+  REQUIRE(c.run({"--retry", "vanished"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: an update killed at any moment goes on, with more inputs and with another --retry") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  for (int i = 0; i < 8; ++i) c.add("n" + std::to_string(i) + ".off", 60 + i);
+  for (const int moment : {100, 300, 500, 700}) {
+    const ProcessResult killed = run_process(c.command(), slow(300, moment, SIGKILL));
+    if (killed.signal == 0) break;
+    CHECK(verify_store(c.store).problems.empty());  // the old store lives until the new one is there
+    CHECK(StoreReader(c.store).rows() == 6);
+  }
+  c.add("o.off", 80);
+  const ProcessResult result = c.run({"--retry", "timeout"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: a --retry that was interrupted is finished, and a second list is not ignored") {
+  const Collection c;
+  write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is mended
+  write_mesh(c.in / "big.off", icosphere(5), MeshFile::off);
+  REQUIRE(c.run({"--memory", "100M", "--timeout", "0.001ms"}).exit_code == 3);
+  REQUIRE(StoreReader(c.store).report(0).status == Status::timeout);
+  write_mesh(c.in / "bad.off", icosphere(1), MeshFile::off);
+  const ProcessResult stopped = run_process(c.command({"--retry", "timeout"}), slow(400, 800));
+  INFO(stopped.err);
+  REQUIRE(stopped.exit_code == 75);
+  const ProcessResult result = c.run({"--retry", "changed"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: it says how rows that failed for a limit can be done again") {
+  const Collection c;
+  REQUIRE(c.run({"--timeout", "0.001ms"}).exit_code == 3);
+  const ProcessResult result = c.run({"--timeout", "10s"});
+  CHECK(result.exit_code == 3);
+  CHECK(says(result, "`--retry timeout`"));
+  CHECK(c.run({"--timeout", "10s", "--retry", "timeout"}).exit_code == 0);
+}
+
+TEST_CASE("second run: --fresh keeps the old store until the new one is whole") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+  ProcessResult stopped = run_process(c.command({"--fresh", "--seed", "5"}), slow(400, 800));
+  INFO(stopped.err);
+  REQUIRE(stopped.exit_code == 75);
+  CHECK(says(stopped, "the same command without --fresh continues"));
+  CHECK(c.bytes() == before);
+  stopped = c.run();  // of other parameters than what is unfinished
+  CHECK(stopped.exit_code == 2);
+  CHECK(says(stopped, "seed"));
+  REQUIRE(c.run({"--seed", "5"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes({"--seed", "5"}));
+}
+
+TEST_CASE("second run: --fresh with --reuse of the same name works, and a wrong --reuse destroys nothing") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+  CHECK(c.run({"--fresh", "--reuse", (c.scratch / "typo.h5").string()}).exit_code == 2);
+  CHECK(c.bytes() == before);
+  CHECK(c.run({"--fresh", "--seed", "2", "--reuse", c.store.string()}).exit_code == 2);
+  CHECK(c.bytes() == before);
+  const ProcessResult result = c.run({"--fresh", "--reuse", c.store.string(), "--progress", "json"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(says(result, "\"reused\":true"));
+  CHECK(c.bytes() == before);
+}
+
+TEST_CASE("second run: a polite stop leaves no suspects") {
+  const Collection c;
+  REQUIRE(run_process(c.command(), slow(400, 800)).exit_code == 75);
+  CHECK(fs::file_size(c.scratch / "s.h5.run" / fs::path("begun.log")) == 0);
+  CHECK(c.run().exit_code == 0);
+}
+
+TEST_CASE("run: --max-failures says that it is the reason, and counts over restarts") {
+  const Collection c;
+  for (int i = 0; i < 8; ++i) write_file(c.in / ("bad" + std::to_string(i) + ".off"), "OFF\n0 0 0\n");
+  const ProcessResult first = c.run({"--max-failures", "3", "-j", "1"});
+  INFO(first.err);
+  CHECK(first.exit_code == 75);
+  CHECK(says(first, "models failed, more than --max-failures 3"));
+  CHECK(says(first, "with a larger --max-failures continues"));
+  const ProcessResult second = c.run({"--max-failures", "3", "-j", "1"});
+  CHECK(second.exit_code == 75);
+  CHECK(says(second, "more than --max-failures 3"));
+  const ProcessResult third = c.run({"--max-failures", "6", "-j", "1"});
+  CHECK(third.exit_code == 75);
+  CHECK(says(third, "7 models failed"));
+  CHECK(c.run({"--max-failures", "8"}).exit_code == 3);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("run: items end in the order of their size with one thread, and none waits for the others") {
+  const Collection c;
+  write_mesh(c.in / "large.off", icosphere(5), MeshFile::off);
+  const ProcessResult result =
+      run_process(c.command({"-j", "1", "--progress", "json", "--timeout", "2s"}), slow(60));
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.find("\"id\":\"large.off\"") < result.err.find("\"id\":\"m0.off\""));
+  CHECK(result.err.find("\"waited\":") != std::string::npos);
+}
