@@ -108,7 +108,7 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample);
+      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
@@ -153,7 +153,7 @@ class PlannedRun {
 
 }  // namespace
 
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters) {
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
@@ -162,7 +162,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
         estimate = peek_mesh(items[i].path, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters);
+    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
     total += estimate.file_bytes;
   });
   return total;
