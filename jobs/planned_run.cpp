@@ -108,7 +108,7 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample);
+      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
@@ -153,7 +153,7 @@ class PlannedRun {
 
 }  // namespace
 
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters) {
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
@@ -162,7 +162,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
         estimate = peek_mesh(items[i].path, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters);
+    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
     total += estimate.file_bytes;
   });
   return total;
@@ -172,10 +172,14 @@ void try_suspects(const PlannedStore& planned, const PlannedRunParameters& param
   const RunOptions& options = parameters.options;
   RunDirectory directory(options.store, planned.plan);
   const GraphParameters graph = graph_parameters(options);
+  const StageHook in_child = [&](GraphStages& stages) {
+    directory.leave_lock_to_parent();
+    if (parameters.hook) parameters.hook(stages);
+  };
   std::vector<std::pair<std::uint64_t, std::string>> crashed;
   for (const std::uint64_t row : directory.suspects()) {
     if (planned.items[row].path.empty()) continue;
-    LoneResult result = try_item_alone(planned.items[row], graph, parameters.hook);
+    LoneResult result = try_item_alone(planned.items[row], graph, in_child);
     if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
   }
   // Writing a row may start threads (it may seal a shard), so the rows come after the last verdict.

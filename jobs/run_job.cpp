@@ -147,7 +147,7 @@ class RunJob {
 
  private:
   int print_plan() {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample), largest = 0, over = 0;
+    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0, over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.memory_bytes;
@@ -267,6 +267,7 @@ class RunJob {
     outcome_.root = inputs_.root;
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
+    print_summary(outcome_, options_);
     if (made_) {
       outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
       std::vector<PlanItem> items(store.rows());
@@ -275,7 +276,6 @@ class RunJob {
       write_run_report(options_, outcome_);
       write_failed_list(options_, outcome_.summary, items);
     }
-    print_summary(outcome_, options_);
     return outcome_.exit_code();
   }
 

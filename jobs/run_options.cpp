@@ -157,7 +157,10 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       .add_flag("--allow-oversize", options.allow_oversize,
                 "Run a model alone that needs more than the budget")
       ->group(running);
-  command.add_option("--timeout", texts.timeout, "Per model; 0: none")->capture_default_str()->group(running);
+  command
+      .add_option("--timeout", texts.timeout, "Work on one model, waiting excluded (ms, s, m, h); 0: none")
+      ->capture_default_str()
+      ->group(running);
   command.add_option("--max-failures", options.max_failures, "Stop once more items than this have failed")
       ->default_str("no limit")
       ->group(running);

@@ -390,7 +390,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
-  const std::uint64_t needed = estimate_bytes(actual, parameters);
+  const std::uint64_t needed =
+      estimate_bytes(actual, parameters, oneapi::tbb::this_task_arena::max_concurrency());
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   if (!plan.tensor_path.empty())
     item.model.tensor_table = std::make_shared<const TensorTable>(read_tensors(plan, item.model));
