@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -30,6 +30,7 @@
 #include "jobs/progress.h"
 #include "jobs/store_items.h"
 #include "jobs/working_process.h"
+#include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "meander_version.h"
 #include "pipeline/memory_estimate.h"
@@ -216,7 +217,8 @@ void mesh_descriptors(const Describer& describer, GraphItem& item, const CancelT
   estimate.vertices = mesh.vertex_count();
   const std::size_t corners = mesh.corners.size(), polygons = mesh.polygon_count();
   estimate.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
-  const std::uint64_t needed = estimate_bytes(estimate, describer.meshes);
+  const std::uint64_t needed =
+      estimate_bytes(estimate, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
   if (needed > describer.memory_bytes && !describer.allow_oversize)
     throw ItemError(Status::too_large, fmt::format("needs about {} MiB, the whole budget is {} MiB "
                                                    "(--memory, --allow-oversize)",
@@ -379,7 +381,7 @@ class DescribeJob {
     plan.id = header_.ids[row];
     plan.label = header_.labels[row];
     if (!with_meshes) {
-      plan.reserved_bytes = estimate_bytes({}, describer_.points);
+      plan.reserved_bytes = estimate_bytes({}, describer_.points, options_.threads);
       return plan;
     }
     const auto file = files_.find(row);
@@ -395,7 +397,7 @@ class DescribeJob {
 
   // Header peeks: what a mesh will probably need. Those that cannot be read say so when they are read.
   void reserve(std::vector<PlanItem>& plan) {
-    oneapi::tbb::parallel_for(std::size_t{0}, plan.size(), [&](std::size_t i) {
+    parallel_tasks(plan.size(), [&](std::size_t i) {
       MeshEstimate estimate;
       try {
         if (plan[i].known_format) estimate = peek_mesh(plan[i].path, plan[i].format);
@@ -403,7 +405,7 @@ class DescribeJob {
       }
       // More than the budget is refused when the file has been read and its size is certain.
       const std::uint64_t most = options_.allow_oversize ? ~std::uint64_t{0} : options_.memory_bytes;
-      plan[i].reserved_bytes = std::min(most, estimate_bytes(estimate, describer_.meshes));
+      plan[i].reserved_bytes = std::min(most, estimate_bytes(estimate, describer_.meshes, options_.threads));
     });
   }
 

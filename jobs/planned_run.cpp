@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <atomic>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include "jobs/lone_item.h"
 #include "jobs/progress.h"
 #include "jobs/working_process.h"
+#include "kernels/core/parallel.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -108,7 +108,7 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample);
+      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
@@ -153,16 +153,16 @@ class PlannedRun {
 
 }  // namespace
 
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters) {
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
   std::atomic<std::uint64_t> total{0};
-  oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+  parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
       if (items[i].known_format && !items[i].path.empty())
         estimate = peek_mesh(items[i].path, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters);
+    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
     total += estimate.file_bytes;
   });
   return total;

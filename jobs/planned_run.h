@@ -12,7 +12,7 @@
 namespace meander {
 
 // Bytes that every item will probably need, from header peeks in parallel. Returns the bytes of all files.
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters);
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads);
 
 struct PlannedRunParameters {
   const RunOptions& options;

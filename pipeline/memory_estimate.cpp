@@ -4,34 +4,56 @@
 #include <cmath>
 #include <vector>
 
+#include "kernels/describe/heat_geodesics.h"
+
 namespace meander {
 
 namespace {
 
-constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, allocator slack, one scene
+constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, one scene
 constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
 constexpr double bytes_per_file_triangle = 24;     // corners, offsets
-constexpr double bytes_per_prepared_triangle =
-    150;  // half-edges, slots, positions of half a vertex, areas, scratch
-constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances, matrix in triplets
-constexpr double bytes_per_tensor_triangle =
-    450;                                       // field, metric, steps, a second mesh while segments are cut
-constexpr double bytes_per_factor_entry = 12;  // double and index
+// Half-edges, slots, positions of half a vertex, areas, scratch.
+constexpr double bytes_per_prepared_triangle = 150;
+constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances
+// While a chart is looked for: the best one and the next, each with its cut and its triangulation.
+constexpr double bytes_per_tried_triangle = 560;
+// Field, metric, steps, a second mesh while segments are cut.
+constexpr double bytes_per_tensor_triangle = 450;
+constexpr double bytes_per_factor_entry = 12;     // double and index
+constexpr double bytes_per_factored_entry = 32;   // while it is made: matrix, factor, stack of updates
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
-constexpr double bytes_per_element = 120;                    // element, two sort arrays, result
-constexpr double bytes_per_batched_vertex = 16 * 3 * 8 * 2;  // sixteen sources, three vectors, two batches
-constexpr double most_kept_distances = 1 << 25;              // of a geodesic histogram
-constexpr double bytes_per_creased_triangle = 270;           // crease normals, their edges and sums
-constexpr double bytes_per_sample = 160;                     // sequence, points twice, row, encoded row
+constexpr double bytes_per_element = 120;           // element, two sort arrays, result
+constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
+constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
+constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums
+constexpr double bytes_per_sample = 160;            // sequence, points twice, row, encoded row
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
 // entries.
 double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, std::log2(vertices + 1)); }
 
+// Heat geodesics and their histogram, without the mesh.
+double geodesic_bytes(double triangles, double unknowns, const SampleParameters& parameters, int threads) {
+  const double samples = parameters.place.samples;
+  const double sources = parameters.describe.geodesic_sources == 0
+                             ? samples
+                             : std::min<double>(samples, parameters.describe.geodesic_sources);
+  // Two factors, three with a boundary.
+  const double factors = 3 * factor_entries(unknowns) * bytes_per_factor_entry +
+                         triangles * bytes_per_chart_triangle +
+                         std::min(triangles, sources) * bytes_per_geodesic_part;
+  const auto vertices = static_cast<std::size_t>(unknowns);
+  const double lanes = std::min({static_cast<double>(threads), static_cast<double>(geodesic_lanes(vertices)),
+                                 std::ceil(sources / geodesic_batch)});
+  return std::min(sources * samples, most_kept_distances) * sizeof(double) + factors +
+         lanes * static_cast<double>(geodesic_batch_bytes(vertices));
+}
+
 }  // namespace
 
-std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters) {
+std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
   const auto samples = static_cast<double>(parameters.place.samples);
   const double file = static_cast<double>(mesh.file_bytes) + vertices * bytes_per_file_vertex +
@@ -44,11 +66,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const double elements =
       (triangles + spread * elements_per_sample(parameters) * samples) * bytes_per_element;
   const double placed = samples * bytes_per_sample;
+  const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;
   if (parameters.method != MethodChoice::direct) {
     const double chart = triangles * bytes_per_chart_triangle;
     const double flatten =
-        chart + factor_entries(std::max(vertices, 0.5 * triangles)) * bytes_per_factor_entry;
+        triangles * bytes_per_tried_triangle + factor_entries(unknowns) * bytes_per_factored_entry;
     const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
     const double locate = chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf;
     widest = std::max({flatten, locate + elements, chart + elements + placed});
@@ -59,16 +82,8 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     widest = std::max(widest, charts + elements + placed + triangles * bytes_per_creased_triangle);
   }
   const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
-  if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end()) {
-    const double sources = parameters.describe.geodesic_sources == 0
-                               ? samples
-                               : std::min<double>(samples, parameters.describe.geodesic_sources);
-    const double distances = std::min(sources * samples, most_kept_distances) * sizeof(double);
-    // Two factors, three with a boundary; a batch of sources over all vertices, several in parallel.
-    const double solver = 3 * factor_entries(std::max(vertices, 0.5 * triangles)) * bytes_per_factor_entry +
-                          triangles * bytes_per_chart_triangle + vertices * bytes_per_batched_vertex;
-    widest = std::max(widest, placed + distances + solver);
-  }
+  if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end())
+    widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
   return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
 }
 

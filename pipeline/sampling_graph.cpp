@@ -85,11 +85,9 @@ void release_model(ModelState& model) {
   model.row = std::move(row);
 }
 
-using ItemPointer = std::shared_ptr<GraphItem>;
-
-// A message through the graph: the item and its admission ticket.
+// A message through the graph: the item, which the graph owns until it is written, and its admission ticket.
 struct Envelope {
-  ItemPointer item;
+  GraphItem* item = nullptr;
   Admission::Ticket ticket;
   std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
   bool frees_slot = false;         // says no more than that a work slot is free again
@@ -111,10 +109,13 @@ class SamplingGraph {
         observer_(observer),
         admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
         admit_items_(graph_, flow::serial,
-                     [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
+                     [this](Envelope back, AdmitNode::output_ports_type& out)
+                         MEANDER_CALLED_BY_TBB { admit(back, out); }),
         encode_row_(graph_, flow::unlimited,
-                    [this](Envelope e, EncodeNode::output_ports_type& out) { encode(std::move(e), out); }),
-        write_row_(graph_, flow::serial, [this](Envelope envelope) { return write(std::move(envelope)); }) {
+                    [this](Envelope e, EncodeNode::output_ports_type& out)
+                        MEANDER_CALLED_BY_TBB { encode(e, out); }),
+        write_row_(graph_, flow::serial, [this](Envelope e) MEANDER_CALLED_BY_TBB { return write(e); }),
+        items_(plan.size()) {
     statistics_ = std::vector<NodeStatistics>(stages.size() + 3);
     statistics_.front().name = "admit_items";
     flow::sender<Envelope>* last = &flow::output_port<0>(admit_items_);
@@ -122,9 +123,8 @@ class SamplingGraph {
       statistics_[i + 1].name = stages[i].name;
       stage_nodes_.push_back(std::make_unique<StageNode>(
           graph_, flow::unlimited,
-          [this, &stage = stages[i], &node = statistics_[i + 1], first = i == 0](Envelope e) {
-            return work(stage, node, first ? take_admitted() : std::move(e));
-          }));
+          [this, &stage = stages[i], &node = statistics_[i + 1], first = i == 0](Envelope e)
+              MEANDER_CALLED_BY_TBB { return work(stage, node, first ? take_admitted() : e); }));
       flow::make_edge(*last, *stage_nodes_.back());
       last = stage_nodes_.back().get();
     }
@@ -202,13 +202,15 @@ class SamplingGraph {
     fail(*envelope.item, "admit_items", Status::too_large,
          "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
              std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
-    hand_over(envelope.item.get());
+    hand_over(envelope.item);
     std::get<1>(out).try_put(envelope);
   }
 
   Envelope open_item(std::size_t index) {
     Envelope envelope;
-    envelope.item = std::make_shared<GraphItem>();
+    take_over(&items_[index]);
+    items_[index] = std::make_unique<GraphItem>();
+    envelope.item = items_[index].get();
     envelope.ticket.item = index;
     envelope.item->plan = &plan_[index];
     envelope.item->start = Clock::now();
@@ -245,7 +247,7 @@ class SamplingGraph {
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
-    const Turn turn(envelope.item.get());
+    const Turn turn(envelope.item);
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
@@ -259,7 +261,7 @@ class SamplingGraph {
   // Whatever became of the item, its slot is free: the next one may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
-      const Turn turn(envelope.item.get());
+      const Turn turn(envelope.item);
       if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
     }
     Envelope slot;
@@ -287,7 +289,7 @@ class SamplingGraph {
 
   Envelope write(Envelope envelope) {
     const Turn turn(&write_row_);
-    take_over(envelope.item.get());
+    take_over(envelope.item);
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
     if (envelope.needed_bytes == 0) {
@@ -304,7 +306,8 @@ class SamplingGraph {
         }
       }
     }
-    envelope.item.reset();
+    items_[envelope.ticket.item].reset();
+    hand_over(&items_[envelope.ticket.item]);  // to another try with more memory
     return envelope;
   }
 
@@ -341,6 +344,7 @@ class SamplingGraph {
   std::vector<std::unique_ptr<StageNode>> stage_nodes_;
   EncodeNode encode_row_;
   StageNode write_row_;
+  std::vector<std::unique_ptr<GraphItem>> items_;  // those in flight, by their index in the plan
   GraphResult result_;
   std::mutex admitted_mutex_;
   std::queue<Envelope> admitted_;  // not yet taken by the first stage
@@ -385,7 +389,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
-  const std::uint64_t needed = estimate_bytes(actual, parameters);
+  const std::uint64_t needed =
+      estimate_bytes(actual, parameters, oneapi::tbb::this_task_arena::max_concurrency());
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   if (!plan.tensor_path.empty())
     item.model.tensor_table = std::make_shared<const TensorTable>(read_tensors(plan, item.model));
@@ -420,7 +425,9 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
                                             static_cast<std::size_t>(parameters.threads));
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
-  arena.execute([&] {
+  const LoopHandoff handoff;
+  arena.execute([&]() MEANDER_CALLED_BY_TBB {
+    const LoopHandoff::Task task(handoff);
     SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
     result = graph.run();
   });

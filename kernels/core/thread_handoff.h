@@ -16,6 +16,15 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
+// For the function that TBB calls: it finds its captures and arguments in memory that another thread wrote,
+// before it can take anything over, so its own accesses are not looked at. It must do no more than take over
+// and call on.
+#ifdef MEANDER_THREAD_SANITIZER
+#define MEANDER_CALLED_BY_TBB __attribute__((no_sanitize("thread")))
+#else
+#define MEANDER_CALLED_BY_TBB
+#endif
+
 namespace meander {
 
 // What this thread has written so far is there for whoever takes over by the same address afterwards.

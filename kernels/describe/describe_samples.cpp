@@ -37,7 +37,11 @@ GeodesicHistogram geodesics_of(const PolygonMesh& file, const PreparedMesh& mesh
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
   histogram.scale = parameters.scale == HistogramScale::mean ? GeodesicScale::mean : GeodesicScale::largest;
-  return geodesic_histogram(HeatGeodesics(mesh, {}, cancel), points, histogram, cancel);
+  const std::size_t sources = histogram.sources == 0
+                                  ? points.triangle.size()
+                                  : std::min<std::size_t>(histogram.sources, points.triangle.size());
+  const HeatGeodesics geodesics(mesh, {}, cancel, std::span(points.triangle).first(sources));
+  return geodesic_histogram(geodesics, points, histogram, cancel);
 }
 
 std::vector<float> basics_of(const PreparedMesh& mesh) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/parallel_lanes.h"
 #include "kernels/flatten/elimination_order.h"
 #include "kernels/flatten/intrinsic_delaunay.h"
 #include "kernels/flatten/intrinsic_disk.h"
@@ -21,7 +22,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t batch_size = 16;
+constexpr std::size_t batch_size = geodesic_batch;
 constexpr double furthest = 600;  // in sqrt(t): exp(-600) is still a normal double
 
 IntrinsicSurface intrinsic_component(const PreparedMesh& mesh, const Component& component) {
@@ -326,15 +327,19 @@ struct HeatGeodesics::Part {
 };
 
 HeatGeodesics::HeatGeodesics(const PreparedMesh& mesh, const HeatGeodesicsParameters& parameters,
-                             const CancelToken& cancel)
-    : mesh_(&mesh), parts_(mesh.components.size()), component_(mesh.triangle_count()) {
+                             const CancelToken& cancel, std::span<const std::uint32_t> sources)
+    : mesh_(&mesh),
+      parts_(mesh.components.size()),
+      factorised_(mesh.components.size(), sources.empty()),
+      component_(mesh.triangle_count()) {
   if (!(parameters.time_factor >= 0.1 && parameters.time_factor <= 100))
     throw std::invalid_argument("heat geodesics: the time factor must lie in 0.1..100");
   for (std::uint32_t c = 0; c < mesh.components.size(); ++c)
     for (std::uint32_t t = mesh.components[c].triangle_begin; t < mesh.components[c].triangle_end; ++t)
       component_[t] = c;
+  for (const std::uint32_t t : sources) factorised_[component_.at(t)] = 1;
   parallel_tasks(parts_.size(), [&](std::size_t c) {
-    if (!(mesh.components[c].area > 0)) return;
+    if (!factorised_[c] || !(mesh.components[c].area > 0)) return;
     parts_[c] = std::make_unique<Part>(mesh, mesh.components[c], parameters.time_factor, cancel);
   });
 }
@@ -358,7 +363,12 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
   check_points_on_mesh(*mesh_, sources);
   // Sources by component, each cut into batches.
   std::vector<std::vector<std::uint32_t>> wanted(parts_.size());
-  for (std::uint32_t s = 0; s < sources.count(); ++s) wanted[component_[sources.triangle[s]]].push_back(s);
+  for (std::uint32_t s = 0; s < sources.count(); ++s) {
+    const std::uint32_t c = component_[sources.triangle[s]];
+    if (!factorised_[c])
+      throw std::invalid_argument("heat geodesics: a source on a component that was left out");
+    wanted[c].push_back(s);
+  }
   struct Batch {
     std::uint32_t component;
     std::span<const std::uint32_t> sources;
@@ -369,7 +379,7 @@ void HeatGeodesics::for_each_batch(PointsOnMesh sources, const CancelToken& canc
       batches.push_back(
           {c, std::span(wanted[c]).subspan(begin, std::min(batch_size, wanted[c].size() - begin))});
 
-  parallel_tasks(batches.size(), [&](std::size_t number) {
+  parallel_lanes(batches.size(), geodesic_lanes(mesh_->vertex_count()), [&](std::size_t number) {
     cancel.check();
     const Batch& batch = batches[number];
     const Component& component = mesh_->components[batch.component];

@@ -1,6 +1,8 @@
 // Geodesic distances on a mesh by the heat method, many sources at once.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -34,6 +36,18 @@ PointsOnMeshArrays vertices_as_points(const PreparedMesh& mesh, std::span<const 
 // Throws std::invalid_argument when sizes do not fit, a triangle is not there or a weight lies outside
 // [-1e-6, 1 + 1e-6]. O(n).
 void check_points_on_mesh(const PreparedMesh& mesh, PointsOnMesh points);
+
+// Sources that are solved for together, and the bytes that they take: three vectors of a number for each
+// source and vertex.
+inline constexpr std::size_t geodesic_batch = 16;
+constexpr std::size_t geodesic_batch_bytes(std::size_t vertices) {
+  return 3 * geodesic_batch * sizeof(double) * vertices;
+}
+// Batches at work at once, whatever the number of threads: what fits 128 MiB, and two at least.
+constexpr std::size_t geodesic_lanes(std::size_t vertices) {
+  constexpr std::size_t scratch = std::size_t{128} << 20;
+  return std::max<std::size_t>(2, scratch / (geodesic_batch_bytes(vertices) + 1));
+}
 
 struct HeatGeodesicsParameters {
   double time_factor = 1;  // t = time_factor h^2, h = mean edge length; 0.1..100
@@ -69,18 +83,19 @@ struct HeatGeodesicsParameters {
 // distances do not depend on the others.
 class HeatGeodesics {
  public:
-  // Factorises all components (in parallel). The mesh must outlive this. Throws std::invalid_argument for a
-  // parameter out of range, ItemError(internal) when a component cannot be factorised, timeout /
-  // RunCancelled.
+  // Factorises (in parallel) the components that have one of the working triangles in `sources`, or all when
+  // it is empty: sources may lie on these alone. About 2 KB a component beside the factors. The mesh must
+  // outlive this. Throws std::invalid_argument for a parameter out of range, ItemError(internal) when a
+  // component cannot be factorised, timeout / RunCancelled.
   explicit HeatGeodesics(const PreparedMesh& mesh, const HeatGeodesicsParameters& parameters = {},
-                         const CancelToken& cancel = {});
+                         const CancelToken& cancel = {}, std::span<const std::uint32_t> sources = {});
   ~HeatGeodesics();
   HeatGeodesics(HeatGeodesics&&) noexcept;
   HeatGeodesics& operator=(HeatGeodesics&&) noexcept;
 
-  // S x W: distance[s W + w] from source s to working vertex w. Batches of 16 sources of one component, in
-  // parallel. Throws std::invalid_argument as check_points_on_mesh, and when the span does not fit; timeout /
-  // RunCancelled.
+  // S x W: distance[s W + w] from source s to working vertex w. Batches of geodesic_batch sources of one
+  // component, geodesic_lanes of them in parallel. Throws std::invalid_argument as check_points_on_mesh,
+  // when the span does not fit, and for a source on a component that was left out; timeout / RunCancelled.
   void to_vertices(PointsOnMesh sources, std::span<double> distance, const CancelToken& cancel = {}) const;
 
   // S x N: distance[s N + n] from source s to target n. Throws as to_vertices.
@@ -97,6 +112,7 @@ class HeatGeodesics {
 
   const PreparedMesh* mesh_;
   std::vector<std::unique_ptr<Part>> parts_;  // one per component
+  std::vector<std::uint8_t> factorised_;      // per component: asked for
   std::vector<std::uint32_t> component_;      // T: component of each triangle
 };
 

@@ -1,0 +1,183 @@
+// What one model takes at its peak, measured, against what is reserved for it: every method, 1, 2 and 16
+// threads.
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+#include "pipeline/memory_estimate.h"
+#include "pipeline/sampling_graph.h"
+#include "support/allocation_counter.h"
+#include "support/mesh_files.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<int, 3> thread_counts = {1, 2, 16};
+
+struct Setting {
+  std::string name;
+  SampleParameters parameters;
+};
+
+// The ways through the stages that differ in what they hold.
+std::vector<Setting> settings(std::uint32_t samples) {
+  std::vector<Setting> all;
+  const auto add = [&](const char* name, auto change) {
+    Setting setting{name, {}};
+    change(setting.parameters);
+    set_samples(setting.parameters, samples);
+    all.push_back(std::move(setting));
+  };
+  using P = SampleParameters;
+  add("conformal", [](P&) {});
+  add("elements", [](P& p) { p.locate = LocatorKind::elements; });
+  add("direct", [](P& p) { p.method = MethodChoice::direct; });
+  add("direct certify", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.certify = true;
+  });
+  add("conformal curved certify", [](P& p) { p.curved = p.certify = true; });
+  add("direct mean density, curved", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.density.kind = DensityKind::mean;
+    p.curved = true;
+  });
+  add("direct described", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.describe.descriptors = {Descriptor::d2, Descriptor::a3,       Descriptor::d1,    Descriptor::d3,
+                              Descriptor::d4, Descriptor::geodesic, Descriptor::basics};
+    p.describe.geodesic_sources = 256;
+  });
+  add("anisotropic", [](P& p) { p.method = MethodChoice::anisotropic; });
+  add("anisotropic gradient", [](P& p) {
+    p.method = MethodChoice::anisotropic;
+    p.tensor_charts.form = AlignmentForm::gradient;
+    p.tensor_charts.segment.count = 8;
+  });
+  return all;
+}
+
+struct Peak {
+  double reserved = 0, measured = 0;
+  std::string stage;  // that held the most
+  double ratio() const { return measured / reserved; }
+};
+
+// One model through all stages, alone.
+Peak peak_of(const fs::path& path, const SampleParameters& parameters, int threads,
+             const EmbreeDevice& device) {
+  PlanItem plan;
+  plan.id = path.filename().string();
+  plan.path = path;
+  REQUIRE(mesh_format_of(path, plan.format));
+  GraphParameters graph;
+  graph.sample = parameters;
+  graph.threads = threads;
+  const GraphStages stages = sampling_stages(graph.sample, &device);
+  Peak peak;
+  peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
+  const std::int64_t before = allocated_bytes();
+  std::string_view running = "start";
+  const auto entered = [&](std::string_view stage) {
+    if (const auto most = static_cast<double>(peak_allocated_bytes() - before); most > peak.measured) {
+      peak.measured = most;
+      peak.stage = running;
+    }
+    running = stage;
+    reset_peak();
+  };
+  reset_peak();
+  run_item_alone(plan, graph, stages, entered);
+  entered("end");
+  return peak;
+}
+
+// Checks a setting over the models and tells how close it came. Estimates that are far too high would leave
+// threads without work: the models that come closest take a quarter of theirs.
+void check_models(const std::vector<fs::path>& models, const Setting& setting, int threads,
+                  const EmbreeDevice& device) {
+  double highest = 0;
+  std::vector<double> ratios;
+  std::string of;
+  peak_of(models.front(), setting.parameters, threads, device);  // what threads and libraries take once
+  for (const fs::path& path : models) {
+    const Peak peak = peak_of(path, setting.parameters, threads, device);
+    ratios.push_back(peak.ratio());
+    if (peak.ratio() > highest) of = path.filename().string() + " in " + peak.stage;
+    highest = std::max(highest, peak.ratio());
+    INFO(setting.name << ", " << threads << " threads, " << path.filename() << ": " << peak.stage << " takes "
+                      << peak.measured / 1048576 << " MiB of " << peak.reserved / 1048576);
+    CHECK(peak.measured <= peak.reserved);
+  }
+  if (std::getenv("MEANDER_SHOW_MEMORY") != nullptr) {
+    std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());
+    std::printf("%-28s %2d threads: median %.2f, most %.2f (%s) of the reservation\n", setting.name.c_str(),
+                threads, ratios[ratios.size() / 2], highest, of.c_str());
+    std::fflush(stdout);
+  }
+  CHECK(highest >= 0.25);
+}
+
+void check_models(const std::vector<fs::path>& models, std::uint32_t samples) {
+  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 16);
+  const EmbreeDevice device;
+  for (const Setting& setting : settings(samples))
+    for (const int threads : thread_counts) {
+      oneapi::tbb::task_arena arena(threads);
+      arena.execute([&] { check_models(models, setting, threads, device); });
+    }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "estimate_bytes: no generated mesh takes more than is reserved, every method, 1, 2 and 16 threads") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  std::vector<fs::path> models;
+  const auto add = [&](const char* name, const PolygonMesh& mesh) {
+    models.push_back(scratch / name);
+    write_mesh(models.back(), mesh);
+  };
+  add("tetrahedron.off", tetrahedron());
+  add("sphere.ply", icosphere(5));
+  add("torus.obj", torus(160, 60));
+  add("plane.stl", grid_plane(70, 70));
+  add("plate.off", two_sided_plate(40, 0.01));
+  PolygonMesh many = icosphere(1);
+  for (int i = 1; i < 60; ++i) many = merged(many, moved(icosphere(1), 1, 3.0 * i, 0, 0));
+  add("many.off", many);
+  check_models(models, 2048);
+  check_models({models[0], models[2]}, 16384);
+}
+
+TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every method, 1, 2 and 16 threads",
+          "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  std::vector<fs::path> models;
+  for (const char* folder : {"paper", "retrieval", "dirty"})
+    for (const auto& entry : fs::recursive_directory_iterator(shared_data(folder))) {
+      MeshFormat format{};
+      if (entry.is_regular_file() && mesh_format_of(entry.path(), format)) models.push_back(entry.path());
+    }
+  std::sort(models.begin(), models.end());
+  check_models(models, 2048);
+}
