@@ -225,8 +225,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   const bool first_hit = sample.locate == LocatorKind::first_hit;
   sample.place.place = texts.place.empty() ? (first_hit ? PlaceKind::vertex : PlaceKind::element)
                                            : value_of(place_words, texts.place);
-  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (ALGORITHMS
-  // section 0).
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
+  // 7.4).
   if (first_hit) sample.locator.curve.leaves_per_sample = 64;
   if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
   sample.place.sequence = value_of(sequence_words, texts.sequence);

@@ -143,6 +143,7 @@ class SamplingGraph {
     graph_.wait_for_all();
     take_over(&admit_items_);
     take_over(&write_row_);
+    take_over_all(this, sizeof *this);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();

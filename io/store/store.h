@@ -1,5 +1,5 @@
 // The store: one HDF5 file of M rows (models) by N samples, and the crash-safe run directory beside it while
-// a run is under way (DESIGN section 6, STORAGE sections 4 and 5). No HDF5 type leaves io/store.
+// a run is under way. No HDF5 type leaves io/store.
 #pragma once
 
 #include <array>
