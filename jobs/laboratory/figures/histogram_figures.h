@@ -10,6 +10,7 @@
 #include "io/table/csv_writer.h"
 #include "jobs/laboratory/figures/figure_models.h"
 #include "jobs/laboratory/figures/staged_model.h"
+#include "kernels/analyse/histogram_error.h"
 #include "kernels/analyse/kd_tree.h"
 
 namespace meander {
@@ -63,9 +64,8 @@ std::vector<float> curved_points(const HistogramModel& model, const MeshSamples&
 std::vector<std::uint32_t> nearest_vertices(const KdTree<3>& tree, const HistogramModel& model,
                                             const MeshSamples& samples);
 
-// Errors of histograms against a ground truth, over the number of points, several runs each. relative:
-// sum |B_i| / sum G_i; largest: max |B_i|, B = histogram - G, both of sum 1 (the survey's definitions). norm:
-// sqrt(sum B_i^2) / sum G_i, which is what table 1 could have under `relative`.
+// Errors of histograms against a ground truth, over the number of points, several runs each (see
+// HistogramError). norm is what table 1 could have under `relative`.
 struct HistogramErrors {
   std::string truth, method;
   ErrorSeries relative, largest, norm;
@@ -82,18 +82,6 @@ struct HistogramErrors {
   std::vector<double> largest_at(std::uint32_t count) const;
   std::vector<double> norm_at(std::uint32_t count) const;
 };
-struct HistogramError {
-  double relative = 0, largest = 0, norm = 0;
-};
-HistogramError histogram_error(std::span<const double> measured, std::span<const double> ground_truth);
-
-// Mean, standard deviation of a run, and standard error of the mean.
-struct Spread {
-  double mean = 0, deviation = 0, error = 0;
-};
-Spread spread_of(const std::vector<double>& values);
-// (a - b) in standard errors of the difference.
-double gap_of(const Spread& a, const Spread& b);
 
 // Runs at a number of points: 40 to 1,000, 5 to 20,000, 3 above; 5 with --quick.
 std::uint32_t histogram_runs(const FigureSet& figures, std::uint32_t count);

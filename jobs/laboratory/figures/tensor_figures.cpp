@@ -10,9 +10,9 @@
 
 #include "io/plot/coloured_ply.h"
 #include "io/table/csv_writer.h"
-#include "jobs/laboratory/figures/curve_chains.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/figures/staged_model.h"
+#include "kernels/analyse/curve_chains.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/render/bitmap_font.h"
 #include "kernels/render/surface_picture.h"

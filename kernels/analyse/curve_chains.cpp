@@ -1,4 +1,4 @@
-#include "jobs/laboratory/figures/curve_chains.h"
+#include "kernels/analyse/curve_chains.h"
 
 #include <algorithm>
 #include <array>
