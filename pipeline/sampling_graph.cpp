@@ -200,8 +200,9 @@ class SamplingGraph {
     }
     const Envelope envelope = open_item(index);
     fail(*envelope.item, "admit_items", Status::too_large,
-         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
-             std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
+         "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
+             std::to_string(parameters_.memory_bytes >> 20) +
+             " MiB for models (raise it, or --allow-oversize)");
     hand_over(envelope.item.get());
     std::get<1>(out).try_put(envelope);
   }
