@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #include <CLI/CLI.hpp>
 
@@ -32,6 +31,7 @@
 #include "jobs/progress.h"
 #include "jobs/store_items.h"
 #include "jobs/working_process.h"
+#include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "meander_version.h"
 #include "pipeline/memory_estimate.h"
@@ -400,7 +400,7 @@ class DescribeJob {
 
   // Header peeks: what a mesh will probably need. Those that cannot be read say so when they are read.
   void reserve(std::vector<PlanItem>& plan) {
-    oneapi::tbb::parallel_for(std::size_t{0}, plan.size(), [&](std::size_t i) {
+    parallel_tasks(plan.size(), [&](std::size_t i) {
       MeshEstimate estimate;
       try {
         if (plan[i].known_format) estimate = peek_mesh(plan[i].path, plan[i].format);
@@ -427,6 +427,7 @@ class DescribeJob {
     GraphParameters parameters;
     parameters.sample.method = MethodChoice::direct;
     const StageHook hook = [this](GraphStages& stages) {
+      directory_->leave_lock_to_parent();
       stages = {{"describe_row", [this](GraphItem& item) {
                    // A reader of its own: a file offset is shared with the parent, which has checked the
                    // file.

@@ -1,4 +1,4 @@
-// Exit codes of the program (DESIGN section 5); they are in --help too.
+// Exit codes of the program; they are in --help too.
 #pragma once
 
 namespace meander {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <atomic>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include "jobs/lone_item.h"
 #include "jobs/progress.h"
 #include "jobs/working_process.h"
+#include "kernels/core/parallel.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -155,7 +155,7 @@ class PlannedRun {
 
 std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
   std::atomic<std::uint64_t> total{0};
-  oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+  parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
       if (items[i].known_format && !items[i].path.empty())
@@ -172,10 +172,14 @@ void try_suspects(const PlannedStore& planned, const PlannedRunParameters& param
   const RunOptions& options = parameters.options;
   RunDirectory directory(options.store, planned.plan);
   const GraphParameters graph = graph_parameters(options);
+  const StageHook in_child = [&](GraphStages& stages) {
+    directory.leave_lock_to_parent();
+    if (parameters.hook) parameters.hook(stages);
+  };
   std::vector<std::pair<std::uint64_t, std::string>> crashed;
   for (const std::uint64_t row : directory.suspects()) {
     if (planned.items[row].path.empty()) continue;
-    LoneResult result = try_item_alone(planned.items[row], graph, parameters.hook);
+    LoneResult result = try_item_alone(planned.items[row], graph, in_child);
     if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
   }
   // Writing a row may start threads (it may seal a shard), so the rows come after the last verdict.

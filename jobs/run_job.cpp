@@ -273,6 +273,7 @@ class RunJob {
     outcome_.root = inputs_.root;
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
+    print_summary(outcome_, options_);
     if (made_) {
       outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
       std::vector<PlanItem> items(store.rows());
@@ -281,7 +282,6 @@ class RunJob {
       write_run_report(options_, outcome_);
       write_failed_list(options_, outcome_.summary, items);
     }
-    print_summary(outcome_, options_);
     return outcome_.exit_code();
   }
 

@@ -157,7 +157,10 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       .add_flag("--allow-oversize", options.allow_oversize,
                 "Run a model alone that needs more than the budget")
       ->group(running);
-  command.add_option("--timeout", texts.timeout, "Per model; 0: none")->capture_default_str()->group(running);
+  command
+      .add_option("--timeout", texts.timeout, "Work on one model, waiting excluded (ms, s, m, h); 0: none")
+      ->capture_default_str()
+      ->group(running);
   command.add_option("--max-failures", options.max_failures, "Stop once more items than this have failed")
       ->default_str("no limit")
       ->group(running);
@@ -170,6 +173,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
   command
       .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
       ->group(running);
+  add_trust_option(command, options.check)->group(running);
   command
       .add_flag("--fresh", options.fresh,
                 "Start anew: discard an unfinished run; a store of this name is replaced at the end")
@@ -220,8 +224,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   const bool first_hit = sample.locate == LocatorKind::first_hit;
   sample.place.place = texts.place.empty() ? (first_hit ? PlaceKind::vertex : PlaceKind::element)
                                            : value_of(place_words, texts.place);
-  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (ALGORITHMS
-  // section 0).
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
+  // 7.4).
   if (first_hit) sample.locator.curve.leaves_per_sample = 64;
   if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
   sample.place.sequence = value_of(sequence_words, texts.sequence);

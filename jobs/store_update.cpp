@@ -1,7 +1,6 @@
 #include "jobs/store_update.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include "io/mesh/mapped_file.h"
 #include "io/parameters_text.h"
 #include "io/store/posix_file.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -89,7 +89,7 @@ StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<
   std::vector<ItemReport> reports;
   for (const auto& [row, unused] : common) reports.push_back(store.report(row));
   std::vector<std::uint8_t> changed(common.size(), 0);
-  oneapi::tbb::parallel_for(std::size_t{0}, common.size(), [&](std::size_t i) {
+  parallel_tasks(common.size(), [&](std::size_t i) {
     changed[i] = has_changed(items[common[i].second], reports[i], since);
   });
   for (std::size_t i = 0; i < common.size(); ++i)
@@ -183,7 +183,7 @@ bool copy_kept_rows(const StoreReader& store, const PlannedStore& planned, RunDi
   std::vector<EncodedRow> encoded;
   const auto flush = [&] {
     encoded.assign(rows.size(), {});
-    oneapi::tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    parallel_tasks(rows.size(), [&](std::size_t i) {
       Row content = store.read_row(*planned.kept[rows[i]]);
       content.label = header.labels[rows[i]];
       encoded[i] = encode_row(header, rows[i], content);

@@ -30,7 +30,7 @@ enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 // sample's cell the samples are less anisotropic than wanted (docs/ANISOTROPIC.md has the numbers).
 inline constexpr double tensor_elements_per_sample = 16;
 
-// How a tensor field is charted (ALGORITHMS 7.4).
+// How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).
 struct TensorChartParameters {
   AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
   SegmentParameters segment = {1, 20, {}};

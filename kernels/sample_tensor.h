@@ -1,5 +1,5 @@
 // The stages of anisotropic sampling: field, density, segments, charts, and the tensors at the samples
-// (ALGORITHMS section 7).
+// (docs/METHODS.md 9).
 #pragma once
 
 #include "kernels/sample_mesh.h"

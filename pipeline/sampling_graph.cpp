@@ -85,11 +85,9 @@ void release_model(ModelState& model) {
   model.row = std::move(row);
 }
 
-using ItemPointer = std::shared_ptr<GraphItem>;
-
-// A message through the graph: the item and its admission ticket.
+// A message through the graph: the item, which the graph owns until it is written, and its admission ticket.
 struct Envelope {
-  ItemPointer item;
+  GraphItem* item = nullptr;
   Admission::Ticket ticket;
   std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
   bool frees_slot = false;         // says no more than that a work slot is free again
@@ -111,10 +109,13 @@ class SamplingGraph {
         observer_(observer),
         admission_(parameters.memory_bytes, items_in_flight(parameters.threads), parameters.allow_oversize),
         admit_items_(graph_, flow::serial,
-                     [this](const Envelope& back, AdmitNode::output_ports_type& out) { admit(back, out); }),
+                     [this](Envelope back, AdmitNode::output_ports_type& out)
+                         MEANDER_CALLED_BY_TBB { admit(back, out); }),
         encode_row_(graph_, flow::unlimited,
-                    [this](Envelope e, EncodeNode::output_ports_type& out) { encode(std::move(e), out); }),
-        write_row_(graph_, flow::serial, [this](Envelope envelope) { return write(std::move(envelope)); }) {
+                    [this](Envelope e, EncodeNode::output_ports_type& out)
+                        MEANDER_CALLED_BY_TBB { encode(e, out); }),
+        write_row_(graph_, flow::serial, [this](Envelope e) MEANDER_CALLED_BY_TBB { return write(e); }),
+        items_(plan.size()) {
     statistics_ = std::vector<NodeStatistics>(stages.size() + 3);
     statistics_.front().name = "admit_items";
     flow::sender<Envelope>* last = &flow::output_port<0>(admit_items_);
@@ -122,9 +123,8 @@ class SamplingGraph {
       statistics_[i + 1].name = stages[i].name;
       stage_nodes_.push_back(std::make_unique<StageNode>(
           graph_, flow::unlimited,
-          [this, &stage = stages[i], &node = statistics_[i + 1], first = i == 0](Envelope e) {
-            return work(stage, node, first ? take_admitted() : std::move(e));
-          }));
+          [this, &stage = stages[i], &node = statistics_[i + 1], first = i == 0](Envelope e)
+              MEANDER_CALLED_BY_TBB { return work(stage, node, first ? take_admitted() : e); }));
       flow::make_edge(*last, *stage_nodes_.back());
       last = stage_nodes_.back().get();
     }
@@ -143,6 +143,7 @@ class SamplingGraph {
     graph_.wait_for_all();
     take_over(&admit_items_);
     take_over(&write_row_);
+    take_over_all(this, sizeof *this);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
@@ -203,13 +204,15 @@ class SamplingGraph {
          "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
              std::to_string(parameters_.memory_bytes >> 20) +
              " MiB for models (raise it, or --allow-oversize)");
-    hand_over(envelope.item.get());
+    hand_over(envelope.item);
     std::get<1>(out).try_put(envelope);
   }
 
   Envelope open_item(std::size_t index) {
     Envelope envelope;
-    envelope.item = std::make_shared<GraphItem>();
+    take_over(&items_[index]);
+    items_[index] = std::make_unique<GraphItem>();
+    envelope.item = items_[index].get();
     envelope.ticket.item = index;
     envelope.item->plan = &plan_[index];
     envelope.item->start = Clock::now();
@@ -246,7 +249,7 @@ class SamplingGraph {
   }
 
   Envelope work(const GraphStage& stage, NodeStatistics& node, Envelope envelope) {
-    const Turn turn(envelope.item.get());
+    const Turn turn(envelope.item);
     if (envelope.needed_bytes > 0 || !is_open(*envelope.item)) return envelope;
     const NodeTimer timer(node);
     try {
@@ -260,7 +263,7 @@ class SamplingGraph {
   // Whatever became of the item, its slot is free: the next one may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
-      const Turn turn(envelope.item.get());
+      const Turn turn(envelope.item);
       if (envelope.needed_bytes == 0 && !envelope.item->dropped) encode(*envelope.item);
     }
     Envelope slot;
@@ -288,7 +291,7 @@ class SamplingGraph {
 
   Envelope write(Envelope envelope) {
     const Turn turn(&write_row_);
-    take_over(envelope.item.get());
+    take_over(envelope.item);
     const NodeTimer timer(statistics_.back());
     GraphItem& item = *envelope.item;
     if (envelope.needed_bytes == 0) {
@@ -305,7 +308,8 @@ class SamplingGraph {
         }
       }
     }
-    envelope.item.reset();
+    items_[envelope.ticket.item].reset();
+    hand_over(&items_[envelope.ticket.item]);  // to another try with more memory
     return envelope;
   }
 
@@ -342,6 +346,7 @@ class SamplingGraph {
   std::vector<std::unique_ptr<StageNode>> stage_nodes_;
   EncodeNode encode_row_;
   StageNode write_row_;
+  std::vector<std::unique_ptr<GraphItem>> items_;  // those in flight, by their index in the plan
   GraphResult result_;
   std::mutex admitted_mutex_;
   std::queue<Envelope> admitted_;  // not yet taken by the first stage
@@ -422,7 +427,9 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
                                             static_cast<std::size_t>(parameters.threads));
   oneapi::tbb::task_arena arena(parameters.threads);
   GraphResult result;
-  arena.execute([&] {
+  const LoopHandoff handoff;
+  arena.execute([&]() MEANDER_CALLED_BY_TBB {
+    const LoopHandoff::Task task(handoff);
     SamplingGraph graph(plan, parameters, stages, header, sink, cancelled, statistics, observer);
     result = graph.run();
   });

@@ -98,7 +98,7 @@ using GraphStages = std::vector<GraphStage>;
 // A row of an older store for content with this digest, or false; called from many threads.
 using ReuseLookup = std::function<bool(const std::array<std::uint8_t, 32>& content, Row& row)>;
 
-// The stages of DESIGN section 3 for these parameters. The parameters and the device (null unless they cast
+// The stages listed above, for these parameters. The parameters and the device (null unless they cast
 // rays) must outlive the graph.
 GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevice* device,
                             ReuseLookup reuse = {});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 namespace meander::store {
@@ -19,6 +20,16 @@ bool within(double value, double least, double most) { return value >= least && 
 
 std::string wrong(std::string_view name, double value, std::string_view must) {
   return fmt::format("has the {} {}, which must be {}", name, value, must);
+}
+
+// A model of a smaller area, as a share of the squared diagonal of its box, has the status zero_area.
+constexpr double smallest_area_share = 1e-14;
+
+double squared_diagonal(const std::array<double, 6>& box) {
+  double sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    sum += (box[axis + 3] - box[axis]) * (box[axis + 3] - box[axis]);
+  return sum;
 }
 
 void check_box(const std::array<double, 6>& box, const Complain& complain) {
@@ -78,8 +89,12 @@ void check_item_ranges(const ItemReport& report, StoreContent content, const Com
   const auto at_least_one = [&](std::string_view name, double value) {
     if (value < 1) complain(wrong(name, value, "1 or more"));
   };
-  positive("area", report.area);
-  positive("measure", report.measure);
+  // The area of a model that is smaller than about 1e-147 is below what double holds: it may have become 0.
+  const double least_area = smallest_area_share * squared_diagonal(report.bbox);
+  if (report.area != 0 || least_area >= std::numeric_limits<double>::min()) {
+    positive("area", report.area);
+    positive("measure", report.measure);
+  }
   positive("scale", report.scale);
   for (const double loc : report.loc)
     if (!std::isfinite(loc)) complain(wrong("loc", loc, "finite"));

@@ -291,6 +291,8 @@ void RunDirectory::end_item(const EncodedRow& encoded) {
   if (state.missing[shard] == 0) state.seal(shard);
 }
 
+void RunDirectory::leave_lock_to_parent() { state_->lock = {}; }
+
 void RunDirectory::forget_begun() {
   state_->begun->replace({});
   state_->suspects.clear();

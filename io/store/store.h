@@ -1,5 +1,5 @@
 // The store: one HDF5 file of M rows (models) by N samples, and the crash-safe run directory beside it while
-// a run is under way (DESIGN section 6, STORAGE sections 4 and 5). No HDF5 type leaves io/store.
+// a run is under way. No HDF5 type leaves io/store.
 #pragma once
 
 #include <array>
@@ -123,6 +123,8 @@ class RunDirectory {
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
   void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
+  // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
+  void leave_lock_to_parent();
   // Nothing is being worked on any more: rows begun but not ended are no suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals

@@ -1,5 +1,5 @@
-// Error of a point set against the exact area of random rotated boxes (ALGORITHMS section 8; the headline
-// measure).
+// Error of a point set against the exact area of random rotated boxes (docs/METHODS.md 13.1; the
+// headline measure).
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Differential domain analysis: the distribution of differences between samples, for sets whose density or
 // anisotropy varies or that lie on surfaces, where no Fourier spectrum exists (Wei and Wang 2011,
-// "Differential domain analysis for non-uniform sampling"; ALGORITHMS 10.2). On surfaces differences are
+// "Differential domain analysis for non-uniform sampling"; docs/METHODS.md 13.5). On surfaces differences are
 // approximate geodesic vectors (Bowers, Wang, Wei, Maletz 2010, "Parallel Poisson disk sampling with spectrum
 // analysis on surfaces").
 #pragma once

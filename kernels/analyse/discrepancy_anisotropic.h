@@ -1,4 +1,4 @@
-// Discrepancy in the plane under a constant spacing tensor (survey, figure 15; ALGORITHMS section 8): shapes
+// Discrepancy in the plane under a constant spacing tensor (survey, figure 15; docs/METHODS.md 13.2): shapes
 // are round, square and so on in the metric.
 #pragma once
 

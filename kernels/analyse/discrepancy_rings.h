@@ -1,4 +1,4 @@
-// Discrepancy on a mesh over patches grown ring by ring: the survey's measure (ALGORITHMS section 8).
+// Discrepancy on a mesh over patches grown ring by ring: the survey's measure (docs/METHODS.md 13.2).
 #pragma once
 
 #include <cstdint>

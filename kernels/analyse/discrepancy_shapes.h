@@ -1,4 +1,4 @@
-// How many random shapes a discrepancy is taken over, and when to stop (ALGORITHMS section 8).
+// How many random shapes a discrepancy is taken over, and when to stop (docs/METHODS.md 13.2).
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Discrepancies on the unit sphere: spherical caps and spherical triangles (ALGORITHMS section 8).
+// Discrepancies on the unit sphere: spherical caps and spherical triangles (docs/METHODS.md 13.2).
 #pragma once
 
 #include <span>

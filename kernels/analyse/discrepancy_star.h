@@ -1,4 +1,4 @@
-// Star discrepancy in the plane: the supremum over boxes anchored at the origin (ALGORITHMS section 8).
+// Star discrepancy in the plane: the supremum over boxes anchored at the origin (docs/METHODS.md 13.2).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Distances between two triangle meshes by sampling, in the manner of Metro (Cignoni, Rocchini, Scopigno
-// 1998, "Metro: measuring error on simplified surfaces"). ALGORITHMS 11.1.
+// 1998, "Metro: measuring error on simplified surfaces"). See docs/METHODS.md 13.8.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Direction-resolved pair density g(q) of samples: how often samples lie at the offset q from another,
-// relative to independent ones, and the ellipse that the dip around q = 0 has (ALGORITHMS 10.2).
+// relative to independent ones, and the ellipse that the dip around q = 0 has (docs/METHODS.md 13.6).
 //
 // Two statements follow from maps of differential_domain.h. In units of area (DifferenceUnits::area) the dip
 // is an ellipse whose axis ratio is the ratio s1 / s2 of the field, long along e1: for constant ratios, or

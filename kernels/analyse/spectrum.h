@@ -1,4 +1,4 @@
-// Power spectrum of planar point sets, averaged over sets (ALGORITHMS 10.1; Ulichney 1987, "Digital
+// Power spectrum of planar point sets, averaged over sets (docs/METHODS.md 13.4; Ulichney 1987, "Digital
 // Halftoning"; Bartlett 1948 for the averaging).
 #pragma once
 

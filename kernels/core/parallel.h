@@ -34,7 +34,7 @@ void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
   }
   const LoopHandoff loop;
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) MEANDER_CALLED_BY_TBB {
       const LoopHandoff::Task task(loop);
       body(b * block, std::min(count, (b + 1) * block));
     });
@@ -51,7 +51,7 @@ void parallel_tasks(std::size_t count, const Body& body) {
   }
   const LoopHandoff loop;
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) MEANDER_CALLED_BY_TBB {
       const LoopHandoff::Task task(loop);
       body(i);
     });

@@ -12,8 +12,20 @@
 #endif
 #endif
 
+#include <cstddef>
+#include <cstdint>
+
 #ifdef MEANDER_THREAD_SANITIZER
 #include <sanitizer/tsan_interface.h>
+#endif
+
+// For the function that TBB calls: it finds its captures and arguments in memory that another thread wrote,
+// before it can take anything over, so its own accesses are not looked at. It must do no more than take over
+// and call on.
+#ifdef MEANDER_THREAD_SANITIZER
+#define MEANDER_CALLED_BY_TBB __attribute__((no_sanitize("thread")))
+#else
+#define MEANDER_CALLED_BY_TBB
 #endif
 
 namespace meander {
@@ -28,6 +40,14 @@ inline void hand_over([[maybe_unused]] const void* address) {
 inline void take_over([[maybe_unused]] const void* address) {
 #ifdef MEANDER_THREAD_SANITIZER
   __tsan_acquire(const_cast<void*>(address));
+#endif
+}
+
+// Takes over by every address of a stretch of memory: for where TBB keeps the counts by which it waits. The
+// last step of a worker is such a count, and the wait for it cannot be seen.
+inline void take_over_all([[maybe_unused]] const void* begin, [[maybe_unused]] std::size_t bytes) {
+#ifdef MEANDER_THREAD_SANITIZER
+  for (std::size_t at = 0; at < bytes; at += 4) take_over(static_cast<const char*>(begin) + at);
 #endif
 }
 
@@ -52,7 +72,15 @@ class LoopHandoff {
   LoopHandoff() { hand_over(&begin_); }
   LoopHandoff(const LoopHandoff&) = delete;
   LoopHandoff& operator=(const LoopHandoff&) = delete;
-  ~LoopHandoff() { take_over(&end_); }  // with an exception of a task too
+  ~LoopHandoff() {  // with an exception of a task too
+    take_over(&end_);
+#ifdef MEANDER_THREAD_SANITIZER
+    // TBB waited in a frame called from the one that holds this object; the stack grows downwards.
+    constexpr std::size_t frames = 4096;
+    take_over_all(reinterpret_cast<const char*>(reinterpret_cast<std::uintptr_t>(this) / 8 * 8 - frames),
+                  frames);
+#endif
+  }
 
   // Lives as long as a task works.
   class Task {

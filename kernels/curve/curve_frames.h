@@ -1,4 +1,4 @@
-// Orientation tables of the curves, derived from their production rules (ALGORITHMS section 4.1).
+// Orientation tables of the curves, derived from their production rules (docs/METHODS.md 5.1).
 #pragma once
 
 #include <array>

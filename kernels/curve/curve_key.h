@@ -1,4 +1,4 @@
-// Positions along space-filling curves as integer keys (ALGORITHMS section 4.1).
+// Positions along space-filling curves as integer keys (docs/METHODS.md 5.2).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Points of space-filling curves by position: the inverse of curve_key (ALGORITHMS section 4.1).
+// Points of space-filling curves by position: the inverse of curve_key (docs/METHODS.md 5).
 #pragma once
 
 #include <cstdint>

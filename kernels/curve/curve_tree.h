@@ -1,4 +1,4 @@
-// Adaptive Hilbert, Peano and Peano-meander trees over the unit square (ALGORITHMS sections 4.1 and 4.2).
+// Adaptive Hilbert, Peano and Peano-meander trees over the unit square (docs/METHODS.md 5.3).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Cutting a component open to a disk (ALGORITHMS section 2.2).
+// Cutting a component open to a disk (docs/METHODS.md 3).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Samples lifted from the chords of a mesh to the smooth surface that its vertex normals tell of (ALGORITHMS
-// 13.3).
+// Samples lifted from the chords of a mesh to the smooth surface that its vertex normals describe
+// (docs/METHODS.md 11).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Flattening a disk into the unit square (ALGORITHMS section 3).
+// Flattening a disk into the unit square (docs/METHODS.md 4).
 #pragma once
 
 #include <cstdint>

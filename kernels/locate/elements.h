@@ -1,5 +1,5 @@
-// Curve elements: the surface cut into small pieces of known mass and put in curve order (ALGORITHMS
-// section 5.1).
+// Curve elements: the surface cut into small pieces of known mass and put in curve order (docs/METHODS.md
+// 6.1 and 6.4).
 #pragma once
 
 #include <array>

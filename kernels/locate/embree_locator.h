@@ -1,5 +1,5 @@
 // Point location on charts with Embree: which triangles lie under the leaves of the curve, and which sheets
-// overlap (ALGORITHMS section 5.1, step 2 and 3).
+// overlap (docs/METHODS.md 6.2 and 6.3).
 #pragma once
 
 #include <cstdint>

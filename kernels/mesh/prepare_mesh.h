@@ -1,4 +1,4 @@
-// Intake: from any polygon soup to oriented 2-manifold components (ALGORITHMS section 1).
+// Intake: from any polygon soup to oriented 2-manifold components (docs/METHODS.md 2).
 #pragma once
 
 #include "kernels/core/cancel.h"

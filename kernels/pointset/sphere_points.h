@@ -1,4 +1,4 @@
-// Point sets on the unit sphere by the methods that samplings are compared with (ALGORITHMS sections 8, 9).
+// Point sets on the unit sphere by the methods that samplings are compared with (docs/METHODS.md 14).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Placing samples: the 1-D set, its order, and the point inside each element (ALGORITHMS section 5.2).
+// Placing samples: the 1-D set, its order, and the point inside each element (docs/METHODS.md 7).
 #pragma once
 
 #include <array>

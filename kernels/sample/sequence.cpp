@@ -1,4 +1,4 @@
-// The 1-D sample sets and the order of the samples in the file (ALGORITHMS section 5.2).
+// The 1-D sample sets and the order of the samples in the file (docs/METHODS.md 7).
 #include <algorithm>
 #include <bit>
 #include <cmath>

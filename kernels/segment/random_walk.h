@@ -1,4 +1,4 @@
-// Segmentation of a surface by random walks between its triangles (ALGORITHMS section 7.2).
+// Segmentation of a surface by random walks between its triangles (docs/METHODS.md 9.6).
 //
 // Lai, Hu, Martin, Rosin 2009, "Rapid and effective segmentation of 3D models using random walks": triangles
 // are nodes, neighbours are joined by edges with a weight, and a triangle belongs to the seed that a walk

@@ -77,7 +77,7 @@ class Expression {
 struct ExpressionPreset {
   std::string_view name, text, meaning;
 };
-// x2y2, cos3sin3, cos10, blob, balzer (ALGORITHMS sections 8 and 10.2).
+// x2y2, cos3sin3, cos10, blob, balzer.
 std::span<const ExpressionPreset> expression_presets();
 
 }  // namespace meander

@@ -17,7 +17,7 @@ struct FundamentalForms {
   double k1 = 0, k2 = 0;       // principal curvatures, k1 >= k2
 };
 
-// ALGORITHMS section 4.4 (do Carmo 1976, "Differential geometry of curves and surfaces", 3-3). Never NaN:
+// docs/METHODS.md 10 (do Carmo 1976, "Differential geometry of curves and surfaces", 3-3). Never NaN:
 // where du x dv vanishes or is not finite, normal and area element are 0; where EG - F^2 <= 1e-24 times
 // max(E, G)^2 (a pole, to rounding), curvatures and second form are 0. Pure.
 FundamentalForms fundamental_forms(const SurfaceJet& jet);

@@ -1,5 +1,5 @@
-// Sampling of parametric surfaces along an adaptive space-filling curve (ALGORITHMS sections 0, 4.2, 4.4,
-// 5.2), after the survey's section 4.1.
+// Sampling of parametric surfaces along an adaptive space-filling curve (docs/METHODS.md 10), after
+// the survey's section on parametric surfaces.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Parametric surfaces f: [0, 1]^2 -> R^3, evaluated in batches over flat arrays (ALGORITHMS section 4.4).
+// Parametric surfaces f: [0, 1]^2 -> R^3, evaluated in batches over flat arrays (docs/METHODS.md 10).
 #pragma once
 
 #include <array>

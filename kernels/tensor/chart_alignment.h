@@ -1,4 +1,4 @@
-// How well a chart follows a field of wanted spacings: acceptance of segments (ALGORITHMS section 7.4).
+// How well a chart follows a field of wanted spacings: acceptance of segments (docs/METHODS.md 9.8).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// One consistent primary direction per triangle of a chart (ALGORITHMS section 7.4, form A).
+// One consistent primary direction per triangle of a chart (docs/METHODS.md 9.7).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Flattening a chart so that u and v count sample spacings along and across a field's primary direction
-// (ALGORITHMS section 7.4, form A).
+// (docs/METHODS.md 9.7).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Where a tensor field has no direction: indices, singularities, and cuts that join them (ALGORITHMS 7.3).
+// Where a tensor field has no direction: indices, singularities, and cuts that join them (docs/METHODS.md 9.5).
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // The metric of a tensor field as edge lengths, for everything that works on lengths alone: seams, charts and
-// pieces (ALGORITHMS 7.4 B).
+// pieces (docs/METHODS.md 9.3).
 #pragma once
 
 #include "kernels/core/cancel.h"

@@ -1,5 +1,5 @@
 // Symmetric 2 x 2 tensors in a tangent plane, and the conventions of anisotropic sampling, fixed here once
-// (ALGORITHMS 7.1).
+// (docs/METHODS.md 9.1).
 //
 // SPACING FORM: S = s1 e1 e1^T + s2 e2 e2^T, s1 >= s2 > 0: the wanted distances between samples along the
 // primary direction e1 (the long one; strokes follow it) and across it. Only ratios matter: the sampler

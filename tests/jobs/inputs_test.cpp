@@ -169,7 +169,8 @@ TEST_CASE("collect_inputs: links that lead back end, and are counted") {
   CHECK(inputs.notes.unread.empty());
 }
 
-TEST_CASE("collect_inputs: what a broken link may have held is named; one that ends like a mesh is a row") {
+TEST_CASE(
+    "collect_inputs: what a broken link may have held is named, and one that ends like a mesh is a row") {
   const ScratchFolder scratch;
   put_file(scratch / "set/a.off");
   fs::create_symlink("nowhere", scratch / "set/chair");

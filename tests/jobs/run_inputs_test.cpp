@@ -91,7 +91,7 @@ TEST_CASE("run: linked class folders are searched, hidden files are counted") {
   CHECK_THAT(result.out, Contains("hidden files and folders skipped: 3"));
 }
 
-TEST_CASE("run: any file name; export and info find items by id and by path") {
+TEST_CASE("run: any file name, and export and info find items by id and by path") {
   const ScratchFolder scratch;
   for (const char* name : {"caf\xE9.off", "two\nlines.off"}) put_mesh(scratch / "in" / name);
   fs::create_directories(scratch / "bad");
@@ -190,7 +190,7 @@ TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet fi
   CHECK_FALSE(fs::exists(folder + "/ply_data_train2.h5"));
 }
 
-TEST_CASE("run --labels: classes and splits of a file; rows without a class stay out of PointNet files") {
+TEST_CASE("run --labels: classes and splits of a file, and rows without a class stay out of PointNet files") {
   const ScratchFolder scratch;
   for (const char* item : {"1.off", "2.off", "3.off"}) put_mesh(scratch / "in" / item);
   write_file(scratch / "labels.csv", "id,class,split\n1.off,chair,test\n2.off,lamp,\n9.off,lamp,train\n");

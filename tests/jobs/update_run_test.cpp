@@ -1,6 +1,7 @@
 // A second `meander run` on a store: inputs that are new, changed or gone, --retry, --fresh, --reuse, and all
 // of them interrupted.
 #include <algorithm>
+#include <cctype>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
@@ -293,4 +294,24 @@ TEST_CASE("run: items end in the order of their size with one thread, and none w
   CHECK(result.exit_code == 0);
   CHECK(result.err.find("\"id\":\"large.off\"") < result.err.find("\"id\":\"m0.off\""));
   CHECK(result.err.find("\"waited\":") != std::string::npos);
+}
+
+TEST_CASE("docs/RUNNING.md: every status and exit code is there, and every option that it names exists") {
+  const std::string page = read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/RUNNING.md");
+  for (const std::string_view status : status_names) {
+    INFO(status);
+    CHECK(page.find("| `" + std::string(status) + "` |") != std::string::npos);
+  }
+  for (const char* code : {"| 0 |", "| 1 |", "| 2 |", "| 3 |", "| 75 |"})
+    CHECK(page.find(code) != std::string::npos);
+  const std::string help = run_process({program, "run", "--help"}).out;
+  for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
+    std::size_t end = at + 2;
+    while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-')) ++end;
+    const std::string option = page.substr(at, end - at);
+    at = end;
+    if (option.find_first_not_of('-') == std::string::npos) continue;  // a rule of a table
+    INFO(option);
+    CHECK(help.find(option) != std::string::npos);
+  }
 }

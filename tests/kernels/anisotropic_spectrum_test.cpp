@@ -52,7 +52,7 @@ TEST_CASE("angular_power: strata of the metric look alike in all directions once
       const TangentTensor scaled = tensor + TangentTensor{-4, 0, -4};  // the scale does not matter
       const RadialProfile rings = radial_power(spectrum, scaled);
       REQUIRE(rings.rings() > 30);
-      // ALGORITHMS 10.1: jittered sampling, P = 1 - sinc^2 sinc^2.
+      // Jittered sampling, P = 1 - sinc^2 sinc^2.
       const double root = std::sqrt(points);
       const auto ring_at = [&](double f) { return static_cast<std::size_t>(std::lround(f * root)) - 1; };
       CHECK(rings.mean[ring_at(0.25)] == Approx(0.20).margin(0.09));

@@ -1,4 +1,4 @@
-// Rates and values of the survey's comparison against the table that ALGORITHMS section 9 measured before.
+// Rates and values of the survey's comparison against values measured independently before.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -200,7 +200,7 @@ TEST_CASE("survey: slopes and values on the plane", "[slow]") {
 }
 
 TEST_CASE("survey: placing at curve vertices quantises the pattern", "[slow]") {
-  // ALGORITHMS section 0: slope -0.51, D*(12288) 0.0086 with the smallest 4^m >= N leaves; -0.63, 0.0032 with
+  // Measured before: slope -0.51, D*(12288) 0.0086 with the smallest 4^m >= N leaves; -0.63, 0.0032 with
   // 64 N.
   for (const auto& [leaves, slope, value] : {std::tuple{1.0, -0.51, 0.0086}, {64.0, -0.63, 0.0032}}) {
     PlanarParameters parameters;
@@ -243,7 +243,7 @@ TEST_CASE("survey: slopes and values on the sphere", "[slow]") {
 
 TEST_CASE("survey: slopes of five runs of random points scatter around -1/2 as far as the table's",
           "[slow]") {
-  // ALGORITHMS section 9 has -0.53 for triangles on the sphere, from 5 runs.
+  // Measured before: -0.53 for triangles on the sphere, from 5 runs.
   constexpr std::uint64_t groups = 12, runs = 5;
   const Measure measure = sphere_triangles(SphereMethod::random);
   double sum = 0, squares = 0;

@@ -397,12 +397,14 @@ TEST_CASE("anisotropic sampling: geodesic descriptors know nothing of segments")
   }
 }
 
-TEST_CASE("anisotropic sampling: a tensor that is not there or no tensor makes the model unreadable") {
+TEST_CASE(
+    "anisotropic sampling: a tensor that is not there has a status of its own, one that is no tensor is "
+    "unreadable") {
   SampleParameters parameters = anisotropic(TensorKind::vertex_attribute);
   parameters.tensor.attribute = "grain";
   set_samples(parameters, 50);
   const Row missing = sampled(icosphere(1), parameters);
-  CHECK(missing.report.status == Status::unreadable);
+  CHECK(missing.report.status == Status::missing_attribute);
   CHECK_THAT(missing.report.reason, Contains("grain"));
   CHECK(missing.samples.points.empty());
   CHECK(missing.descriptors.empty());

@@ -227,7 +227,7 @@ TEST_CASE("radial_profile: rings, variance and mirror of a small map") {
   CHECK(even.anisotropy_db[1] == -std::numeric_limits<double>::infinity());
 }
 
-TEST_CASE("radial_power: stratified samples along the Hilbert curve are as ALGORITHMS 10.1 expects") {
+TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spectrum of stratified noise") {
   const PolygonMesh square = test::grid_plane(8, 8);
   std::vector<double> positions;
   for (std::size_t v = 0; v < square.x.size(); ++v)

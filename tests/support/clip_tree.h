@@ -1,4 +1,4 @@
-// The exact masses of curve leaves (ALGORITHMS section 4.3, "E4"): the slow reference of the locators.
+// The exact masses of curve leaves: the slow reference of the locators.
 #pragma once
 
 #include <cstdint>
