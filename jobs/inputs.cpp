@@ -78,7 +78,7 @@ class Collector {
         if (path.ends_with('\r')) path.pop_back();
         if (path.starts_with('#')) continue;
         if (path.find('\0') != std::string::npos)
-          throw UsageError("the paths of " + name + " are apart by NUL bytes: give --null");
+          throw UsageError("the paths of " + name + " are separated by NUL bytes: give --null");
       }
       if (!path.empty()) listed_.push_back(path);
     }
@@ -114,7 +114,7 @@ class Collector {
     const std::string short_name = "m" + number;
     std::uint64_t value = 0;
     for (const char c : number) {
-      if (c < '0' || c > '9') throw UsageError("`" + number + "` is no model number of a .cla file");
+      if (c < '0' || c > '9') throw UsageError("`" + number + "` is not a model number of a .cla file");
       value = value * 10 + static_cast<std::uint64_t>(c - '0');
     }
     const std::string id = "db/" + std::to_string(value / 100) + "/" + short_name + "/" + short_name + ".off";
@@ -247,7 +247,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   if (collector.has_lists) inputs.root = collector.take_lists();
   if (!collector.has_lists && (options.null_lists || !options.root.empty()))
     throw UsageError(std::string(options.null_lists ? "--null" : "--root") +
-                     " is about lists: there is none in the input (@FILE, or - for standard input)");
+                     " applies to lists (@FILE, or - for standard input), and the input has none");
   std::vector<Found>& found = collector.found;
   order_by_id(found);
   take_notes(collector.search, inputs.notes);

@@ -49,8 +49,8 @@ namespace {
 void require_fitting(const DescriptorSchema& schema, DistanceKind distance) {
   if (is_histogram(schema) || (distance != DistanceKind::emd && distance != DistanceKind::chi2)) return;
   throw UsageError(
-      fmt::format("the descriptor {} is a list of separate values, and {} compares the bins of "
-                  "histograms: take l1, l2 or cosine",
+      fmt::format("the descriptor {} is a list of separate values, and {} compares the bins of histograms: "
+                  "use l1, l2 or cosine",
                   schema.name, distance == DistanceKind::emd ? "emd" : "chi2"));
 }
 

@@ -123,8 +123,7 @@ class RunJob {
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
-          "--retry vanished: what stands in the folders that could not be read may not have vanished; make "
-          "them "
+          "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
     header_ = make_header(options_, inputs_);
     if (options_.dry_run) return print_plan();
@@ -147,7 +146,8 @@ class RunJob {
 
  private:
   int print_plan() {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0, over = 0;
+    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0,
+                  over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
       over += item.reserved_bytes > options_.memory_bytes;
@@ -169,7 +169,7 @@ class RunJob {
   void look_at_unfinished_run(const RunPlan& unfinished) const {
     if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
         unfinished.purpose != purpose_replace)
-      throw UsageError(fmt::format("`{}.run` was begun to {}: the command that began it finishes it",
+      throw UsageError(fmt::format("`{}.run` was begun to {}: repeat the command that began it",
                                    options_.store, unfinished.purpose));
     try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
                  {options_, hook_, {}, nullptr});

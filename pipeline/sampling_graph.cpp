@@ -148,7 +148,7 @@ class SamplingGraph {
     result_.stopped = result_.written != plan_.size();
     if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
         admission_.bytes_in_flight() != 0 || working_ != 0 || (!cancelled_ && result_.stopped))
-      throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) +
+      throw std::logic_error("the counts of the graph do not add up: " + std::to_string(result_.taken) +
                              " taken, " + std::to_string(result_.written) + " written, " +
                              std::to_string(result_.dropped) + " dropped, " +
                              std::to_string(admission_.items_in_flight()) + " items and " +
