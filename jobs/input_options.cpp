@@ -70,7 +70,7 @@ std::string remembered_root(const std::filesystem::path& store) {
     const auto members = split_members(text->substr(0, text->find_last_not_of("\r\n") + 1));
     const auto root = members.find("root");
     return root == members.end() ? std::string() : unescape_id(text_of_json(root->second));
-  } catch (const RunError&) {  // no file of ours, or one that cannot be read
+  } catch (const RunError&) {  // not written by Meander, or not readable
     return {};
   }
 }

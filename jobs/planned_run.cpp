@@ -28,7 +28,7 @@ class StoreSink : public RowSink {
   RunDirectory& directory_;
 };
 
-// Tells the run directory that nothing is in flight any more, however the graph ended.
+// Records in the run directory that nothing is in flight, however the graph ended.
 class EndOfFlight {
  public:
   explicit EndOfFlight(RunDirectory& directory) : directory_(directory) {}

@@ -172,7 +172,7 @@ RetrievalBase load_base(const StoreReader& store, const std::string& descriptor,
 
 RetrievalBase load_labelled_base(const StoreReader& store, const std::string& descriptor,
                                  DistanceKind distance, const std::string& classification) {
-  chosen_descriptors(store, descriptor);  // mistakes in names are told before those in classes
+  chosen_descriptors(store, descriptor);  // mistakes in names are reported before those in classes
   std::vector<std::uint64_t> rows;
   std::vector<std::uint32_t> labels;
   std::vector<std::string> classes;

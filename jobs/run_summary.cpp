@@ -126,7 +126,7 @@ void print_ids(const std::vector<std::string>& ids, const char* what, const std:
   fmt::print(stderr, "meander: {}\n", total);
 }
 
-// What else the user can do: statuses that another machine, or larger limits, may not give.
+// Advice on statuses that a larger limit or another machine may avoid.
 void print_advice(const StoreSummary& summary) {
   std::string words;
   std::uint64_t rows = 0;
@@ -237,7 +237,7 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
 
 namespace {
 
-// A path as a line of a list, which has no room for every path; empty: the input is gone.
+// A path as a line of a list; some paths cannot be written as a line. Empty: the input is gone.
 std::string list_line(const std::string& path) {
   if (path.find('\n') != std::string::npos || path.ends_with('\r'))
     return "# the path of this item contains a line break: give it in a list with --null";

@@ -191,12 +191,12 @@ void locate_model(ModelState& model, const SampleParameters& parameters, const E
 
 namespace {
 
-// Segments are no surface to measure distances or normals on.
+// Distances and normals need the whole surface, not its segments.
 void join_segments(ModelState& model, const SampleParameters& parameters) {
   if (parameters.method == MethodChoice::anisotropic) model.mesh = prepare_mesh(model.file, model.cancel);
 }
 
-// Moves the samples from the chords to the smooth surface that the vertex normals tell of.
+// Moves the samples from the chords to the smooth surface that the vertex normals describe.
 void lift_model_samples(ModelState& model, const OutputFrame& frame) {
   const PreparedMesh& mesh = model.mesh;
   Samples& samples = model.row.samples;
@@ -226,7 +226,7 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
 
 namespace {
 
-// What placing needed and measuring does not.
+// Frees what only placement needs.
 void release_curves(ModelState& model) {
   model.charts = {};
   model.trees = {};

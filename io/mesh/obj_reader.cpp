@@ -31,7 +31,7 @@ struct ObjPart {
   std::vector<RelativeIndex> relative_corners, relative_normals;
   std::uint64_t bad_faces = 0;
   const char* first_bad_face = nullptr;
-  const char* bad_vertex = nullptr;  // the token that is no number
+  const char* bad_vertex = nullptr;  // the token that is not a number
   bool cut_vertex = false;           // the last line of the file ends in a vertex
   bool keywords = false;             // a line that only OBJ files have was seen
 };

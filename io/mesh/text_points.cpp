@@ -64,7 +64,7 @@ class TextPointReader {
       words.push_back(word);
       line.at = p < line.end && *p == ',' ? p + 1 : p;
     }
-    // Binary data are no words.
+    // Binary data are not words.
     const auto is_control = [](char c) {
       return (static_cast<unsigned char>(c) < ' ' || c == '\x7F') && c != '\t' && c != '\r';
     };

@@ -1,7 +1,7 @@
-// Tells ThreadSanitizer of the hand-offs between threads that it cannot see. The distribution's TBB is not
-// instrumented: its task queues order what one thread wrote before spawning and another reads in the task,
-// but the sanitizer does not know. Only edges that TBB guarantees are told; everything else stays checked. In
-// any other build these are empty.
+// Annotates for ThreadSanitizer the hand-offs between threads that it cannot see. The distribution's TBB is
+// not instrumented: its task queues order what one thread wrote before spawning and another reads in the
+// task, but the sanitizer does not see that. Only ordering that TBB guarantees is annotated; everything else
+// stays checked. In other builds these functions are empty.
 #pragma once
 
 #if defined(__SANITIZE_THREAD__)
@@ -27,7 +27,7 @@
 
 namespace meander {
 
-// What this thread has written so far is there for whoever takes over by the same address afterwards.
+// Publishes what this thread has written to the thread that later calls take_over with the same address.
 inline void hand_over([[maybe_unused]] const void* address) {
 #ifdef MEANDER_THREAD_SANITIZER
   __tsan_release(const_cast<void*>(address));
@@ -40,8 +40,8 @@ inline void take_over([[maybe_unused]] const void* address) {
 #endif
 }
 
-// One piece of work on what `address` stands for: what those before it wrote is there, what it writes is
-// there for those after it. For the bodies of a flow graph, which TBB runs one after the other for one item
+// Scope of one piece of work on the object at `address`: it sees what earlier scopes on it wrote, and later
+// scopes see what it writes. For the bodies of a flow graph, which TBB runs one after the other for one item
 // or serial node.
 class Turn {
  public:
@@ -54,14 +54,14 @@ class Turn {
   const void* address_;
 };
 
-// The two edges of a parallel loop: from the thread that starts it to every task, and from every task to the
-// end of the loop. Not from task to task.
+// The two synchronisation edges of a parallel loop: from the thread that starts it to every task, and from
+// every task to the end of the loop. Not from task to task.
 class LoopHandoff {
  public:
   LoopHandoff() { hand_over(&begin_); }
   LoopHandoff(const LoopHandoff&) = delete;
   LoopHandoff& operator=(const LoopHandoff&) = delete;
-  ~LoopHandoff() { take_over(&end_); }  // with an exception of a task too
+  ~LoopHandoff() { take_over(&end_); }  // also when a task has thrown
 
   // Lives as long as a task works.
   class Task {

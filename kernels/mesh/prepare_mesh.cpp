@@ -19,7 +19,7 @@ namespace meander {
 namespace {
 
 constexpr double zero_area_ratio =
-    1e-14;  // of diagonal^2: below it double cannot tell the surface from a curve
+    1e-14;  // of diagonal^2: below it, rounding hides the difference between a surface and a curve
 
 // The triangle soup of one file on its way to a PreparedMesh.
 struct Soup {

@@ -16,7 +16,7 @@ Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
                       mesh.position(mesh.triangles[3 * t + 2]));
 }
 
-// The triangle whose centroid lies farthest from the component's area centroid: a tip, near enough.
+// The triangle whose centroid lies farthest from the component's area centroid: approximately a tip.
 std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
   Vector3 moment, middle;
   double weight = 0;
