@@ -454,7 +454,7 @@ class DescribeJob {
       if (directory_->done_count() > 0)
         progress.note(fmt::format("continuing: {} of {} rows are done already", directory_->done_count(),
                                   header_.ids.size()));
-      // What cannot be described completely comes last, so that a job that was stopped tries it again.
+      // Incomplete rows are written last, so that a stopped job retries them.
       stopped = !describe_all(uses_meshes());
       if (!stopped && !problems_.empty()) stopped = !describe_all(false);
       progress_ = nullptr;
@@ -551,7 +551,7 @@ class DescribeJob {
     return !result.stopped;
   }
 
-  // A store that cannot be read stops the job: its rows are nobody else's to explain.
+  // A store that cannot be read stops the job.
   void describe_in_graph(GraphItem& item, bool with_meshes) {
     item.file_bytes = point_bytes();
     try {

@@ -150,7 +150,7 @@ void add_argument(const std::string& argument, bool prefixed, Collector& collect
   }
 }
 
-// Ids as they stand in the store, ascending; equal ones are refused.
+// Ids as stored, ascending; equal ones are refused.
 void order_by_id(std::vector<Found>& found) {
   for (Found& f : found) f.id = escape_id(f.id);
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
@@ -176,7 +176,7 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
   }
 }
 
-// The position of the item with this id, or with the id that is made of this path.
+// The position of the item with this id, or with the id derived from this path.
 std::size_t position_of(const std::vector<Found>& found, const std::string& name) {
   for (const std::string& id : {name, escape_id(name)}) {
     const auto at = std::lower_bound(found.begin(), found.end(), id,

@@ -43,7 +43,7 @@ std::optional<struct stat> facts_of(const fs::path& path, const std::string& opt
   return std::nullopt;
 }
 
-// Folders that the job makes are checked where the first of them will stand.
+// For folders that the job creates, the parent of the first of them is checked.
 void check_writable(const fs::path& folder, const std::string& option, bool missing_folders) {
   struct stat facts {};
   const bool there = ::stat(folder.c_str(), &facts) == 0;

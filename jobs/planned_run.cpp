@@ -35,7 +35,8 @@ class EndOfFlight {
   ~EndOfFlight() {
     try {
       directory_.forget_begun();
-    } catch (const RunError&) {  // a full disk, say: the next process tries a few items alone in vain
+    } catch (
+        const RunError&) {  // for example a full disk: the next process retries a few items unnecessarily
     }
   }
   EndOfFlight(const EndOfFlight&) = delete;

@@ -1,4 +1,4 @@
-// meander verify: is a store whole?
+// meander verify: checks a store completely.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

@@ -117,7 +117,7 @@ void place_model(ModelState& model, const SampleParameters& parameters);
 // The descriptors asked for, in their order, then those of anisotropy_names if the method is anisotropic; in
 // front of the certificate.
 void describe_model(ModelState& model, const SampleParameters& parameters);
-// Appends two descriptors of one value: the error over 1000 rotated boxes relative to random samples, and rho.
+// Appends two one-value descriptors: the error over 1000 rotated boxes relative to random samples, and rho.
 // NaN where the surface admits no such boxes, or a single sample has no neighbour. Frees what placing needed.
 void certify_model(ModelState& model, const SampleParameters& parameters);
 

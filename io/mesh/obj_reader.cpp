@@ -257,7 +257,7 @@ PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size
   return mesh;
 }
 
-// What is wrong with the file as a whole, said of the earliest place whatever the blocks.
+// Errors of the file as a whole, reported at the earliest place whatever the blocks.
 void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
   bool keywords = false;

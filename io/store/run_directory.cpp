@@ -68,7 +68,7 @@ FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
   }
 }
 
-// What a killed process may have left beside the store. Called with the lock of the run folder held.
+// Files that a killed process may have left beside the store. Called with the lock of the run folder held.
 void remove_leftovers(const fs::path& store) {
   const fs::path folder = store.parent_path().empty() ? fs::path(".") : store.parent_path();
   const std::string name = store.filename().string();
@@ -77,7 +77,7 @@ void remove_leftovers(const fs::path& store) {
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
     const std::string other = entry->path().filename().string();
-    // A process number and nothing behind it: NAME.part-1.off is somebody's mesh.
+    // A process number and nothing behind it: NAME.part-1.off is a user's mesh.
     for (const std::string& prefix : {name + ".part-", name + ".run.removed-"})
       if (other.starts_with(prefix) &&
           other.find_first_not_of("0123456789", prefix.size()) == std::string::npos)

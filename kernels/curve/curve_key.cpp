@@ -17,7 +17,7 @@ namespace {
 
 constexpr int axis_bits_3d = 21;
 
-// Spreads the low 21 bits of v so that two zero bits stand between any two of them.
+// Spreads the low 21 bits of v with two zero bits between any two of them.
 constexpr std::uint64_t spread_by_three(std::uint64_t v) {
   v &= 0x1FFFFF;
   v = (v | v << 32) & 0x1F00000000FFFF;

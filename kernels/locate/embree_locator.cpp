@@ -172,7 +172,8 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
     const ChartScene scene(device, charts[c].u, charts[c].v, charts[c].cut.triangles);
     const DepthRange depths = depth_range(component_mass(component, masses), plan, parameters.curve);
     cast_leaf_rays(work, scene, trees[c], depths, plan.leaf_mass, c, key, cancel);
-    // A leaf gives at most half of its mass to another sheet: too few leaves make no sheet of its own.
+    // A leaf contributes at most half of its mass to another sheet: too few leaves cannot form a separate
+    // sheet.
     const bool worth_it = static_cast<double>(work.multiple_hits) * plan.leaf_mass / 2 > sheets.min_mass;
     if (worth_it && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
     counts[c] = {trees[c].leaf_count(), work.rays, work.multiple_hits};

@@ -28,7 +28,7 @@ struct Soup {
   std::vector<std::uint32_t> polygon;      // T
 };
 
-// Vertices with a finite position. Most files have no other kind: an empty result says so.
+// Vertices with a finite position. Empty when all vertices are finite, as in most files.
 std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
   const std::size_t vertices = mesh.vertex_count();
   const auto finite = [&](std::size_t v) {

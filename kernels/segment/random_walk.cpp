@@ -173,7 +173,7 @@ class WalkSystem {
     }
     const std::vector<std::uint32_t> order = elimination_order(graph);
     cancel.check();
-    // Where rounding makes a pivot that is not positive, walks that may stop on the way stand in.
+    // Where rounding makes a pivot non-positive, walks that may stop on the way are used instead.
     for (const double stop : {0.0, 1e-14, 1e-12, 1e-10}) {
       std::vector<double> raised = diagonal;
       for (double& d : raised) d *= 1 + stop;

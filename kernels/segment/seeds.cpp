@@ -66,7 +66,7 @@ class NearestSource {
     }
   }
 
-  // The component's first seed; farthest-point search goes on from there.
+  // The component's first seed; farthest-point search continues from there.
   std::uint32_t add_first(const Component& component) {
     add(outermost_triangle(mesh_, component));
     const std::uint32_t seed = farthest(component.triangle_begin, component.triangle_end);

@@ -38,7 +38,7 @@ struct FieldMap {
   bool sound = false;   // no flips, no branch points
 };
 
-// What all tries on one chart share.
+// Data shared by all attempts on one chart.
 struct FieldDisk {
   const CutChart& cut;
   IntrinsicDisk space;     // mollified lengths in space

@@ -35,7 +35,7 @@ struct FieldFlattenParameters {
   CombParameters comb;
 };
 
-// What made the map.
+// The weights that the map was computed with.
 enum class FieldMapSource : std::uint8_t { space_weights, metric_weights };
 
 struct FieldChart {
