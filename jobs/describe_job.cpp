@@ -25,6 +25,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
+#include "jobs/memory_budget.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/progress.h"
@@ -48,6 +49,7 @@ struct DescribeOptions {
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
+  std::uint64_t model_bytes = 0;  // of memory_bytes
   double timeout_seconds = 0;
   DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
@@ -76,7 +78,6 @@ void resolve(DescribeOptions& options) {
   if (problems.empty()) resolve_descriptor_shape(options.shape, describe, problems);
   try {
     options.memory_bytes = parse_bytes(options.memory);
-    if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory must be at least 16M");
   } catch (const CLI::ValidationError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }
@@ -220,8 +221,8 @@ void mesh_descriptors(const Describer& describer, GraphItem& item, const CancelT
   const std::uint64_t needed =
       estimate_bytes(estimate, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
   if (needed > describer.memory_bytes && !describer.allow_oversize)
-    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, the whole budget is {} MiB "
-                                                   "(--memory, --allow-oversize)",
+    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
+                                                   "(raise it, or --allow-oversize)",
                                                    needed >> 20, describer.memory_bytes >> 20));
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   const PreparedMesh prepared = prepare_mesh(mesh, cancel);
@@ -337,8 +338,10 @@ class DescribeJob {
     for (const Descriptor descriptor : options_.describe.descriptors)
       (needs_mesh(descriptor) ? describer_.meshes : describer_.points)
           .describe.descriptors.push_back(descriptor);
+    parameters.describe = options_.describe;
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, parameters, options_.threads);
     describer_.timeout_seconds = options_.timeout_seconds;
-    describer_.memory_bytes = options_.memory_bytes;
+    describer_.memory_bytes = options_.model_bytes;
     describer_.allow_oversize = options_.allow_oversize;
   }
 
@@ -404,7 +407,7 @@ class DescribeJob {
       } catch (const ItemError&) {
       }
       // More than the budget is refused when the file has been read and its size is certain.
-      const std::uint64_t most = options_.allow_oversize ? ~std::uint64_t{0} : options_.memory_bytes;
+      const std::uint64_t most = options_.allow_oversize ? ~std::uint64_t{0} : options_.model_bytes;
       plan[i].reserved_bytes = std::min(most, estimate_bytes(estimate, describer_.meshes, options_.threads));
     });
   }
@@ -441,7 +444,7 @@ class DescribeJob {
   }
 
   int describe_rows() {
-    set_allocator_limits();
+    set_allocator_limits(options_.memory_bytes);
     stop_ = &catch_stop_signals();
     for (std::uint64_t row = 0; row < header_.ids.size(); ++row)
       if (directory_->done(row) && store_->report(row).status == Status::ok) done_before_.push_back(row);
@@ -521,7 +524,7 @@ class DescribeJob {
     GraphParameters parameters;
     parameters.sample = describer_.meshes;
     parameters.threads = options_.threads;
-    parameters.memory_bytes = options_.memory_bytes;
+    parameters.memory_bytes = options_.model_bytes;
     parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
     const bool last = !with_meshes;
     const GraphStages stages = {
@@ -684,7 +687,7 @@ JobFunction add_describe_job(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
       ->group(running);
-  command->add_option("--memory", options->memory, "Memory budget, at least 16M")
+  command->add_option("--memory", options->memory, "Memory budget of the whole process")
       ->capture_default_str()
       ->group(running);
   command

@@ -50,7 +50,7 @@ GraphParameters graph_parameters(const RunOptions& options) {
   GraphParameters parameters;
   parameters.sample = options.sample;
   parameters.threads = options.threads;
-  parameters.memory_bytes = options.memory_bytes;
+  parameters.memory_bytes = options.model_bytes;
   parameters.allow_oversize = options.allow_oversize;
   parameters.timeout_seconds = options.timeout_seconds;
   parameters.max_failures = options.max_failures;
@@ -69,7 +69,7 @@ class PlannedRun {
 
   bool run() {
     std::atomic<bool>& stop_requested = catch_stop_signals();
-    set_allocator_limits();
+    set_allocator_limits(options_.memory_bytes);
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     count_earlier_rows();

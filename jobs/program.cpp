@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <new>
 #include <system_error>
 #include <vector>
 
@@ -75,6 +76,12 @@ int run_program(int argc, char** argv, StageHook hook) {
       return say(exit_usage, fmt::format("{}: {}", name_of(error.status()), error.what()));
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
+  } catch (const std::bad_alloc&) {
+    const bool resumable = program.got_subcommand("run") || program.got_subcommand("describe");
+    return say(resumable ? exit_stopped : exit_usage,
+               resumable
+                   ? "out of memory: what is done is kept, the same command continues when there is more"
+                   : "out of memory");
   } catch (const std::system_error& error) {  // a folder or file that cannot be made or written
     return say(exit_usage, error.what());
   } catch (const std::exception& error) {

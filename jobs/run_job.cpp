@@ -12,6 +12,7 @@
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
 #include "jobs/run_options.h"
@@ -126,6 +127,8 @@ class RunJob {
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
     header_ = make_header(options_, inputs_);
+    options_.model_bytes =
+        memory_for_models(options_.memory_bytes, header_, options_.sample, options_.threads);
     if (options_.dry_run) return print_plan();
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
@@ -150,7 +153,7 @@ class RunJob {
                   over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
-      over += item.reserved_bytes > options_.memory_bytes;
+      over += item.reserved_bytes > options_.model_bytes;
       fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
                  (item.reserved_bytes + (1 << 20) - 1) >> 20);
     }
@@ -158,8 +161,10 @@ class RunJob {
     fmt::print(
         "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
         inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
-    fmt::print("largest model needs about {} MiB of the budget of {} MiB; {} would be too_large\n",
-               largest >> 20, options_.memory_bytes >> 20, over);
+    fmt::print(
+        "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
+        "too_large\n",
+        largest >> 20, options_.model_bytes >> 20, over);
     print_notes(inputs_.notes);
     return exit_done;
   }

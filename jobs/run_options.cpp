@@ -154,7 +154,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
       ->group(running);
-  command.add_option("--memory", texts.memory, "Memory budget, at least 16M")
+  command.add_option("--memory", texts.memory, "Memory budget of the whole process")
       ->capture_default_str()
       ->group(running);
   command
@@ -255,7 +255,6 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
   try {
     options.memory_bytes = parse_bytes(texts.memory);
-    if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory must be at least 16M");
   } catch (const CLI::ValidationError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }

@@ -143,6 +143,7 @@ class SamplingGraph {
     graph_.wait_for_all();
     take_over(&admit_items_);
     take_over(&write_row_);
+    take_over_all(this, sizeof *this);
     if (sink_error_) std::rethrow_exception(sink_error_);
     result_.peak_reserved_bytes = admission_.peak_bytes();
     result_.stopped = result_.written != plan_.size();
@@ -200,8 +201,9 @@ class SamplingGraph {
     }
     const Envelope envelope = open_item(index);
     fail(*envelope.item, "admit_items", Status::too_large,
-         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
-             std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
+         "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
+             std::to_string(parameters_.memory_bytes >> 20) +
+             " MiB for models (raise it, or --allow-oversize)");
     hand_over(envelope.item);
     std::get<1>(out).try_put(envelope);
   }

@@ -75,6 +75,9 @@ struct StoreHeader {
   Split split(std::uint64_t row) const { return splits.empty() ? Split::none : splits.at(row); }
 };
 
+// Bytes that writing rows of such a store into shards, and shards into the store, takes at most.
+std::uint64_t shard_writing_bytes(const StoreHeader& header);
+
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
 struct EncodedRow {
   std::uint64_t row = 0;

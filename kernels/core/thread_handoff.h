@@ -12,6 +12,9 @@
 #endif
 #endif
 
+#include <cstddef>
+#include <cstdint>
+
 #ifdef MEANDER_THREAD_SANITIZER
 #include <sanitizer/tsan_interface.h>
 #endif
@@ -40,6 +43,14 @@ inline void take_over([[maybe_unused]] const void* address) {
 #endif
 }
 
+// take_over for every address of a range of memory in which TBB may keep the counters that it waits on. The
+// last step of a worker updates such a counter, and the sanitizer does not see the wait for it.
+inline void take_over_all([[maybe_unused]] const void* begin, [[maybe_unused]] std::size_t bytes) {
+#ifdef MEANDER_THREAD_SANITIZER
+  for (std::size_t at = 0; at < bytes; at += 4) take_over(static_cast<const char*>(begin) + at);
+#endif
+}
+
 // Scope of one piece of work on the object at `address`: it sees what earlier scopes on it wrote, and later
 // scopes see what it writes. For the bodies of a flow graph, which TBB runs one after the other for one item
 // or serial node.
@@ -61,7 +72,15 @@ class LoopHandoff {
   LoopHandoff() { hand_over(&begin_); }
   LoopHandoff(const LoopHandoff&) = delete;
   LoopHandoff& operator=(const LoopHandoff&) = delete;
-  ~LoopHandoff() { take_over(&end_); }  // also when a task has thrown
+  ~LoopHandoff() {  // also when a task has thrown
+    take_over(&end_);
+#ifdef MEANDER_THREAD_SANITIZER
+    // TBB waited in a frame called from the one that holds this object; the stack grows downwards.
+    constexpr std::size_t frames = 4096;
+    take_over_all(reinterpret_cast<const char*>(reinterpret_cast<std::uintptr_t>(this) / 8 * 8 - frames),
+                  frames);
+#endif
+  }
 
   // Lives as long as a task works.
   class Task {
