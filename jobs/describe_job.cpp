@@ -65,7 +65,7 @@ void resolve(DescribeOptions& options) {
   DescribeParameters& describe = options.describe;
   describe.descriptors = parse_descriptors("--descriptors", options.descriptors, problems);
   if (options.descriptors.empty())
-    problems.push_back(fmt::format("describe needs --descriptors with some of {}, with commas",
+    problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
                                    fmt::join(descriptor_names, ", ")));
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
@@ -315,7 +315,7 @@ class DescribeJob {
     const fs::path unfinished = options_.store + ".run";
     if (!fs::exists(options_.store) && fs::exists(unfinished))
       throw UsageError("`" + options_.store +
-                       "` is not finished: the `meander` command that began it continues it");
+                       "` is not finished: repeat the `meander` command that began it");
     store_ = std::make_unique<StoreReader>(options_.store, options_.check);
     std::error_code none;
     in_place_ = options_.output.empty() || fs::equivalent(options_.output, options_.store, none);
@@ -457,7 +457,7 @@ class DescribeJob {
       if (directory_->done_count() > 0)
         progress.note(fmt::format("continuing: {} of {} rows are done already", directory_->done_count(),
                                   header_.ids.size()));
-      // What cannot be described completely comes last, so that a job that was stopped tries it again.
+      // Incomplete rows are written last, so that a stopped job retries them.
       stopped = !describe_all(uses_meshes());
       if (!stopped && !problems_.empty()) stopped = !describe_all(false);
       progress_ = nullptr;
@@ -554,7 +554,7 @@ class DescribeJob {
     return !result.stopped;
   }
 
-  // A store that cannot be read stops the job: its rows are nobody else's to explain.
+  // A store that cannot be read stops the job.
   void describe_in_graph(GraphItem& item, bool with_meshes) {
     item.file_bytes = point_bytes();
     try {
@@ -634,7 +634,7 @@ class DescribeJob {
     if (not_ok_ > 0) fmt::print(", {} without samples", not_ok_);
     fmt::print("\n");
     if (problems_.empty()) return;
-    fmt::print("{} rows could not be described completely, what they lack is 0:\n", problems_.size());
+    fmt::print("{} rows could not be described completely; missing values are 0:\n", problems_.size());
     constexpr std::size_t most_shown = 100;
     std::size_t shown = 0;
     for (const auto& [row, problem] : problems_) {
@@ -669,39 +669,38 @@ JobFunction add_describe_job(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
   auto options = std::make_shared<DescribeOptions>();
-  command->add_option("STORE", options->store, "The store, replaced as a whole in the end")->required();
-  command->add_option(
-      "INPUT", options->inputs,
-      "What was given to `meander run`, for geodesic and basics: files are found by their ids");
+  command->add_option("STORE", options->store, "The store; it is replaced as a whole at the end")->required();
+  command->add_option("INPUT", options->inputs,
+                      "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
   command->add_option("--descriptors", options->descriptors,
-                      "Some of d2,a3,d1,d3,d4,geodesic,basics with commas; needed");
-  command->add_option("-o,--output", options->output, "Write another store instead");
+                      "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
+  command->add_option("-o,--output", options->output, "Write to this store instead");
   add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
-  command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
+  command->add_flag("--replace", options->replace, "Recompute descriptors that the store already has");
   add_list_options(*command, options->collect, "Options");
   const char* running = "Running";
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
       ->group(running);
   add_trust_option(*command, options->check)->group(running);
-  command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+  command->add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
       ->group(running);
-  command->add_option("--memory", options->memory, "Budget of the whole process")
+  command->add_option("--memory", options->memory, "Memory budget of the whole process")
       ->capture_default_str()
       ->group(running);
   command
       ->add_flag("--allow-oversize", options->allow_oversize,
-                 "Describe a model alone that needs more than the budget")
+                 "Process a model that exceeds the memory budget, on its own")
       ->group(running);
-  command->add_option("--timeout", options->timeout, "Per model; 0: none")
+  command->add_option("--timeout", options->timeout, "Time limit per model; 0: none")
       ->capture_default_str()
       ->group(running);
   const char* report = "Report";
   command
       ->add_option("--progress", options->progress,
-                   "On standard error; auto: a bar on a terminal, else plain lines")
+                   "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
       ->capture_default_str()
       ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
       ->group(report);

@@ -28,14 +28,15 @@ class StoreSink : public RowSink {
   RunDirectory& directory_;
 };
 
-// Tells the run directory that nothing is in flight any more, however the graph ended.
+// Records in the run directory that nothing is in flight, however the graph ended.
 class EndOfFlight {
  public:
   explicit EndOfFlight(RunDirectory& directory) : directory_(directory) {}
   ~EndOfFlight() {
     try {
       directory_.forget_begun();
-    } catch (const RunError&) {  // a full disk, say: the next process tries a few items alone in vain
+    } catch (
+        const RunError&) {  // for example a full disk: the next process retries a few items unnecessarily
     }
   }
   EndOfFlight(const EndOfFlight&) = delete;

@@ -29,7 +29,7 @@ int say(int status, const std::string& text) {
   return status;
 }
 
-// What a job printed may be on its way yet.
+// What a job printed may still be buffered.
 int end_output(int status) {
   const std::string problem = flush_standard_output();
   return problem.empty() ? status : say(exit_usage, problem);
@@ -69,7 +69,7 @@ std::vector<Command> add_commands(CLI::App& program, const Laboratory* laborator
 
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is told like a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
   CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
   program.set_version_flag("--version", std::string("meander ") + meander_version);
   program.require_subcommand(1);

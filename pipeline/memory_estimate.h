@@ -1,4 +1,4 @@
-// What one model takes at its peak, for the admission by bytes.
+// Peak memory of one model, for the admission by bytes.
 #pragma once
 
 #include <cstdint>

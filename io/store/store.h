@@ -94,7 +94,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 // What the run of a STORE.run/ was begun with. Only the same plan is continued.
 struct RunPlan {
   StoreHeader header;
-  std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+  std::string purpose = "sample";  // completes "it was begun to ..."; shown in messages, compared as a whole
   std::string root = {};           // what the ids of lists are relative to; remembered for the next process
 };
 
@@ -125,7 +125,7 @@ class RunDirectory {
   void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
-  // Nothing is being worked on any more: rows begun but not ended are no suspects for the next process.
+  // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals
   // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then

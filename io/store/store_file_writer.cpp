@@ -25,7 +25,7 @@ Hdf5Properties file_creation() {
 }
 
 Hdf5Properties file_access(const StoreLayout& layout) {
-  // Chunk index nodes of a large store stand together in blocks of 1 MiB rather than alone between the
+  // Chunk index nodes of a large store are grouped in blocks of 1 MiB rather than scattered between the
   // chunks.
   constexpr std::uint64_t large = std::uint64_t{64} << 20;
   constexpr std::uint64_t bytes_per_sample = 56;

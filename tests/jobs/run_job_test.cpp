@@ -249,7 +249,7 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
     CHECK(result.err.find(text) != std::string::npos);
   };
   says({"--densty", "mean"}, "--density");
-  says({"--density", "mena"}, "none of uniform");
+  says({"--density", "mena"}, "not one of uniform");
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
   says({"--memory", "12Q"}, "unit");
