@@ -15,7 +15,7 @@ if(MEANDER_SANITIZE)
   target_compile_options(meander_flags INTERFACE -fsanitize=${MEANDER_SANITIZE} -fno-omit-frame-pointer
                                                  -fno-sanitize-recover=all)
   target_link_options(meander_flags INTERFACE -fsanitize=${MEANDER_SANITIZE})
-  # The distribution's TBB is built without type information for its tasks: every downcast in its headers would be told.
+  # The distribution's TBB is built without type information for its tasks: every downcast in its headers would be reported.
   target_compile_options(meander_flags INTERFACE -fno-sanitize=vptr)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # Instrumented code hides from GCC that variables are set (GCC manual, -fsanitize): the release build still warns.

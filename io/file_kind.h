@@ -1,4 +1,4 @@
-// What a file is, told by its content: so that a file is replaced only by one of its own kind.
+// The kind of a file, determined by its content, so that a file is replaced only by one of the same kind.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ constexpr int digit_of(char c) {
   return c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-// The byte that an escape at the front of `text` stands for, -1 where there is none.
+// The byte encoded by an escape at the front of `text`, -1 where there is none.
 int escaped_byte(std::string_view text) {
   if (text.size() < 3 || text[0] != '%') return -1;
   const int high = digit_of(text[1]), low = digit_of(text[2]);

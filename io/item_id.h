@@ -6,7 +6,7 @@
 
 namespace meander {
 
-// The id of a path, and the text of any name that goes into a store. Bytes that are no part of well-formed
+// The id of a path, and the text of any name that goes into a store. Bytes that are not part of well-formed
 // UTF-8, and those of control characters (U+0000 to U+001F, U+007F to U+009F), become %XX with two upper-case
 // hexadecimal digits. A % becomes %25 only where it would be taken for such an escape: %00 to %1F, %25, and
 // %7F to %FF. All other text, `a 50%.off` or `a%20b.off`, stays as it is. Different paths have different ids.

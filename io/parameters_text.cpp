@@ -12,7 +12,7 @@ namespace {
 
 [[noreturn]] void refuse(std::string_view json) {
   throw RunError(RunError::Kind::unusable,
-                 "the parameters of the store are no JSON object: " + std::string(json));
+                 "the parameters of the store are not a JSON object: " + std::string(json));
 }
 
 // The position behind the text that begins with a quotation mark at `at`.

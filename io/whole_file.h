@@ -9,7 +9,7 @@
 namespace meander {
 
 // The file that a new one of this name replaces, symbolic links followed. Throws std::system_error when there
-// is something that is no file: a folder, or a device, which a rename would take away for everybody.
+// is not a regular file: a folder, or a device, which a rename would remove for all programs.
 std::filesystem::path replaced_file(const std::filesystem::path& path);
 
 // Written to a temporary name beside it, synced and renamed, so that `path` is the old file or the whole new

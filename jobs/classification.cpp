@@ -13,7 +13,7 @@ Classification read_classification(const std::filesystem::path& file) {
   std::string magic, version;
   std::uint64_t classes = 0, models = 0;
   if (!(in >> magic >> version >> classes >> models) || magic != "PSB")
-    throw UsageError("`" + file.string() + "` is no Princeton .cla file");
+    throw UsageError("`" + file.string() + "` is not a Princeton .cla file");
   Classification result;
   std::vector<std::string> parents;
   std::map<std::string, std::size_t> uses;

@@ -30,10 +30,10 @@ std::uint64_t parse_bytes(const std::string& text) {
   if (!unit.empty()) {
     const std::size_t power = unit.size() == 1 ? prefixes.find(unit[0]) : std::string_view::npos;
     if (power == std::string_view::npos)
-      throw CLI::ValidationError(text, "has a unit that is none of K, M, G, T (powers of 1024)");
+      throw CLI::ValidationError(text, "has an unknown unit; use K, M, G or T (powers of 1024)");
     number = std::ldexp(number, 10 * (static_cast<int>(power) + 1));
   }
-  if (number >= 0x1p63) throw CLI::ValidationError(text, "is more than any machine has");
+  if (number >= 0x1p63) throw CLI::ValidationError(text, "is too large");
   return static_cast<std::uint64_t>(number);
 }
 
@@ -43,7 +43,7 @@ double parse_seconds(const std::string& text) {
   if (unit == "ms") return number / 1000;
   if (unit == "m" || unit == "min") return number * 60;
   if (unit == "h") return number * 3600;
-  throw CLI::ValidationError(text, "has a unit that is none of ms, s, m, h");
+  throw CLI::ValidationError(text, "has an unknown unit; use ms, s, m or h");
 }
 
 OneOf::OneOf(std::vector<std::string> words) {

@@ -25,6 +25,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/lone_item.h"
+#include "jobs/memory_budget.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/progress.h"
@@ -48,6 +49,7 @@ struct DescribeOptions {
   DescribeParameters describe;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
+  std::uint64_t model_bytes = 0;  // of memory_bytes
   double timeout_seconds = 0;
   DescriptorShapeTexts shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
@@ -63,7 +65,7 @@ void resolve(DescribeOptions& options) {
   DescribeParameters& describe = options.describe;
   describe.descriptors = parse_descriptors("--descriptors", options.descriptors, problems);
   if (options.descriptors.empty())
-    problems.push_back(fmt::format("describe needs --descriptors with some of {}, with commas",
+    problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
                                    fmt::join(descriptor_names, ", ")));
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
@@ -76,7 +78,6 @@ void resolve(DescribeOptions& options) {
   if (problems.empty()) resolve_descriptor_shape(options.shape, describe, problems);
   try {
     options.memory_bytes = parse_bytes(options.memory);
-    if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory: at least 16M");
   } catch (const CLI::ValidationError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }
@@ -220,8 +221,8 @@ void mesh_descriptors(const Describer& describer, GraphItem& item, const CancelT
   const std::uint64_t needed =
       estimate_bytes(estimate, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
   if (needed > describer.memory_bytes && !describer.allow_oversize)
-    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, the whole budget is {} MiB "
-                                                   "(--memory, --allow-oversize)",
+    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
+                                                   "(raise it, or --allow-oversize)",
                                                    needed >> 20, describer.memory_bytes >> 20));
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   const PreparedMesh prepared = prepare_mesh(mesh, cancel);
@@ -314,7 +315,7 @@ class DescribeJob {
     const fs::path unfinished = options_.store + ".run";
     if (!fs::exists(options_.store) && fs::exists(unfinished))
       throw UsageError("`" + options_.store +
-                       "` is not finished: the `meander` command that began it continues it");
+                       "` is not finished: repeat the `meander` command that began it");
     store_ = std::make_unique<StoreReader>(options_.store, options_.check);
     std::error_code none;
     in_place_ = options_.output.empty() || fs::equivalent(options_.output, options_.store, none);
@@ -337,8 +338,10 @@ class DescribeJob {
     for (const Descriptor descriptor : options_.describe.descriptors)
       (needs_mesh(descriptor) ? describer_.meshes : describer_.points)
           .describe.descriptors.push_back(descriptor);
+    parameters.describe = options_.describe;
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, parameters, options_.threads);
     describer_.timeout_seconds = options_.timeout_seconds;
-    describer_.memory_bytes = options_.memory_bytes;
+    describer_.memory_bytes = options_.model_bytes;
     describer_.allow_oversize = options_.allow_oversize;
   }
 
@@ -404,7 +407,7 @@ class DescribeJob {
       } catch (const ItemError&) {
       }
       // More than the budget is refused when the file has been read and its size is certain.
-      const std::uint64_t most = options_.allow_oversize ? ~std::uint64_t{0} : options_.memory_bytes;
+      const std::uint64_t most = options_.allow_oversize ? ~std::uint64_t{0} : options_.model_bytes;
       plan[i].reserved_bytes = std::min(most, estimate_bytes(estimate, describer_.meshes, options_.threads));
     });
   }
@@ -441,7 +444,7 @@ class DescribeJob {
   }
 
   int describe_rows() {
-    set_allocator_limits();
+    set_allocator_limits(options_.memory_bytes);
     stop_ = &catch_stop_signals();
     for (std::uint64_t row = 0; row < header_.ids.size(); ++row)
       if (directory_->done(row) && store_->report(row).status == Status::ok) done_before_.push_back(row);
@@ -454,7 +457,7 @@ class DescribeJob {
       if (directory_->done_count() > 0)
         progress.note(fmt::format("continuing: {} of {} rows are done already", directory_->done_count(),
                                   header_.ids.size()));
-      // What cannot be described completely comes last, so that a job that was stopped tries it again.
+      // Incomplete rows are written last, so that a stopped job retries them.
       stopped = !describe_all(uses_meshes());
       if (!stopped && !problems_.empty()) stopped = !describe_all(false);
       progress_ = nullptr;
@@ -521,7 +524,7 @@ class DescribeJob {
     GraphParameters parameters;
     parameters.sample = describer_.meshes;
     parameters.threads = options_.threads;
-    parameters.memory_bytes = options_.memory_bytes;
+    parameters.memory_bytes = options_.model_bytes;
     parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
     const bool last = !with_meshes;
     const GraphStages stages = {
@@ -551,7 +554,7 @@ class DescribeJob {
     return !result.stopped;
   }
 
-  // A store that cannot be read stops the job: its rows are nobody else's to explain.
+  // A store that cannot be read stops the job.
   void describe_in_graph(GraphItem& item, bool with_meshes) {
     item.file_bytes = point_bytes();
     try {
@@ -631,7 +634,7 @@ class DescribeJob {
     if (not_ok_ > 0) fmt::print(", {} without samples", not_ok_);
     fmt::print("\n");
     if (problems_.empty()) return;
-    fmt::print("{} rows could not be described completely, what they lack is 0:\n", problems_.size());
+    fmt::print("{} rows could not be described completely; missing values are 0:\n", problems_.size());
     constexpr std::size_t most_shown = 100;
     std::size_t shown = 0;
     for (const auto& [row, problem] : problems_) {
@@ -666,39 +669,38 @@ JobFunction add_describe_job(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
   auto options = std::make_shared<DescribeOptions>();
-  command->add_option("STORE", options->store, "The store, replaced as a whole in the end")->required();
-  command->add_option(
-      "INPUT", options->inputs,
-      "What was given to `meander run`, for geodesic and basics: files are found by their ids");
+  command->add_option("STORE", options->store, "The store; it is replaced as a whole at the end")->required();
+  command->add_option("INPUT", options->inputs,
+                      "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
   command->add_option("--descriptors", options->descriptors,
-                      "Some of d2,a3,d1,d3,d4,geodesic,basics with commas; needed");
-  command->add_option("-o,--output", options->output, "Write another store instead");
+                      "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
+  command->add_option("-o,--output", options->output, "Write to this store instead");
   add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
-  command->add_flag("--replace", options->replace, "Compute descriptors again that the store has");
+  command->add_flag("--replace", options->replace, "Recompute descriptors that the store already has");
   add_list_options(*command, options->collect, "Options");
   const char* running = "Running";
   command
       ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
       ->group(running);
   add_trust_option(*command, options->check)->group(running);
-  command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+  command->add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
       ->group(running);
-  command->add_option("--memory", options->memory, "Budget of everything in flight, at least 16M")
+  command->add_option("--memory", options->memory, "Memory budget of the whole process")
       ->capture_default_str()
       ->group(running);
   command
       ->add_flag("--allow-oversize", options->allow_oversize,
-                 "Describe a model alone that needs more than the budget")
+                 "Process a model that exceeds the memory budget, on its own")
       ->group(running);
-  command->add_option("--timeout", options->timeout, "Per model; 0: none")
+  command->add_option("--timeout", options->timeout, "Time limit per model; 0: none")
       ->capture_default_str()
       ->group(running);
   const char* report = "Report";
   command
       ->add_option("--progress", options->progress,
-                   "On standard error; auto: a bar on a terminal, else plain lines")
+                   "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
       ->capture_default_str()
       ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
       ->group(report);

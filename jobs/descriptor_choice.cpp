@@ -61,11 +61,11 @@ void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParamet
     return std::none_of(describe.descriptors.begin(), describe.descriptors.end(), shaped);
   };
   if (texts.bins_given && none_is(has_bins))
-    problems.push_back("--bins shapes histograms, and basics is none");
+    problems.push_back("--bins applies to histograms only, and basics is not a histogram");
   if (texts.scale_given && none_is(takes_scale))
-    problems.push_back("--descriptor-scale shapes the descriptors d2 and geodesic only");
+    problems.push_back("--descriptor-scale applies to the descriptors d2 and geodesic only");
   if (texts.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
-    problems.push_back("--geodesic-sources shapes the descriptor geodesic only");
+    problems.push_back("--geodesic-sources applies to the descriptor geodesic only");
 }
 
 namespace {

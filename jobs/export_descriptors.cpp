@@ -293,7 +293,7 @@ void add_descriptor_export_options(CLI::App& command, DescriptorExport& options)
       ->group(group);
   command
       .add_option("--neighbours", options.neighbours,
-                  "ann-hdf5: exact neighbours of a query (all rows that are searched where they are fewer)")
+                  "ann-hdf5: exact neighbours per query (at most the number of rows searched)")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000))
       ->each([&options](const std::string&) { options.shapes_split = options.wants_neighbours = true; })
@@ -315,7 +315,7 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
     throw UsageError("--descriptors needs --format csv, fbin or ann-hdf5");
   }
   if (options.shapes_split && format != "ann-hdf5")
-    throw UsageError("--test-share, --queries, --neighbours and --distance shape --format ann-hdf5 only");
+    throw UsageError("--test-share, --queries, --neighbours and --distance apply to --format ann-hdf5 only");
 }
 
 int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard) {

@@ -155,20 +155,18 @@ JobFunction add_export_job(CLI::App& program, const Laboratory* laboratory) {
       "HDF5");
   auto options = std::make_shared<ExportOptions>();
   command->add_option("STORE", options->store, "The store")->required();
-  command->add_option("ITEM", options->items, "Ids or row numbers; all ok items when left out");
-  auto* output =
-      command->add_option("-o,--output", options->output,
-                          "Folder to write to (made when it is not there); with --descriptors the file");
+  command->add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
+  auto* output = command->add_option("-o,--output", options->output,
+                                     "Output folder, created if missing; with --descriptors the output file");
   auto* format =
       command->add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           ->capture_default_str()
           ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
-  auto* pointnet =
-      command
-          ->add_flag(
-              "--pointnet", options->pointnet,
-              "HDF5 shards of all ok rows with a class for PointNet-style loaders, training and tests apart")
-          ->excludes(format);
+  auto* pointnet = command
+                       ->add_flag("--pointnet", options->pointnet,
+                                  "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
+                                  "training and test rows in separate files")
+                       ->excludes(format);
   command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000))

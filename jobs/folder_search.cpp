@@ -63,7 +63,7 @@ class Walk {
     else if (mesh_format_of(path, format))
       search_.files.push_back(path);  // whatever it is: its row will say so
     else if (target == fs::file_type::not_found)
-      search_.unread.push_back({path, "the link leads to nothing"});
+      search_.unread.push_back({path, "the target of the link does not exist"});
     else if (target == fs::file_type::none || target == fs::file_type::unknown)
       leave_out(path, error);
     else

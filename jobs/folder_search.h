@@ -25,9 +25,9 @@ struct FolderSearch {
 };
 
 // Adds everything below `root`. Links to files and folders are followed; a folder that is reached on two ways
-// is searched twice, but never inside itself (told by device and inode). A folder that cannot be read, and a
-// link that leads to nothing and has no extension of a known format, are in `unread`; a broken link with such
-// an extension is a file. Cost: one look at every entry, one file descriptor.
+// is searched twice, but never inside itself (identified by device and inode). A folder that cannot be read,
+// and a link that leads to nothing and has no extension of a known format, are in `unread`; a broken link
+// with such an extension is a file. Cost: one look at every entry, one file descriptor.
 void search_folder(const std::filesystem::path& root, FolderSearch& search);
 
 }  // namespace meander

@@ -70,14 +70,14 @@ std::string remembered_root(const std::filesystem::path& store) {
     const auto members = split_members(text->substr(0, text->find_last_not_of("\r\n") + 1));
     const auto root = members.find("root");
     return root == members.end() ? std::string() : unescape_id(text_of_json(root->second));
-  } catch (const RunError&) {  // no file of ours, or one that cannot be read
+  } catch (const RunError&) {  // not written by Meander, or not readable
     return {};
   }
 }
 
 void print_unread(const InputNotes& notes) {
   for (const UnreadFolder& folder : notes.unread)
-    fmt::print(stderr, "meander: cannot search `{}`: {}; what it holds is not in the store\n",
+    fmt::print(stderr, "meander: cannot search `{}`: {}; its contents are not in the store\n",
                escape_id(folder.path.string()), folder.reason);
 }
 
@@ -90,7 +90,7 @@ void print_notes(const InputNotes& notes) {
     fmt::print("\n");
   }
   if (notes.hidden > 0) fmt::print("  hidden files and folders skipped: {}\n", notes.hidden);
-  if (notes.links_back > 0) fmt::print("  links to a folder around them skipped: {}\n", notes.links_back);
+  if (notes.links_back > 0) fmt::print("  links to an enclosing folder skipped: {}\n", notes.links_back);
   if (notes.layout != FolderLayout::flat)
     fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
   if (notes.has_label_file)

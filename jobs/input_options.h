@@ -1,4 +1,4 @@
-// The options that say how INPUT arguments are read, and what is told of the inputs in the end.
+// The options that say how INPUT arguments are read, and the report on the inputs at the end.
 #pragma once
 
 #include <filesystem>

@@ -78,7 +78,7 @@ class Collector {
         if (path.ends_with('\r')) path.pop_back();
         if (path.starts_with('#')) continue;
         if (path.find('\0') != std::string::npos)
-          throw UsageError("the paths of " + name + " are apart by NUL bytes: give --null");
+          throw UsageError("the paths of " + name + " are separated by NUL bytes: give --null");
       }
       if (!path.empty()) listed_.push_back(path);
     }
@@ -114,7 +114,7 @@ class Collector {
     const std::string short_name = "m" + number;
     std::uint64_t value = 0;
     for (const char c : number) {
-      if (c < '0' || c > '9') throw UsageError("`" + number + "` is no model number of a .cla file");
+      if (c < '0' || c > '9') throw UsageError("`" + number + "` is not a model number of a .cla file");
       value = value * 10 + static_cast<std::uint64_t>(c - '0');
     }
     const std::string id = "db/" + std::to_string(value / 100) + "/" + short_name + "/" + short_name + ".off";
@@ -150,7 +150,7 @@ void add_argument(const std::string& argument, bool prefixed, Collector& collect
   }
 }
 
-// Ids as they stand in the store, ascending; equal ones are refused.
+// Ids as stored, ascending; equal ones are refused.
 void order_by_id(std::vector<Found>& found) {
   for (Found& f : found) f.id = escape_id(f.id);
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
@@ -176,7 +176,7 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
   }
 }
 
-// The position of the item with this id, or with the id that is made of this path.
+// The position of the item with this id, or with the id derived from this path.
 std::size_t position_of(const std::vector<Found>& found, const std::string& name) {
   for (const std::string& id : {name, escape_id(name)}) {
     const auto at = std::lower_bound(found.begin(), found.end(), id,
@@ -247,7 +247,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   if (collector.has_lists) inputs.root = collector.take_lists();
   if (!collector.has_lists && (options.null_lists || !options.root.empty()))
     throw UsageError(std::string(options.null_lists ? "--null" : "--root") +
-                     " is about lists: there is none in the input (@FILE, or - for standard input)");
+                     " applies to lists (@FILE, or - for standard input), and the input has none");
   std::vector<Found>& found = collector.found;
   order_by_id(found);
   take_notes(collector.search, inputs.notes);

@@ -102,22 +102,23 @@ std::optional<Columns> header_of(const CsvText& text, const Record& record) {
   const auto id = column("id");
   if (!id) return std::nullopt;
   const auto label = column("class") ? column("class") : column("label");
-  if (!label) text.fail(record.line, "the header names no column `class`");
+  if (!label) text.fail(record.line, "the header has no column `class`");
   return Columns{*id, *label, column("split"), record.fields.size(), record.fields.size()};
 }
 
 LabelLine read_line(const CsvText& text, const Record& record, const Columns& columns) {
   const std::size_t count = record.fields.size();
   if (count < columns.least || count > columns.most)
-    text.fail(record.line, std::to_string(count) + " fields, must be " +
-                               (columns.least == columns.most ? std::to_string(columns.most)
-                                                              : std::string("id, class and perhaps split")));
+    text.fail(record.line,
+              std::to_string(count) + " fields, must be " +
+                  (columns.least == columns.most ? std::to_string(columns.most)
+                                                 : std::string("id, class and optionally split")));
   LabelLine line{record.fields[columns.label], Split::none, record.line};
   if (!columns.split || *columns.split >= count) return line;
   const std::string& word = record.fields[*columns.split];
   line.split = split_of_word(word);
   if (line.split == Split::none && !word.empty() && word != "none")
-    text.fail(record.line, "the split `" + word + "` is none of train, test, validation");
+    text.fail(record.line, "the split `" + word + "` is not train, test or validation");
   return line;
 }
 

@@ -38,7 +38,7 @@ using StageName = std::array<char, 64>;
       std::memcpy(entered.data(), stage.data(), length);
       entered[length] = 0;
     });
-  } catch (...) {  // no crash: the item meets the same exception again in the run, where it is told
+  } catch (...) {  // not a crash: the item throws again in the run, which reports it
   }
   _exit(0);
 }

@@ -35,27 +35,27 @@ std::optional<struct stat> facts_of(const fs::path& path, const std::string& opt
   if (::stat(path.c_str(), &facts) == 0) return facts;
   const int error = errno;
   if (error != ENOENT)
-    throw UsageError(fmt::format("{}: cannot look at `{}`: {}", option, path.string(), std::strerror(error)));
+    throw UsageError(fmt::format("{}: cannot access `{}`: {}", option, path.string(), std::strerror(error)));
   if (::lstat(path.c_str(), &facts) == 0)
-    throw UsageError(fmt::format(
-        "{}: `{}` is a symbolic link to a file that is not there: remove the link or give another "
-        "name",
-        option, path.string()));
+    throw UsageError(
+        fmt::format("{}: `{}` is a symbolic link to a missing file: remove the link or give another name",
+                    option, path.string()));
   return std::nullopt;
 }
 
-// Folders that the job makes are checked where the first of them will stand.
+// For folders that the job creates, the parent of the first of them is checked.
 void check_writable(const fs::path& folder, const std::string& option, bool missing_folders) {
   struct stat facts {};
   const bool there = ::stat(folder.c_str(), &facts) == 0;
   if (!there && errno == ENOENT && missing_folders) return check_writable(folder_of(folder), option, true);
   if (!there && errno == ENOENT)
-    throw UsageError(fmt::format("{}: there is no folder `{}`: make it first", option, folder.string()));
+    throw UsageError(
+        fmt::format("{}: the folder `{}` does not exist: create it first", option, folder.string()));
   if (!there && errno != ENOTDIR)
     throw UsageError(
-        fmt::format("{}: cannot look at `{}`: {}", option, folder.string(), std::strerror(errno)));
+        fmt::format("{}: cannot access `{}`: {}", option, folder.string(), std::strerror(errno)));
   if (!there || !S_ISDIR(facts.st_mode))
-    throw UsageError(fmt::format("{}: `{}` is no folder", option, folder.string()));
+    throw UsageError(fmt::format("{}: `{}` is not a folder", option, folder.string()));
   if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
     throw UsageError(fmt::format("{}: cannot write to the folder `{}`: {}", option, folder.string(),
                                  std::strerror(errno)));
@@ -65,8 +65,8 @@ FileKind kind_for_message(const fs::path& path, const std::string& option) {
   try {
     return kind_of_file(path);
   } catch (const std::system_error& error) {
-    throw UsageError(fmt::format("{}: `{}` exists and cannot be read, so that nobody knows what it is: {}",
-                                 option, path.string(), error.code().message()));
+    throw UsageError(fmt::format("{}: `{}` exists but cannot be read, so its kind is unknown: {}", option,
+                                 path.string(), error.code().message()));
   }
 }
 
@@ -75,14 +75,14 @@ void check_run_folder(const fs::path& folder) {
   std::error_code none;
   if (!fs::exists(fs::symlink_status(folder, none))) return;
   const auto refuse = [&](const std::string& what) {
-    throw UsageError(fmt::format(
-        "`{}` is the place for the unfinished work of this store, but it {}: move it away, or give "
-        "the store another name",
-        folder.string(), what));
+    throw UsageError(
+        fmt::format("`{}` is reserved for the unfinished work of this store, but it {}: move it away, or "
+                    "give the store another name",
+                    folder.string(), what));
   };
-  if (!fs::is_directory(folder, none)) refuse("is no folder");
+  if (!fs::is_directory(folder, none)) refuse("is not a folder");
   if (!fs::is_empty(folder, none) && !fs::exists(folder / "lock", none))
-    refuse("holds files that no run made");
+    refuse("holds files that were not made by a run");
 }
 
 }  // namespace
@@ -115,14 +115,14 @@ void OutputGuard::check(const fs::path& path, std::initializer_list<FileKind> ki
   if (S_ISDIR(facts->st_mode))
     throw UsageError(fmt::format("{}: `{}` is a folder, not a file", option, path.string()));
   if (!S_ISREG(facts->st_mode))
-    throw UsageError(fmt::format("{}: `{}` is a device or the like, not a file that can be replaced", option,
-                                 path.string()));
+    throw UsageError(fmt::format("{}: `{}` is a device or another special file and cannot be replaced",
+                                 option, path.string()));
   refuse_input(path, {facts->st_dev, facts->st_ino}, option);
   const FileKind kind = kind_for_message(path, option);
   if (kind != FileKind::empty && std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
     throw UsageError(
-        fmt::format("{}: `{}` is {}: only {} is replaced here; give another name, or move it away", option,
-                    path.string(), describe(kind), describe(*kinds.begin())));
+        fmt::format("{}: `{}` is {}: this command replaces only {}; give another name, or move it away",
+                    option, path.string(), describe(kind), describe(*kinds.begin())));
   if (existing == Existing::keep)
     throw UsageError(fmt::format("{}: `{}` exists (--fresh replaces it)", option, path.string()));
   // A link is followed: its target is what is replaced.

@@ -1,8 +1,8 @@
 // The rule of every job that writes: what may be replaced, asked before the first change.
 //
-// A file that exists is replaced only by one of its own kind, told by its content, and never when the command
-// reads it; an empty file is nobody's. Outputs are files in folders that exist and can be written to. A job
-// protects its inputs, then checks all outputs, and only then begins to write.
+// An existing file is replaced only by one of the same kind, determined by its content, and never when the
+// command reads it; an empty file is nobody's. Outputs are files in folders that exist and can be written to.
+// A job protects its inputs, then checks all outputs, and only then begins to write.
 #pragma once
 
 #include <cstdint>
@@ -69,7 +69,7 @@ std::vector<std::filesystem::path> input_files(std::span<const std::string> argu
 // Throws UsageError when a store of this name must not or cannot be written: see OutputGuard::check. A store
 // that exists passes: whether it is continued, replaced or refused is the job's affair; an empty file passes
 // with `fresh` alone. STORE.run must be the work of an interrupted run, or nothing: with --fresh it is
-// removed with all that it holds. The store given to --reuse, or to describe, is no input here.
+// removed with all that it holds. The store given to --reuse, or to describe, is not an input here.
 void check_store_output(const std::filesystem::path& store, bool fresh, OutputGuard& guard);
 
 // The same for everything that `meander run` writes: the store, STORE.run.json and STORE.failed.txt.

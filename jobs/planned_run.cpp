@@ -28,14 +28,15 @@ class StoreSink : public RowSink {
   RunDirectory& directory_;
 };
 
-// Tells the run directory that nothing is in flight any more, however the graph ended.
+// Records in the run directory that nothing is in flight, however the graph ended.
 class EndOfFlight {
  public:
   explicit EndOfFlight(RunDirectory& directory) : directory_(directory) {}
   ~EndOfFlight() {
     try {
       directory_.forget_begun();
-    } catch (const RunError&) {  // a full disk, say: the next process tries a few items alone in vain
+    } catch (
+        const RunError&) {  // for example a full disk: the next process retries a few items unnecessarily
     }
   }
   EndOfFlight(const EndOfFlight&) = delete;
@@ -49,7 +50,7 @@ GraphParameters graph_parameters(const RunOptions& options) {
   GraphParameters parameters;
   parameters.sample = options.sample;
   parameters.threads = options.threads;
-  parameters.memory_bytes = options.memory_bytes;
+  parameters.memory_bytes = options.model_bytes;
   parameters.allow_oversize = options.allow_oversize;
   parameters.timeout_seconds = options.timeout_seconds;
   parameters.max_failures = options.max_failures;
@@ -68,7 +69,7 @@ class PlannedRun {
 
   bool run() {
     std::atomic<bool>& stop_requested = catch_stop_signals();
-    set_allocator_limits();
+    set_allocator_limits(options_.memory_bytes);
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     count_earlier_rows();

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <new>
 #include <system_error>
 #include <vector>
 
@@ -28,7 +29,7 @@ int say(int status, const std::string& text) {
   return status;
 }
 
-// What a job printed may be on its way yet.
+// What a job printed may still be buffered.
 int end_output(int status) {
   const std::string problem = flush_standard_output();
   return problem.empty() ? status : say(exit_usage, problem);
@@ -68,7 +69,7 @@ std::vector<Command> add_commands(CLI::App& program, const Laboratory* laborator
 
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is told like a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
   CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
   program.set_version_flag("--version", std::string("meander ") + meander_version);
   program.require_subcommand(1);
@@ -94,6 +95,12 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
       return say(exit_usage, fmt::format("{}: {}", name_of(error.status()), error.what()));
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
+  } catch (const std::bad_alloc&) {
+    const bool resumable = program.got_subcommand("run") || program.got_subcommand("describe");
+    return say(resumable ? exit_stopped : exit_usage,
+               resumable
+                   ? "out of memory: what is done is kept, the same command continues when there is more"
+                   : "out of memory");
   } catch (const std::system_error& error) {  // a folder or file that cannot be made or written
     return say(exit_usage, error.what());
   } catch (const std::exception& error) {

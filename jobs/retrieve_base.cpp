@@ -49,8 +49,8 @@ namespace {
 void require_fitting(const DescriptorSchema& schema, DistanceKind distance) {
   if (is_histogram(schema) || (distance != DistanceKind::emd && distance != DistanceKind::chi2)) return;
   throw UsageError(
-      fmt::format("the descriptor {} is a list of separate values, and {} compares the bins of "
-                  "histograms: take l1, l2 or cosine",
+      fmt::format("the descriptor {} is a list of separate values, and {} compares the bins of histograms: "
+                  "use l1, l2 or cosine",
                   schema.name, distance == DistanceKind::emd ? "emd" : "chi2"));
 }
 
@@ -172,7 +172,7 @@ RetrievalBase load_base(const StoreReader& store, const std::string& descriptor,
 
 RetrievalBase load_labelled_base(const StoreReader& store, const std::string& descriptor,
                                  DistanceKind distance, const std::string& classification) {
-  chosen_descriptors(store, descriptor);  // mistakes in names are told before those in classes
+  chosen_descriptors(store, descriptor);  // mistakes in names are reported before those in classes
   std::vector<std::uint64_t> rows;
   std::vector<std::uint32_t> labels;
   std::vector<std::string> classes;

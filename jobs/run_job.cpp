@@ -13,6 +13,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
+#include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
 #include "jobs/run_options.h"
@@ -113,10 +114,11 @@ class RunJob {
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
-          "--retry vanished: what stands in the folders that could not be read may not have vanished; make "
-          "them "
+          "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
     header_ = make_header(options_, inputs_, laboratory_);
+    options_.model_bytes =
+        memory_for_models(options_.memory_bytes, header_, options_.sample, options_.threads);
     if (options_.dry_run) return print_plan();
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
@@ -141,7 +143,7 @@ class RunJob {
                   over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);
-      over += item.reserved_bytes > options_.memory_bytes;
+      over += item.reserved_bytes > options_.model_bytes;
       fmt::print("{}\t{}\t{} MiB\n", item.id, item.known_format ? "" : "unsupported_format",
                  (item.reserved_bytes + (1 << 20) - 1) >> 20);
     }
@@ -149,8 +151,10 @@ class RunJob {
     fmt::print(
         "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
         inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
-    fmt::print("largest model needs about {} MiB of the budget of {} MiB; {} would be too_large\n",
-               largest >> 20, options_.memory_bytes >> 20, over);
+    fmt::print(
+        "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
+        "too_large\n",
+        largest >> 20, options_.model_bytes >> 20, over);
     print_notes(inputs_.notes);
     return exit_done;
   }
@@ -160,7 +164,7 @@ class RunJob {
   void look_at_unfinished_run(const RunPlan& unfinished) const {
     if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
         unfinished.purpose != purpose_replace)
-      throw UsageError(fmt::format("`{}.run` was begun to {}: the command that began it finishes it",
+      throw UsageError(fmt::format("`{}.run` was begun to {}: repeat the command that began it",
                                    options_.store, unfinished.purpose));
     try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
                  {options_, hook_, {}, nullptr});
@@ -217,13 +221,13 @@ class RunJob {
         unfinished ? continued(*unfinished)
                    : RunPlan{header_, replaces ? purpose_replace : purpose_sample, inputs_.root.string()};
     known_since_ = inputs_since_;
-    if (!unfinished) retry_ = {};  // what this process makes itself needs no second try
+    if (!unfinished) retry_ = {};  // rows made by this process are not retried
     return make_store(planned_store(plan, inputs_.items, nullptr, {}, {}), nullptr);
   }
 
-  // Compares the finished store with the inputs and does what is new and what --retry asks for, until nothing
-  // of it is left; then tells what the store holds. Ends: only the first round has rows to try again, and the
-  // list of inputs was made once.
+  // Compares the finished store with the inputs, samples new items and what --retry asks for, until none is
+  // left, then reports what the store holds. Ends: only the first round has rows to try again, and the list
+  // of inputs was made once.
   int bring_up_to_date(std::optional<RunPlan> unfinished) {
     for (;;) {
       const StoreReader store(options_.store, take_check());
@@ -275,7 +279,7 @@ class RunJob {
   RunOptions& options_;
   const Laboratory* laboratory_;
   const StageHook& hook_;
-  // File systems keep coarser times than the clock does.
+  // File systems keep coarser times than the system clock.
   TimePoint inputs_since_ = std::chrono::system_clock::now() - std::chrono::seconds(2);
   std::optional<TimePoint> known_since_;  // once this process has made the store
   RetryOptions retry_ = options_.retry;   // what is still to be tried again

@@ -34,7 +34,7 @@ void resolve_density(const std::string& text, DensityParameters& density,
       return;
     }
   problems.push_back("--density: `" + text +
-                     "` is none of uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME");
+                     "` is not one of uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME");
 }
 
 // "none" or "d2,geodesic,..."; each once.
@@ -46,7 +46,8 @@ void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& descri
   if (!describe.descriptors.empty())
     resolve_descriptor_shape(shape, describe, problems);
   else if (shape.bins_given || shape.scale_given || shape.sources_given)
-    problems.push_back("--bins, --descriptor-scale and --geodesic-sources shape descriptors: see --describe");
+    problems.push_back(
+        "--bins, --descriptor-scale and --geodesic-sources apply to descriptors: see --describe");
 }
 
 std::string density_text(const DensityParameters& density) {
@@ -71,8 +72,8 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(points);
   command
       .add_option("--method", texts.method,
-                  "How the curve is laid: over a conformal chart, in 3-D Hilbert order, or over a chart"
-                  " conformal in the metric of a tensor field")
+                  "Order of the surface: a curve over a conformal chart, 3-D Hilbert order, or a curve over "
+                  "a chart conformal in the metric of a tensor field")
       ->capture_default_str()
       ->check(one_of(method_words))
       ->group(points);
@@ -100,7 +101,8 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->check(one_of(locate_words))
       ->group(points);
   command
-      .add_option("--place", texts.place, "Where in a curve element (default element; vertex for first-hit)")
+      .add_option("--place", texts.place,
+                  "Where samples lie in a curve element (default element; vertex for first-hit)")
       ->check(one_of(place_words))
       ->group(points);
   command.add_option("--sequence", texts.sequence, "The 1-D sample set")
@@ -126,19 +128,21 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(points);
   add_tensor_options(command, texts.tensor, options.sample);
   command
-      .add_flag("--curved", options.sample.curved,
-                "Lift the points from the flat triangles to the smooth surface that the normals tell of")
+      .add_flag(
+          "--curved", options.sample.curved,
+          "Lift the points from the flat triangles to the smooth surface that the vertex normals define")
       ->group(points);
   const char* collection = "Collection";
   command
-      .add_option("--describe", texts.describe,
-                  "Descriptors to store: none, or some of d2,a3,d1,d3,d4,geodesic,basics with commas")
+      .add_option(
+          "--describe", texts.describe,
+          "Descriptors to store: none, or one or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas")
       ->capture_default_str()
       ->group(collection);
   add_descriptor_shape_options(command, texts.descriptor_shape, options.sample.describe, collection);
   command
       .add_flag("--certify", options.certify,
-                "Measure every model's own samples: error over rotated boxes, rho (/certificate)")
+                "Measure the samples of every model: error over rotated boxes, rho (/certificate)")
       ->group(collection);
   add_list_options(command, options.collect, collection);
   add_label_options(command, options.collect, collection);
@@ -147,48 +151,51 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->check(OneOf({"default", "none"}))
       ->group(collection);
   const char* running = "Running";
-  command.add_option("-j,--threads", options.threads, "Threads (0: all the machine gives), up to 1024")
+  command.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
       ->group(running);
-  command.add_option("--memory", texts.memory, "Budget of everything in flight, at least 16M")
+  command.add_option("--memory", texts.memory, "Memory budget of the whole process")
       ->capture_default_str()
       ->group(running);
   command
       .add_flag("--allow-oversize", options.allow_oversize,
-                "Run a model alone that needs more than the budget")
+                "Process a model that exceeds the memory budget, on its own")
       ->group(running);
   command
-      .add_option("--timeout", texts.timeout, "Work on one model, waiting excluded (ms, s, m, h); 0: none")
+      .add_option("--timeout", texts.timeout,
+                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
       ->capture_default_str()
       ->group(running);
-  command.add_option("--max-failures", options.max_failures, "Stop once more items than this have failed")
+  command
+      .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
       ->default_str("no limit")
       ->group(running);
   command
       .add_option("--retry", texts.retry,
-                  "Do rows of a finished store again: statuses, `changed` (other bytes now), `vanished` "
-                  "(leave the store)")
+                  "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
+                  "(remove the rows)")
       ->delimiter(',')
       ->group(running);
   command
-      .add_option("--reuse", options.reuse, "Take rows of equal content and parameters from this older store")
+      .add_option("--reuse", options.reuse, "Copy rows of equal content and parameters from this older store")
       ->group(running);
   add_trust_option(command, options.check)->group(running);
   command
       .add_flag("--fresh", options.fresh,
                 "Start anew: discard an unfinished run; a store of this name is replaced at the end")
       ->group(running);
-  command.add_flag("--dry-run", options.dry_run, "Say what would be done; write nothing")->group(running);
+  command.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing")->group(running);
   const char* report = "Report";
   command
       .add_option("--progress", options.progress,
-                  "On standard error; auto: a bar on a terminal, else plain lines")
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
       ->capture_default_str()
       ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
       ->group(report);
   command.add_flag("--json", options.json, "The summary as JSON on standard output")->group(report);
-  command.add_flag("--stats", options.statistics, "What each node of the graph did")->group(report);
+  command.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph")
+      ->group(report);
 }
 
 bool add_retry_word(const std::string& word, RetryOptions& retry) {
@@ -240,9 +247,9 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   const DensityKind density = sample.density.kind;
   if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
       density != DensityKind::max)
-    problems.push_back("--density-floor and --density-exponent shape curvature densities only");
+    problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
   if (sample.method == MethodChoice::direct && texts.locate != "embree")
-    problems.push_back("--method direct locates nothing: leave --locate out");
+    problems.push_back("--method direct has no location step: leave --locate out");
   if (sample.method == MethodChoice::direct && texts.curve != "hilbert")
     problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
@@ -253,7 +260,6 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
   try {
     options.memory_bytes = parse_bytes(texts.memory);
-    if (options.memory_bytes < std::uint64_t{16} << 20) problems.push_back("--memory: at least 16M");
   } catch (const CLI::ValidationError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }
@@ -268,7 +274,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
                          fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
                          ") nor `changed` nor `vanished`");
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
-    problems.push_back("--reuse knows rows by their mesh alone, not by the tensors of `--tensor file:`");
+    problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));

@@ -40,6 +40,7 @@ struct RunOptions {
   InputOptions collect;  // how the inputs are read
   int threads = 0;       // 0: as many as the machine (or its cgroup) gives
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;
+  std::uint64_t model_bytes = 0;  // of memory_bytes, what memory_for_models leaves
   bool allow_oversize = false;
   double timeout_seconds = 120;  // 0: none
   std::uint64_t max_failures = ~std::uint64_t{0};

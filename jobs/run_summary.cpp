@@ -126,7 +126,7 @@ void print_ids(const std::vector<std::string>& ids, const char* what, const std:
   fmt::print(stderr, "meander: {}\n", total);
 }
 
-// What else the user can do: statuses that another machine, or larger limits, may not give.
+// Advice on statuses that a larger limit or another machine may avoid.
 void print_advice(const StoreSummary& summary) {
   std::string words;
   std::uint64_t rows = 0;
@@ -136,11 +136,10 @@ void print_advice(const StoreSummary& summary) {
     rows += count;
   }
   if (rows > 0)
-    fmt::print(
-        stderr,
-        "meander: {} {} for a limit of this run or machine; the same command with a larger --timeout or "
-        "--memory and `--retry {}` does {} again\n",
-        rows, rows == 1 ? "row failed" : "rows failed", words, rows == 1 ? "it" : "them");
+    fmt::print(stderr,
+               "meander: {} {} because of a limit of this run or machine; repeat the command with a larger "
+               "--timeout or --memory and `--retry {}` to redo {}\n",
+               rows, rows == 1 ? "row failed" : "rows failed", words, rows == 1 ? "it" : "them");
 }
 
 void print_nodes(const std::vector<NodeStatistics>& nodes) {
@@ -178,8 +177,8 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
   const StoreSummary& summary = outcome.summary;
   print_ids(outcome.changed, "the file changed after it was sampled",
             fmt::format("changed inputs: {}; `--retry changed` samples them again", outcome.changed.size()));
-  print_ids(outcome.vanished, "no input has this id any more",
-            fmt::format("vanished inputs: {}; their rows were kept, `--retry vanished` takes them out",
+  print_ids(outcome.vanished, "no input has this id now",
+            fmt::format("vanished inputs: {}; their rows were kept, `--retry vanished` removes them",
                         outcome.vanished.size()));
   print_advice(summary);
   if (options.json) {
@@ -238,10 +237,10 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
 
 namespace {
 
-// A path as a line of a list, which has no room for every path; empty: the input is gone.
+// A path as a line of a list; some paths cannot be written as a line. Empty: the input is gone.
 std::string list_line(const std::string& path) {
   if (path.find('\n') != std::string::npos || path.ends_with('\r'))
-    return "# the path of this item holds a line end: give it in a list with --null";
+    return "# the path of this item contains a line break: give it in a list with --null";
   return path.starts_with('#') ? "./" + path : path;
 }
 

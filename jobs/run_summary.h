@@ -32,7 +32,7 @@ struct StoreSummary {
 
 StoreSummary summarise(const StoreReader& store);
 
-// Everything that a run has to tell in the end.
+// Everything that a run reports at the end.
 struct RunOutcome {
   StoreSummary summary;
   InputNotes inputs;
@@ -55,7 +55,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options);
 
 // STORE.run.json: what the store itself must not hold (times, machine, threads). STORE.failed.txt: `# id:
 // status: reason` and the path of every failed item, fit to be given back as @STORE.failed.txt; removed when
-// nothing failed. Items are those of the rows; one without a path has no input any more.
+// nothing failed. Items are those of the rows; one without a path no longer has an input.
 // Each file is written whole or not at all; throws RunError when it cannot be.
 void write_run_report(const RunOptions& options, const RunOutcome& outcome);
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,

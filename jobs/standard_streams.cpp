@@ -14,7 +14,7 @@ namespace {
 
 struct Descriptor {
   int number;
-  bool closed = false;  // nobody reads it any more
+  bool closed = false;  // its reader is gone
 };
 
 ssize_t write_some(void* cookie, const char* data, std::size_t size) {
@@ -33,7 +33,7 @@ ssize_t write_some(void* cookie, const char* data, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
-// The same descriptor through a stream that forgives a closed pipe; `fallback` where there is no memory for
+// The same descriptor through a stream that ignores a closed pipe; `fallback` where there is no memory for
 // it.
 std::FILE* forgiving(Descriptor& to, std::FILE* fallback, int buffering) {
   const cookie_io_functions_t functions{nullptr, write_some, nullptr, nullptr};

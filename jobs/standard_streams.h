@@ -7,8 +7,8 @@ namespace meander {
 
 // Called once, before anything is printed or opened. A reader that goes away (`meander info ... | head`) is
 // no failure from then on: what is printed after that is dropped, and the job goes on to its end and its exit
-// code. Descriptors 0, 1 and 2 that the parent left closed are opened on /dev/null, so that no file of ours
-// gets the number that messages are written to.
+// code. Descriptors 0, 1 and 2 that the parent left closed are opened on /dev/null, so that no file of the
+// program gets the number that messages are written to.
 void prepare_standard_streams();
 
 // Writes what is still buffered of standard output. Returns why that failed (a full disk, say), or an empty

@@ -13,8 +13,9 @@ namespace meander {
 CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check) {
   return command.add_flag_callback(
       "--trust", [&check] { check = StoreCheck::none; },
-      "Read stores without checking their bytes first, which reads each whole file once (about 5 GB/s from "
-      "the page cache, else as fast as the disk): a damaged store may then give wrong values or crash");
+      "Do not verify the checksum of stores before reading them (verifying reads the whole file once, at "
+      "about 5 GB/s from the page cache, else at the speed of the disk); a damaged store may then give wrong "
+      "values or crash");
 }
 
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {

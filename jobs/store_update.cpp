@@ -223,7 +223,8 @@ TimePoint inputs_read_since(const std::string& store) {
         return TimePoint(
             std::chrono::duration_cast<TimePoint::duration>(std::chrono::nanoseconds(nanoseconds)));
     }
-  } catch (const RunError&) {  // not a file of ours, or not readable: the store's own time will do
+  } catch (
+      const RunError&) {  // not written by Meander, or not readable: the time of the store itself is used
   }
   struct stat facts {};
   return ::stat(store.c_str(), &facts) == 0 ? modification_time(facts) : TimePoint::min();

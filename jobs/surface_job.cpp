@@ -204,11 +204,10 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   for (const SurfaceRun& run : runs) {
     const ItemReport& report = run.row.report;
     if (run.unresolved_patches + run.bound_violations > 0)
-      fmt::print(
-          stderr,
-          "{}: rougher than --tolerance can be met: {} of {} patches are too coarse, {} draws exceeded their "
-          "bound; shares of the surface may be off by more\n",
-          run.id, run.unresolved_patches, run.patches, run.bound_violations);
+      fmt::print(stderr,
+                 "{}: --tolerance was not met: {} of {} patches are too coarse, {} draws exceeded their "
+                 "bound; shares of the surface may have larger errors\n",
+                 run.id, run.unresolved_patches, run.patches, run.bound_violations);
     if (report.status == Status::ok)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, {} patches, {} leaves, {:.2f} s\n", run.id,
                  options.sample.samples, report.area, report.measure, run.patches, run.leaves, run.seconds);
@@ -338,12 +337,13 @@ JobFunction add_surface_job(CLI::App& program) {
         [](const std::string& surface) { return surface_kind(surface) == SurfaceKind::height_field; });
     for (const char* name : {"--height-scale", "--height-width", "--height-depth"})
       if (!pictures && command->count(name) > 0)
-        throw UsageError(std::string(name) + " shapes height fields, and no surface is a .png file");
+        throw UsageError(std::string(name) + " applies to height fields, and no surface is a .png file");
     const bool curvature =
         options->density == "mean" || options->density == "gaussian" || options->density == "max";
     for (const char* name : {"--density-floor", "--density-exponent"})
       if (!curvature && command->count(name) > 0)
-        throw UsageError(std::string(name) + " shapes curvature densities: --density mean, gaussian or max");
+        throw UsageError(std::string(name) +
+                         " applies to curvature densities: --density mean, gaussian or max");
     return sample_surfaces(*options);
   };
 }

@@ -54,9 +54,9 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
     tensor.kind = TensorKind::table;
     tensor.attribute = text.substr(file.size());
     if (!std::filesystem::exists(tensor.attribute))
-      problems.push_back("--tensor: there is no file or folder `" + tensor.attribute + "`");
+      problems.push_back("--tensor: no such file or folder: `" + tensor.attribute + "`");
   } else {
-    problems.push_back(fmt::format("--tensor: `{}` is none of {}", text, kinds));
+    problems.push_back(fmt::format("--tensor: `{}` is not one of {}", text, kinds));
   }
 }
 
@@ -105,8 +105,9 @@ void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParam
       ->each(note("--parameterisation"))
       ->group(group);
   command
-      .add_option("--segments", parameters.tensor_charts.segment.count,
-                  "Segments to begin with (random walks), at least one a component; default: 1, gradient 16")
+      .add_option(
+          "--segments", parameters.tensor_charts.segment.count,
+          "Initial number of segments (random walks), at least one per component; default: 1, gradient 16")
       ->each([&texts, mark = note("--segments")](const std::string& text) {
         mark(text);
         texts.chooses_segments = true;
@@ -117,7 +118,7 @@ void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParam
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
                             std::vector<std::string>& problems) {
   if (parameters.method != MethodChoice::anisotropic) {
-    if (!texts.given.empty()) problems.push_back(texts.given + " is for --method anisotropic");
+    if (!texts.given.empty()) problems.push_back(texts.given + " applies to --method anisotropic only");
     return;
   }
   TensorParameters& tensor = parameters.tensor;
@@ -129,10 +130,10 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
     parameters.tensor_charts.segment.count = 16;
   const bool curved = tensor.kind == TensorKind::curvature;
   if (!curved && (tensor.adaptive || tensor.smoothing != TensorParameters{}.smoothing))
-    problems.push_back("--tensor-density and --tensor-smoothing shape --tensor curvature only");
+    problems.push_back("--tensor-density and --tensor-smoothing apply to --tensor curvature only");
   const bool isotropic = tensor.kind == TensorKind::isotropic;
   if ((curved || isotropic) && tensor.form != TensorForm::spacing)
-    problems.push_back("--tensor-form says what given tensors mean; " + texts.tensor + " has none");
+    problems.push_back("--tensor-form applies to given tensors; " + texts.tensor + " has none");
 }
 
 void plan_tensor_files(const TensorParameters& tensor, std::vector<PlanItem>& items) {

@@ -1,4 +1,4 @@
-// meander verify: is a store whole?
+// meander verify: checks a store completely.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -49,7 +49,7 @@ JobFunction add_verify_job(CLI::App& program) {
   CLI::App* command = program.add_subcommand("verify", "Check a store completely: every byte, every row");
   auto options = std::make_shared<VerifyOptions>();
   command->add_option("STORE", options->store, "The store")->required();
-  command->add_option("--limit", options->limit, "Most problems to list")
+  command->add_option("--limit", options->limit, "Maximum number of problems to list")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   command->add_flag("--json", options->json, "The result as JSON");

@@ -3,6 +3,7 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "jobs/exit_status.h"
@@ -28,9 +29,10 @@ std::atomic<bool>& catch_stop_signals() {
   return stop_requested;
 }
 
-void set_allocator_limits() {
-  mallopt(M_MMAP_THRESHOLD, 8 << 20);
-  mallopt(M_TRIM_THRESHOLD, 32 << 20);
+void set_allocator_limits(std::uint64_t memory_bytes) {
+  const int largest = static_cast<int>(std::clamp<std::uint64_t>(memory_bytes / 128, 1 << 18, 8 << 20));
+  mallopt(M_MMAP_THRESHOLD, largest);
+  mallopt(M_TRIM_THRESHOLD, 4 * largest);
   mallopt(M_ARENA_MAX, 4);
 }
 

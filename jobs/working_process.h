@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 
 namespace meander {
 
@@ -10,7 +11,8 @@ namespace meander {
 std::atomic<bool>& catch_stop_signals();
 
 // Arrays of models up to 8 MiB come from the heap and are recycled; larger ones go back to the system when
-// freed, so that one giant does not stay in the process for the rest of the run.
-void set_allocator_limits();
+// freed, so that one giant does not stay in the process for the rest of the run. Less where the budget of the
+// process is small.
+void set_allocator_limits(std::uint64_t memory_bytes);
 
 }  // namespace meander

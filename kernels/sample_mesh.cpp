@@ -184,12 +184,12 @@ void locate_model(ModelState& model, const SampleParameters& parameters, const E
 
 namespace {
 
-// Segments are no surface to measure distances or normals on.
+// Distances and normals need the whole surface, not its segments.
 void join_segments(ModelState& model, const SampleParameters& parameters) {
   if (parameters.method == MethodChoice::anisotropic) model.mesh = prepare_mesh(model.file, model.cancel);
 }
 
-// Moves the samples from the chords to the smooth surface that the vertex normals tell of.
+// Moves the samples from the chords to the smooth surface that the vertex normals describe.
 void lift_model_samples(ModelState& model, const OutputFrame& frame) {
   const PreparedMesh& mesh = model.mesh;
   Samples& samples = model.row.samples;

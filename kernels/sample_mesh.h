@@ -26,8 +26,8 @@ enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
 // The least number of elements per sample of anisotropic sampling, whatever ElementParameters ask for:
-// triangles that are round in space are needles in a metric, and while elements are not small against a
-// sample's cell the samples are less anisotropic than wanted (docs/ANISOTROPIC.md has the numbers).
+// triangles that are round in space are needles in a metric, and unless elements are small relative to a
+// sample's cell, samples are less anisotropic than requested (docs/ANISOTROPIC.md has the numbers).
 inline constexpr double tensor_elements_per_sample = 16;
 
 // How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).
@@ -65,11 +65,11 @@ struct SampleParameters {
   TensorChartParameters tensor_charts;
 };
 
-// What anisotropic sampling tells of itself, as names of descriptors; the fields of AnisotropyReport.
+// Names of the descriptors that hold the fields of AnisotropyReport.
 inline constexpr std::array<const char*, 6> anisotropy_names = {
     "segments", "accepted_share", "chart_angle", "chart_ratio", "spacing_ratio", "clamped_share"};
 
-// Every problem of the parameters at once, one sentence each; empty when they are fine.
+// All problems of the parameters, one sentence each; empty when they are valid.
 std::vector<std::string> validate(const SampleParameters& parameters);
 
 // Whether the parameters cast rays: only then do the stages need an Embree device.
@@ -83,8 +83,8 @@ double elements_per_sample(const SampleParameters& parameters);
 void set_samples(SampleParameters& parameters, std::uint32_t samples);
 
 // One model on its way through the stages; the pipeline's nodes and sample_mesh call the same functions in
-// this order. Each throws ItemError, RunCancelled or std::bad_alloc; `report` is filled as far as the model
-// came.
+// this order. Each throws ItemError, RunCancelled or std::bad_alloc; `report` is filled up to the stage that
+// threw.
 struct ModelState {
   PolygonMesh file;
   RandomKey key;
@@ -117,8 +117,8 @@ void release_curves(ModelState& model);
 // Samples a mesh given as arrays.
 //   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model
 //   (randomness is a pure function of (seed, content, index); pass the same bytes to get the same points).
-// Returns the row that `meander run` would store. A mesh that cannot be sampled is no exception: its status
-// says why. Throws std::invalid_argument when `validate` finds a problem. Cost: see the README;
+// Returns the row that `meander run` would store. A mesh that cannot be sampled does not throw: the status of
+// the row says why. Throws std::invalid_argument when `validate` finds a problem. Cost: see the README;
 // deterministic, thread-safe.
 Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces,
                 const SampleParameters& parameters, std::span<const std::uint8_t> content = {});

@@ -15,15 +15,15 @@ namespace meander {
 
 namespace {
 
-// The density of samples is one over the area of a cell of the tensor, times what the user asked for.
+// Multiplies the user's density by one over the area of a cell of the tensor.
 void multiply(Density& density, std::vector<double> factor) {
   if (!density.uniform())
     for (std::size_t h = 0; h < factor.size(); ++h) factor[h] *= density.corner[h];
   density.corner = std::move(factor);
 }
 
-// The segments take the place of the components, and what is kept by triangle moves with them, but for the
-// masses, which follow from the density once the segments are final.
+// Replaces the components by the segments and reorders all per-triangle data except the masses, which are
+// computed from the density once the segments are final.
 void adopt(ModelState& model, SegmentedMesh segmented) {
   model.tensor = carry_field(segmented, model.tensor);
   model.density.corner = carry_half_edge_values(segmented, model.density.corner);
@@ -42,13 +42,13 @@ void cut_through_singularities(PreparedMesh& mesh, const TensorField& field, con
   }
 }
 
-// What one segment's chart came to.
+// The chart of one segment and how well it follows the field.
 struct SegmentChart {
   FlatChart flat;
   AlignmentReport alignment;
   bool accepted = false;
 
-  // A chart that no solver finds a finite map for has no coordinates.
+  // Without a finite map a chart has no coordinates.
   bool is_measurable() const { return !flat.u.empty(); }
 };
 
@@ -87,7 +87,7 @@ void chart_missing(ModelState& model, std::vector<SegmentChart>& charts, const S
   model.cuts.clear();
 }
 
-// The chart of a component whose triangles now stand elsewhere, in the same order.
+// Updates the chart of a component whose triangles have moved, in the same order.
 void move_chart(SegmentChart& chart, const PreparedMesh& mesh, std::uint32_t triangle_begin) {
   CutChart& cut = chart.flat.cut;
   cut.triangle_begin = triangle_begin;
@@ -184,7 +184,7 @@ void flatten_segments(ModelState& model, const SampleParameters& parameters) {
   model.masses = triangle_masses(model.mesh, model.density);
   summarise(model, charts);
   if (wanted.form == AlignmentForm::gradient) {
-    // What no chart along the directions fits is charted in the metric.
+    // Segments without an accepted chart along the directions are charted in the metric.
     set_surface_metric(model.mesh, model.tensor, model.cancel);
     for (SegmentChart& chart : charts)
       if (!chart.accepted) chart = {};

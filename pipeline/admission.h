@@ -1,4 +1,4 @@
-// Which item may start next: admission by bytes in flight, largest first, with back-filling.
+// Decides which item may start next: by bytes in flight, largest first, with back-filling.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,8 @@
 namespace meander {
 
 // Pure bookkeeping, no threads: one serial node of the graph owns it. The largest waiting item goes first;
-// while it does not fit, smaller ones are sent ahead, but never so many that they could keep it waiting: what
-// is sent ahead of a waiting item leaves room for it, so it starts as soon as the items that were in flight
-// before it have ended.
+// while it does not fit, smaller ones may pass it, but without delaying it: items that pass leave room for
+// it, so it starts as soon as the items that were in flight before it have ended.
 class Admission {
  public:
   struct Ticket {

@@ -34,6 +34,12 @@ constexpr double bytes_per_sample = 160;            // sequence, points twice, r
 // entries.
 double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, std::log2(vertices + 1)); }
 
+constexpr std::uint64_t program_bytes = 30 << 20;      // measured: 25 MiB, with Embree 27
+constexpr std::uint64_t bytes_per_thread = 256 << 10;  // stack and buffers
+constexpr std::uint64_t bytes_per_item = 1 << 10;      // of the plan, the header and a shard's columns
+constexpr std::uint64_t allocator_share =
+    16;  // 1/16 of the budget may be free blocks that are not given back
+
 // Heat geodesics and their histogram, without the mesh.
 double geodesic_bytes(double triangles, double unknowns, const SampleParameters& parameters, int threads) {
   const double samples = parameters.place.samples;
@@ -85,6 +91,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end())
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
   return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
+}
+
+std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads) {
+  const std::uint64_t items = header.ids.size();
+  return program_bytes + static_cast<std::uint64_t>(threads) * bytes_per_thread + items * bytes_per_item +
+         shard_writing_bytes(header) + budget / allocator_share;
 }
 
 }  // namespace meander

@@ -1,9 +1,10 @@
-// What one model takes at its peak, for the admission by bytes.
+// Peak memory of one model, for the admission by bytes.
 #pragma once
 
 #include <cstdint>
 
 #include "io/mesh/mesh_reader.h"
+#include "io/store/store.h"
 #include "kernels/sample_mesh.h"
 
 namespace meander {
@@ -13,5 +14,10 @@ namespace meander {
 // 1 that may work on the one model. Measured per vertex, triangle and sample: memory_estimate_test holds
 // every method against generated meshes and those of the shared collection, with 1, 2 and 16 threads.
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads);
+
+// What the process takes beside the models in flight, of a budget for all of it: program and libraries,
+// threads, the plan, rows on their way into a shard and shards into the store, and what the allocator keeps
+// of the budget.
+std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads);
 
 }  // namespace meander

@@ -38,7 +38,7 @@ bool is_open(const GraphItem& item) { return item.failed_in.empty() && !item.dro
 
 using Clock = std::chrono::steady_clock;
 
-// The clock of one item: it runs while a stage works on the item and stands still while the item waits.
+// The clock of one item: it runs while a stage works on the item and stops while the item waits.
 class WorkClock {
  public:
   WorkClock(GraphItem& item, double limit_seconds) : item_(item), start_(Clock::now()) {
@@ -56,7 +56,7 @@ class WorkClock {
   Clock::time_point start_;
 };
 
-// Runs one stage on one item; nothing but NeedsMoreMemory gets out.
+// Runs one stage on one item; only NeedsMoreMemory is rethrown.
 void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds) {
   if (!is_open(item)) return;
   const WorkClock clock(item, timeout_seconds);
@@ -78,7 +78,7 @@ void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds)
   }
 }
 
-// Everything but the row is given back as soon as the points are there.
+// Frees everything but the row once the points are known.
 void release_model(ModelState& model) {
   Row row = std::move(model.row);
   model = ModelState{};
@@ -90,10 +90,10 @@ struct Envelope {
   GraphItem* item = nullptr;
   Admission::Ticket ticket;
   std::uint64_t needed_bytes = 0;  // > 0: back to the queue with this reservation
-  bool frees_slot = false;         // says no more than that a work slot is free again
+  bool frees_slot = false;         // only signals that a work slot is free again
 };
 
-// The graph with its books. Lives for one call of run_sampling_graph.
+// The graph with its counters. Lives for one call of run_sampling_graph.
 class SamplingGraph {
  public:
   SamplingGraph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
@@ -149,7 +149,7 @@ class SamplingGraph {
     result_.stopped = result_.written != plan_.size();
     if (result_.taken != result_.written + result_.dropped || admission_.items_in_flight() != 0 ||
         admission_.bytes_in_flight() != 0 || working_ != 0 || (!cancelled_ && result_.stopped))
-      throw std::logic_error("the books of the graph do not balance: " + std::to_string(result_.taken) +
+      throw std::logic_error("the counts of the graph do not add up: " + std::to_string(result_.taken) +
                              " taken, " + std::to_string(result_.written) + " written, " +
                              std::to_string(result_.dropped) + " dropped, " +
                              std::to_string(admission_.items_in_flight()) + " items and " +
@@ -201,8 +201,9 @@ class SamplingGraph {
     }
     const Envelope envelope = open_item(index);
     fail(*envelope.item, "admit_items", Status::too_large,
-         "needs about " + std::to_string(bytes >> 20) + " MiB, the whole budget is " +
-             std::to_string(parameters_.memory_bytes >> 20) + " MiB (--memory, --allow-oversize)");
+         "needs about " + std::to_string(bytes >> 20) + " MiB, --memory leaves " +
+             std::to_string(parameters_.memory_bytes >> 20) +
+             " MiB for models (raise it, or --allow-oversize)");
     hand_over(envelope.item);
     std::get<1>(out).try_put(envelope);
   }
@@ -259,7 +260,7 @@ class SamplingGraph {
     return envelope;
   }
 
-  // Whatever became of the item, its slot is free: the next one may start while this one is written.
+  // The slot is free whatever the outcome: the next item may start while this one is written.
   void encode(Envelope envelope, EncodeNode::output_ports_type& out) {
     {
       const Turn turn(envelope.item);
@@ -267,7 +268,7 @@ class SamplingGraph {
     }
     Envelope slot;
     slot.frees_slot = true;
-    // What is put last is done first by this thread: rows must not wait behind new items.
+    // This thread processes the message sent last first: rows must not wait behind new items.
     if (envelope.ticket.bytes > 0) std::get<1>(out).try_put(slot);
     std::get<0>(out).try_put(envelope);
   }
@@ -355,7 +356,7 @@ class SamplingGraph {
   std::exception_ptr sink_error_;
 };
 
-// What is wrong with the tensors is said of their file: the mesh is another one, and not empty.
+// Errors in tensors name the file of the tensors: the mesh itself is in order.
 TensorTable read_tensors(const PlanItem& plan, const ModelState& model) {
   if (!plan.tensor_dataset.empty())
     return read_tensor_dataset(plan.tensor_path, plan.tensor_dataset, model.file.vertex_count());
@@ -379,7 +380,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   row.report.file_bytes = item.file_bytes;
   row.report.content_sha256 = sha256(file.bytes());
   if (reuse && reuse(row.report.content_sha256, row)) {
-    row.report.file_bytes = item.file_bytes;  // an older store may not know it
+    row.report.file_bytes = item.file_bytes;  // absent from stores of format version 1
     item.reused = true;
     return;
   }

@@ -9,7 +9,7 @@
 // encode_row gives the slot back, write_row the bytes. admit_items is woken by its own first message and by
 // those two, never blocks and never polls. A node body lets no exception out: a failed item keeps its status
 // and sentence, skips the remaining stages and still reaches the writer. In the end in == written + dropped
-// and nothing is in flight; anything else is reported as a bug of ours.
+// and nothing is in flight; anything else is reported as an internal error.
 #pragma once
 
 #include <array>
@@ -67,7 +67,7 @@ struct GraphItem {
   std::chrono::steady_clock::duration worked{};  // in the stages so far
 };
 
-// What happened to an item, told once, from the serial writer.
+// What happened to an item; reported once, by the serial writer.
 struct FinishedItem {
   const PlanItem& plan;
   const ItemReport& report;
@@ -87,7 +87,7 @@ class RowSink {
   virtual void write(const EncodedRow& row) = 0;
 };
 
-// The bodies of the nodes, by name; tests put failures into them. Each works on one item and may throw
+// The bodies of the nodes, by name; tests inject failures into them. Each works on one item and may throw
 // ItemError, RunCancelled or anything else.
 struct GraphStage {
   std::string_view name;
@@ -124,7 +124,7 @@ struct GraphResult {
 
 // Runs the plan to its end, or until `cancelled` is set (by the caller at any time; by the graph itself when
 // the sink fails or too many items failed). Rethrows the sink's exception after everything in flight has
-// ended. Throws std::logic_error when the books do not balance. `statistics` gets one entry per node.
+// ended. Throws std::logic_error when its counts do not add up. `statistics` gets one entry per node.
 // observer may be empty.
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,
                                const GraphStages& stages, const StoreHeader& header, RowSink& sink,
@@ -132,7 +132,7 @@ GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphPar
                                const std::function<void(const FinishedItem&)>& observer = {});
 
 // The same stages on one item in the calling thread, outside any graph (for the retry of an item that was in
-// flight when an earlier process died). `entered` is told the name of each stage before it starts.
+// flight when an earlier process died). `entered` is called with the name of each stage before it starts.
 void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, const GraphStages& stages,
                     const std::function<void(std::string_view)>& entered);
 

@@ -20,10 +20,10 @@ struct GrayImage {
 // their stored samples, so that a grey picture gives the same values in every colour type. No gamma and no
 // colour profile is applied. Alpha and transparency are dropped.
 //
-// Throws ItemError(unreadable) with a sentence: the file cannot be opened, is no PNG file, is cut or damaged
-// in what the picture needs, promises more pixels than its bytes can hold, or needs more than `most_bytes` of
-// memory (4 bytes a pixel; interlaced ones 5 to 10). Sizes are checked before memory is taken. bad_alloc
-// passes. Cost: linear.
+// Throws ItemError(unreadable) with a sentence: the file cannot be opened, is not a PNG file, is cut or
+// damaged in what the picture needs, promises more pixels than its bytes can hold, or needs more than
+// `most_bytes` of memory (4 bytes a pixel; interlaced ones 5 to 10). Sizes are checked before memory is
+// taken. bad_alloc passes. Cost: linear.
 GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes = std::uint64_t{2} << 30);
 // The same for the bytes of a file.
 GrayImage decode_gray_png(std::span<const std::byte> bytes,

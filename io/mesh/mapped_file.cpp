@@ -72,7 +72,7 @@ MappedFile::MappedFile(MappedFile&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
 
 MappedFile::~MappedFile() {
-  // munmap takes a pointer to non-const; the mapping is ours alone.
+  // munmap takes a pointer to non-const; the mapping is private to this object.
   if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), size_);
 }
 

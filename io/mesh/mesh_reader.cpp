@@ -120,7 +120,7 @@ std::optional<std::string> converted(std::string_view content, bool is_ply) {
   // The header of a binary PLY file is read with its CR line ends: a copy would damage the data behind it.
   if (is_ply && content.substr(0, 64).find("ascii") == std::string_view::npos) return std::nullopt;
   if (content.find('\r') == std::string_view::npos) return std::nullopt;
-  // The bytes of a damaged binary STL file are no line ends.
+  // The bytes of a damaged binary STL file are not line ends.
   if (content.substr(0, 512).find('\0') != std::string_view::npos) return std::nullopt;
   std::string copy(content);
   std::replace(copy.begin(), copy.end(), '\r', '\n');

@@ -31,7 +31,7 @@ struct ObjPart {
   std::vector<RelativeIndex> relative_corners, relative_normals;
   std::uint64_t bad_faces = 0;
   const char* first_bad_face = nullptr;
-  const char* bad_vertex = nullptr;  // the token that is no number
+  const char* bad_vertex = nullptr;  // the token that is not a number
   bool cut_vertex = false;           // the last line of the file ends in a vertex
   bool keywords = false;             // a line that only OBJ files have was seen
 };
@@ -257,7 +257,7 @@ PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size
   return mesh;
 }
 
-// What is wrong with the file as a whole, said of the earliest place whatever the blocks.
+// Errors of the file as a whole, reported at the earliest place whatever the blocks.
 void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
   bool keywords = false;

@@ -64,7 +64,7 @@ std::uint64_t read_count(std::string_view content, TextCursor& cursor, const cha
   return static_cast<std::uint64_t>(count);
 }
 
-// The number of edges is useless and often left out: a third count belongs to the header when it stands on
+// The number of edges is useless and often left out: a third count belongs to the header when it is on
 // the line of the second, or when every count has a line of its own.
 void skip_edge_count(TextCursor& cursor, bool counts_on_one_line) {
   if (!cursor.token_on_line()) {

@@ -194,7 +194,7 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
   return mesh;
 }
 
-// Binary: 32-bit words, big-endian as documented; some programs write little-endian. The counts tell which.
+// Binary: 32-bit words, big-endian as documented; some programs write little-endian. The counts decide which.
 struct BinaryOff {
   std::string_view content;
   std::size_t at;

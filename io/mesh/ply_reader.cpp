@@ -323,7 +323,7 @@ class PlyMeshReader {
   std::vector<PolygonPart> faces_, strips_;
   bool complete_ = true;  // no row was missing so far
   std::string cut_in_;
-  std::string_view rest_;  // what stands behind the last element
+  std::string_view rest_;  // the bytes after the last element
 };
 
 }  // namespace

@@ -39,10 +39,10 @@ struct PointCloud {
 //   otherwise they are skipped: they may be colours.
 //
 // Stricter than read_mesh, because a point set with a point less is another one: a file that ends too early,
-// data behind the last promised point (where no faces are promised), a coordinate that is no number and, in
-// ascii PLY, a row that is not on one line make it unreadable. Byte-order marks, UTF-16 with a mark, CRLF and
-// CR line ends are read. No count is trusted: all are checked against the bytes that are there before memory
-// is taken.
+// data behind the last promised point (where no faces are promised), a coordinate that is not a number and,
+// in ascii PLY, a row that is not on one line make it unreadable. Byte-order marks, UTF-16 with a mark, CRLF
+// and CR line ends are read. No count is trusted: all are checked against the bytes that are there before
+// memory is taken.
 //
 // Throws ItemError with a sentence (with the line in text, the byte or the point in binary files):
 // unreadable; empty for no point; non_finite for a coordinate that is NaN or infinite; unsupported_format for

@@ -1,4 +1,4 @@
-// STL, binary and ascii. Which of the two is told by the size: many binary files begin with "solid".
+// STL, binary and ascii. The size decides which of the two: many binary files begin with "solid".
 #include <algorithm>
 #include <bit>
 #include <limits>

@@ -49,7 +49,7 @@ const char* parse_microsoft_special(const char* at, const char* end, double& val
   return ends_token(p, end) ? p : nullptr;
 }
 
-// What stands for a decimal that from_chars finds out of range: its digits decide between 0 and infinity.
+// The value of a decimal that from_chars reports as out of range: its digits decide between 0 and infinity.
 double beyond_range(std::string_view digits) {
   const std::size_t mark = std::min(digits.find_first_of("eE"), digits.size());
   const std::string_view mantissa = digits.substr(0, mark);

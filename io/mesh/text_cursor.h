@@ -41,7 +41,7 @@ struct Digits {
     std::memcpy(&bytes, at, sizeof bytes);
     if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
     bytes ^= 0x3030303030303030u;  // digits become 0 .. 9
-    // The top bit of the first byte that is no digit; carries only reach bytes behind it.
+    // The top bit of the first byte that is not a digit; carries only reach bytes behind it.
     const std::uint64_t others = (bytes | (bytes + 0x7676767676767676u)) & 0x8080808080808080u;
     if (others == 0) return {combine(bytes), 8};
     const auto bits = static_cast<unsigned>(std::countr_zero(others)) & ~7u;

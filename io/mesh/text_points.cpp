@@ -16,7 +16,7 @@ namespace {
 using text::TextCursor;
 
 constexpr std::size_t rows_between_checks = 65536;
-constexpr std::size_t most_columns = 6;  // what stands behind is not looked at
+constexpr std::size_t most_columns = 6;  // further columns are ignored
 
 std::string numbers(std::size_t count) {
   return std::to_string(count) + (count == 1 ? " number" : " numbers");
@@ -64,7 +64,7 @@ class TextPointReader {
       words.push_back(word);
       line.at = p < line.end && *p == ',' ? p + 1 : p;
     }
-    // Binary data are no words.
+    // Binary data are not words.
     const auto is_control = [](char c) {
       return (static_cast<unsigned char>(c) < ' ' || c == '\x7F') && c != '\t' && c != '\r';
     };
@@ -113,7 +113,7 @@ class TextPointReader {
     const bool unit = std::abs(length - 1) <= 0.01;
     any_unit_ = any_unit_ || unit;
     if (normals_ == Normals::unnamed && !unit && std::isfinite(length) && length != 0) {
-      normals_ = Normals::none;  // something else, colours perhaps
+      normals_ = Normals::none;  // other data, for example colours
       cloud_.normals = {};
       return;
     }
@@ -131,7 +131,7 @@ class TextPointReader {
       const char* stop = line.at;
       while (stop < line.end && !text::is_separator(*stop) && *stop != ',') ++stop;
       if (stop == line.at) text::fail_at(content_, line.at, "nothing precedes a comma");
-      // The comma ends the number; else the whole text may be looked at, which is faster than its last bytes.
+      // The comma ends the number; else the whole text can be parsed, which is faster than its last bytes.
       const char* const end = stop < line.end && *stop == ',' ? stop : content_.data() + content_.size();
       const char* const next = text::parse_number(line.at, end, values[count]);
       if (next == nullptr)

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t checksum_bytes = 4;
 
-// Byte b of every element stands together, for b = 0, 1, ... (H5Z_FILTER_SHUFFLE; bytes after the last whole
+// Groups byte b of all elements, for b = 0, 1, ... (H5Z_FILTER_SHUFFLE; bytes after the last whole
 // element stay where they are).
 void shuffle(std::span<const std::byte> in, std::size_t element_size, std::byte* out) {
   const std::size_t elements = in.size() / element_size;

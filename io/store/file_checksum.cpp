@@ -92,7 +92,7 @@ std::uint32_t checksum_of_file(const FileDescriptor& file, std::uint64_t begin,
                                const std::filesystem::path& path, std::size_t threads) {
   BlockSums sums(file, begin, std::max(begin, file_size(file, path)), path);
   {
-    // Threads of our own rather than the pool's: a job that tries items in forked children opens its store
+    // Separate threads rather than the pool's: a job that tries items in forked children opens its store
     // first, and a process with a pool cannot fork.
     std::vector<std::jthread> helpers;
     try {

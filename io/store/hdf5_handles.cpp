@@ -17,7 +17,7 @@ herr_t take_description(unsigned, const H5E_error2_t* error, void* target) {
   return 0;
 }
 
-// Of the system's errors HDF5 tells time, buffers and sizes over two lines: what failed and why is enough.
+// HDF5 reports system errors with time, buffers and sizes over two lines; what failed and why is enough.
 std::string in_short(const std::string& description) {
   constexpr std::string_view before = "error message = '";
   const std::size_t details = description.find(": time = "), why = description.find(before);

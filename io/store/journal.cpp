@@ -22,7 +22,7 @@ constexpr std::size_t begun_record_bytes = 16;
 std::array<std::byte, begun_record_bytes> begun_record(std::uint64_t row) {
   std::array<std::byte, begun_record_bytes> record{};
   std::memcpy(record.data(), &row, sizeof row);
-  // The complement: sixteen zero bytes, which a power cut may leave behind, are no record.
+  // The complement: sixteen zero bytes, which a power cut may leave behind, are not a valid record.
   const std::uint32_t check = ~crc32c(std::span<const std::byte>(record).first(12));
   std::memcpy(record.data() + 12, &check, sizeof check);
   return record;

@@ -115,7 +115,7 @@ void reserve_space(const fs::path& path, std::uint64_t bytes) {
   for (;;) {
     if (::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == EINTR) continue;
-    if (errno == EOPNOTSUPP || errno == ENOSYS) return;  // writes will tell
+    if (errno == EOPNOTSUPP || errno == ENOSYS) return;  // writes will report a full disk
     throw_file_error(errno, fmt::format("reserve {} bytes for", bytes), path);
   }
 }

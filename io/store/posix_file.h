@@ -1,5 +1,5 @@
 // Files as the store needs them: every call checked, partial writes continued, and every failure a RunError
-// whose kind tells "no room, try again later" (stopped) from "cannot work here" (unusable).
+// whose kind distinguishes "no room, try again later" (stopped) from "cannot work here" (unusable).
 #pragma once
 
 #include <cstddef>

@@ -36,10 +36,10 @@ void check_box(const std::array<double, 6>& box, const Complain& complain) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(box[axis]) || !std::isfinite(box[axis + 3]) || box[axis] > box[axis + 3])
       return complain(
-          fmt::format("has a bbox from {} to {}, which is no interval", box[axis], box[axis + 3]));
+          fmt::format("has a bbox from {} to {}, which is not an interval", box[axis], box[axis + 3]));
 }
 
-// The first of `count` values that is outside [least, most] is told.
+// Reports the first of `count` values outside [least, most].
 void check_each(std::span<const float> values, double least, double most, const DatasetSpec& spec,
                 std::string_view must, const Complain& complain) {
   for (const float value : values)

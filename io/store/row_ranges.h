@@ -18,7 +18,7 @@ void check_item_ranges(const ItemReport& report, StoreContent content, const Com
 
 // The samples of an ok row in one dataset, all of them of the type f32 (value_bytes of the row each): finite,
 // weights and parameters within [0, 1], normals and directions of unit length, densities not negative,
-// spacings positive, points (in file coordinates) at the box of the item. One complaint for every dataset at
+// spacings positive, points (in file coordinates) at the box of the item. One report for every dataset at
 // most.
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
                          StoreContent content, const Complain& complain);

@@ -68,7 +68,7 @@ FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
   }
 }
 
-// What a killed process may have left beside the store. Called with the lock of the run folder held.
+// Files that a killed process may have left beside the store. Called with the lock of the run folder held.
 void remove_leftovers(const fs::path& store) {
   const fs::path folder = store.parent_path().empty() ? fs::path(".") : store.parent_path();
   const std::string name = store.filename().string();
@@ -77,7 +77,7 @@ void remove_leftovers(const fs::path& store) {
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
     const std::string other = entry->path().filename().string();
-    // A process number and nothing behind it: NAME.part-1.off is somebody's mesh.
+    // A process number and nothing behind it: NAME.part-1.off is a user's mesh.
     for (const std::string& prefix : {name + ".part-", name + ".run.removed-"})
       if (other.starts_with(prefix) &&
           other.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
@@ -104,7 +104,7 @@ void check_header(const StoreHeader& header) {
     refuse(fmt::format("{} splits for {} items", header.splits.size(), header.ids.size()));
   for (std::size_t row = 1; row < header.ids.size(); ++row)
     if (header.ids[row - 1] >= header.ids[row])
-      refuse(fmt::format("item \"{}\" stands before \"{}\"", header.ids[row - 1], header.ids[row]));
+      refuse(fmt::format("item \"{}\" precedes \"{}\"", header.ids[row - 1], header.ids[row]));
   for (const DescriptorSchema& descriptor : header.descriptors)
     if (descriptor.width == 0 || descriptor.name.empty() || descriptor.name.find('/') != std::string::npos)
       refuse(fmt::format("descriptor \"{}\" of width {}", descriptor.name, descriptor.width));
@@ -233,7 +233,7 @@ struct RunDirectory::State {
       payload.resize(static_cast<std::size_t>(std::min<std::uint64_t>(most, length[row])));
       if (journals.read(shard, offset[row] + record_header_bytes, payload) < payload.size())
         throw RunError(RunError::Kind::unusable,
-                       fmt::format("the journal of shard {} was cut by somebody", shard));
+                       fmt::format("the journal of shard {} was truncated by another program", shard));
     };
     write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), read);
     rename_file(temporary, shard_path(shard));

@@ -257,11 +257,10 @@ void write_plan(const fs::path& run_folder, const RunPlan& plan) {
 namespace {
 
 [[noreturn]] void refuse(const fs::path& run_folder, const std::string& why) {
-  throw RunError(
-      RunError::Kind::unusable,
-      fmt::format("{} was begun otherwise and cannot be continued: {} (repeat the command that began it, or "
-                  "start anew with --fresh)",
-                  run_folder.string(), why));
+  throw RunError(RunError::Kind::unusable,
+                 fmt::format("{} was begun with other inputs or parameters and cannot be continued: {} "
+                             "(repeat the command that began it, or start anew with --fresh)",
+                             run_folder.string(), why));
 }
 
 }  // namespace

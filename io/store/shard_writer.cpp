@@ -10,6 +10,29 @@ namespace meander::store {
 
 namespace {
 
+constexpr std::uint64_t stretch_bytes = std::uint64_t{4} << 20;
+
+bool is_item(const DatasetSpec& spec) { return spec.role != Role::samples && spec.role != Role::descriptor; }
+
+// Whether the samples come as filtered chunks of one row.
+bool samples_are_filtered(const StoreLayout& layout) {
+  return layout.datasets[layout.index_of(Role::samples)].chunk.rows == 1;
+}
+
+// Rows whose samples are in memory at once: whole chunks, a power of two, about stretch_bytes.
+std::uint64_t rows_of_stretch(const StoreLayout& layout) {
+  if (samples_are_filtered(layout)) return 1;
+  std::uint64_t bytes = 0, whole = 1;
+  for (const DatasetLayout& dataset : layout.datasets) {
+    if (!per_sample(dataset.spec)) continue;
+    bytes += dataset.row_bytes;
+    whole = std::max<std::uint64_t>(whole, dataset.chunk.rows);
+  }
+  std::uint64_t rows = block_rows;
+  while (rows > whole && rows * bytes > stretch_bytes) rows /= 2;
+  return rows;
+}
+
 // A chunk that is ready to be written.
 struct FilteredChunk {
   std::size_t dataset = 0;
@@ -38,21 +61,15 @@ class ShardWriter {
   }
 
  private:
-  static bool is_item(const DatasetSpec& spec) {
-    return spec.role != Role::samples && spec.role != Role::descriptor;
-  }
-  bool samples_are_filtered() const {
-    return layout_.datasets[layout_.index_of(Role::samples)].chunk.rows == 1;
-  }
-
   // An upper bound of the length of the file.
   std::uint64_t file_bytes(std::uint64_t journal_bytes) const {
     constexpr std::uint64_t slack = 256 * 1024, index_entry = 128;
-    std::uint64_t bytes = slack + (samples_are_filtered() ? journal_bytes : 0);
+    const bool filtered = samples_are_filtered(layout_);
+    std::uint64_t bytes = slack + (filtered ? journal_bytes : 0);
     for (const DatasetLayout& dataset : layout_.datasets) {
       const std::uint64_t chunks = (rows_.size() + dataset.chunk.rows - 1) / dataset.chunk.rows;
       bytes += chunks * dataset.chunk.chunks_per_row * index_entry;
-      if (dataset.spec.role != Role::samples || !samples_are_filtered())
+      if (dataset.spec.role != Role::samples || !filtered)
         bytes += chunks * (dataset.chunk_bytes + dataset.chunk_bytes / 1000);
     }
     return bytes;
@@ -135,48 +152,79 @@ class ShardWriter {
 
   // Samples and descriptors of at most 256 rows that begin at a multiple of 256.
   void write_block(StoreFileWriter& file, RowRange block) {
-    std::vector<std::vector<std::byte>> raw(layout_.datasets.size());
+    std::vector<std::vector<std::byte>> descriptors(layout_.datasets.size()),
+        samples(layout_.datasets.size());
+    const auto is_descriptor = [](const DatasetSpec& spec) { return spec.role == Role::descriptor; };
+    make_room(block, is_descriptor, descriptors);
+    const std::uint64_t step = rows_of_stretch(layout_);
+    std::vector<std::byte> payload;
+    for (std::uint64_t begin = block.begin; begin < block.end; begin += step) {
+      const RowRange stretch{begin, std::min(begin + step, block.end)};
+      if (!samples_are_filtered(layout_)) make_room(stretch, per_sample, samples);
+      for (std::uint64_t row = stretch.begin; row < stretch.end; ++row) {
+        if (statuses_[row - rows_.begin] != Status::ok) continue;
+        read_(row, SIZE_MAX, payload);
+        const RecordParts parts = split_record(header_, payload);
+        put_samples(file, row, row - stretch.begin, parts, samples);
+        put_descriptors(row - block.begin, parts, descriptors);
+      }
+      write_raw(file, stretch, samples);
+    }
+    write_raw(file, block, descriptors);
+  }
+
+  // Room for the rows in every dataset of a kind, whole chunks, all fill.
+  template <class Kind>
+  void make_room(RowRange rows, const Kind& kind, std::vector<std::vector<std::byte>>& raw) const {
     for (std::size_t d = 0; d < raw.size(); ++d) {
       const DatasetLayout& dataset = layout_.datasets[d];
-      if (is_item(dataset.spec) || (per_sample(dataset.spec) && samples_are_filtered())) continue;
-      const std::uint64_t chunks = (block.size() + dataset.chunk.rows - 1) / dataset.chunk.rows;
-      raw[d].resize(chunks * dataset.chunk_bytes);
+      if (!kind(dataset.spec)) continue;
+      raw[d].resize((rows.size() + dataset.chunk.rows - 1) / dataset.chunk.rows * dataset.chunk_bytes);
       write_fill(dataset.spec, raw[d]);
     }
-    std::vector<std::byte> payload;
-    for (std::uint64_t row = block.begin; row < block.end; ++row) {
-      if (statuses_[row - rows_.begin] != Status::ok) continue;
-      read_(row, SIZE_MAX, payload);
-      put_row(file, row, row - block.begin, split_record(header_, payload), raw);
-    }
+  }
+
+  // Chunks without a row that is ok are not stored.
+  void write_raw(StoreFileWriter& file, RowRange rows, const std::vector<std::vector<std::byte>>& raw) {
     std::vector<FilteredChunk> chunks;
-    for (std::size_t d = 0; d < raw.size(); ++d)
-      for (std::uint64_t begin = 0; begin * layout_.datasets[d].row_bytes < raw[d].size();
-           begin += layout_.datasets[d].chunk.rows)
-        if (any_ok({block.begin + begin,
-                    std::min(block.begin + begin + layout_.datasets[d].chunk.rows, block.end)}))
-          chunks.push_back({d, block.begin - rows_.begin + begin, {}});
+    for (std::size_t d = 0; d < raw.size(); ++d) {
+      const DatasetLayout& dataset = layout_.datasets[d];
+      for (std::uint64_t begin = 0; begin * dataset.row_bytes < raw[d].size(); begin += dataset.chunk.rows)
+        if (any_ok({rows.begin + begin, std::min(rows.begin + begin + dataset.chunk.rows, rows.end)}))
+          chunks.push_back({d, rows.begin - rows_.begin + begin, {}});
+    }
     filter_and_write(file, chunks, [&](const FilteredChunk& chunk) {
       const DatasetLayout& dataset = layout_.datasets[chunk.dataset];
-      const std::uint64_t begin = chunk.row - (block.begin - rows_.begin);
+      const std::uint64_t begin = chunk.row - (rows.begin - rows_.begin);
       return std::span<const std::byte>(raw[chunk.dataset])
           .subspan(begin * dataset.row_bytes, dataset.chunk_bytes);
     });
   }
 
-  // One row: its filtered chunks go straight to the file, its raw arrays to their place in the block.
-  void put_row(StoreFileWriter& file, std::uint64_t row, std::uint64_t row_in_block, const RecordParts& parts,
-               std::vector<std::vector<std::byte>>& raw) {
-    std::size_t descriptor = 0, sample = 0;
+  // Filtered chunks go straight to the file, raw arrays to their place in the stretch.
+  void put_samples(StoreFileWriter& file, std::uint64_t row, std::uint64_t row_in_stretch,
+                   const RecordParts& parts, std::vector<std::vector<std::byte>>& raw) {
+    std::size_t sample = 0;
     for (std::size_t d = 0; d < raw.size(); ++d) {
       const DatasetLayout& dataset = layout_.datasets[d];
-      if (is_item(dataset.spec)) continue;
-      if (per_sample(dataset.spec) && samples_are_filtered()) {
+      if (!per_sample(dataset.spec)) continue;
+      if (samples_are_filtered(layout_)) {
         for (std::uint32_t part = 0; part < dataset.chunk.chunks_per_row; ++part)
           file.write_chunk(d, row - rows_.begin, part, parts.samples[sample++]);
         continue;
       }
-      const auto bytes = per_sample(dataset.spec) ? parts.samples[sample++] : parts.descriptors[descriptor++];
+      const auto bytes = parts.samples[sample++];
+      std::memcpy(raw[d].data() + row_in_stretch * dataset.row_bytes, bytes.data(), bytes.size());
+    }
+  }
+
+  void put_descriptors(std::uint64_t row_in_block, const RecordParts& parts,
+                       std::vector<std::vector<std::byte>>& raw) const {
+    std::size_t descriptor = 0;
+    for (std::size_t d = 0; d < raw.size(); ++d) {
+      const DatasetLayout& dataset = layout_.datasets[d];
+      if (dataset.spec.role != Role::descriptor) continue;
+      const auto bytes = parts.descriptors[descriptor++];
       std::memcpy(raw[d].data() + row_in_block * dataset.row_bytes, bytes.data(), bytes.size());
     }
   }
@@ -204,3 +252,21 @@ void write_shard(const std::filesystem::path& path, const StoreHeader& header, c
 }
 
 }  // namespace meander::store
+
+namespace meander {
+
+std::uint64_t shard_writing_bytes(const StoreHeader& header) {
+  const store::StoreLayout layout = store::make_layout(header);
+  std::uint64_t samples = 0, descriptors = 0;
+  for (const store::DatasetLayout& dataset : layout.datasets) {
+    if (store::per_sample(dataset.spec))
+      samples += dataset.row_bytes;
+    else if (dataset.spec.role == store::Role::descriptor)
+      descriptors += dataset.row_bytes;
+  }
+  // A stretch raw and filtered, and a row as the journal has it.
+  const std::uint64_t rows = std::min<std::uint64_t>(store::rows_of_stretch(layout), layout.rows);
+  return (2 * rows + 1) * samples + 2 * std::min(store::block_rows, layout.rows) * descriptors;
+}
+
+}  // namespace meander

@@ -75,6 +75,9 @@ struct StoreHeader {
   Split split(std::uint64_t row) const { return splits.empty() ? Split::none : splits.at(row); }
 };
 
+// Bytes that writing rows of such a store into shards, and shards into the store, takes at most.
+std::uint64_t shard_writing_bytes(const StoreHeader& header);
+
 // A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
 struct EncodedRow {
   std::uint64_t row = 0;
@@ -91,7 +94,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 // What the run of a STORE.run/ was begun with. Only the same plan is continued.
 struct RunPlan {
   StoreHeader header;
-  std::string purpose = "sample";  // completes "it was begun to ..."; told to people, compared as a whole
+  std::string purpose = "sample";  // completes "it was begun to ..."; shown in messages, compared as a whole
   std::string root = {};           // what the ids of lists are relative to; remembered for the next process
 };
 
@@ -122,7 +125,7 @@ class RunDirectory {
   void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
-  // Nothing is being worked on any more: rows begun but not ended are no suspects for the next process.
+  // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals
   // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then

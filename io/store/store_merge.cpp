@@ -100,7 +100,7 @@ void merge_shards(const fs::path& path, const StoreHeader& header, const StoreLa
 
   StoreFileWriter store(path, layout, header, std::nullopt, bytes);
   std::vector<std::byte> buffer;
-  // Small columns first, so that they stand together at the front of the file; then the samples.
+  // Small columns first, so that they are contiguous at the front of the file; then the samples.
   for (const bool samples : {false, true})
     for (std::size_t s = 0; s < shards.size(); ++s) {
       const RowRange rows = rows_of_shard(layout, s);

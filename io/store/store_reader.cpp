@@ -116,9 +116,10 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
     : state_(std::make_unique<State>()) {
   state_->path = store;
   if (!std::filesystem::exists(store))
-    throw RunError(RunError::Kind::unusable, fmt::format("there is no store {}", store.string()));
+    throw RunError(RunError::Kind::unusable, fmt::format("the store {} does not exist", store.string()));
   if (!std::filesystem::is_regular_file(store))
-    throw RunError(RunError::Kind::unusable, fmt::format("{} is no store: it is no file", store.string()));
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} is not a store: it is not a regular file", store.string()));
   if (check == StoreCheck::every_byte)
     if (const std::string damage = check_whole_file(store); !damage.empty())
       throw RunError(

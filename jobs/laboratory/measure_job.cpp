@@ -1,4 +1,4 @@
-// meander measure: how good point sets are, ours or anybody's.
+// meander measure: quality of point sets of any origin.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

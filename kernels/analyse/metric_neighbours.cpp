@@ -17,7 +17,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t sample_block = 256;
 
-// Infinite where the samples are no neighbours. Never below half the chord over s1 of either sample.
+// Infinite where the samples are not neighbours. Never below half the chord over s1 of either sample.
 double metric_length(const PreparedTangentSamples& samples, std::uint32_t i, std::uint32_t j) {
   const TangentFrame &a = samples.frames[i], &b = samples.frames[j];
   if (dot(a.normal, b.normal) < neighbour_normal_cosine) return infinity;

@@ -12,7 +12,7 @@ namespace meander {
 
 // The metric length between two samples, in spacings: (|S^-1 v| + |S'^-1 v'|) / 2 with the geodesic vectors v
 // and v' from either sample to the other (geodesic_length() in the projected direction). Pairs whose unit
-// normals have a cosine below this are no neighbours (other sheets, folds).
+// normals have a cosine below this are not neighbours (other sheets, folds).
 inline constexpr double neighbour_normal_cosine = 0.2;
 
 // Metric length to the nearest other sample, per sample; infinite where there is none. Random samples on a

@@ -1,4 +1,4 @@
-// The nearest point of a triangle mesh, for points that come without it: other people's samples, other
+// The nearest point of a triangle mesh, for points that come without it: samples of other programs, other
 // meshes.
 #pragma once
 

@@ -24,7 +24,7 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return table[a.size()][b.size()];
 }
 
-// The candidate nearest to `word`, or an empty string when none is near enough to be what was meant.
+// The candidate nearest to `word`, or an empty string when none is close enough.
 // Candidates: a range of strings or string views.
 template <class Candidates>
 std::string nearest(std::string_view word, const Candidates& candidates) {

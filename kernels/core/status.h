@@ -23,7 +23,7 @@ enum class Status : std::uint8_t {
   timeout = 9,             // the deadline per model passed
   out_of_memory = 10,      // an allocation failed
   crashed = 11,            // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
-  internal = 12,           // a bug of ours, caught
+  internal = 12,           // a bug in Meander, caught
   missing_attribute = 13,  // the model lacks the attribute that its density or tensors are to be read from
 };
 inline constexpr std::array<std::string_view, 14> status_names = {"ok",
@@ -83,7 +83,7 @@ enum class Repair : std::uint8_t {
   cut_edges,           // edges cut because the surface is not orientable
   bad_normals,         // normals of the file that are zero or not finite: the geometric normal stands in
   bad_attributes,      // attribute values that could not be read
-  coincident_points,   // samples that float32 could not tell apart after every redraw
+  coincident_points,   // samples that still coincide in float32 after all redraws
   count
 };
 inline constexpr std::size_t repair_count = static_cast<std::size_t>(Repair::count);

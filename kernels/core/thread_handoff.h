@@ -1,7 +1,7 @@
-// Tells ThreadSanitizer of the hand-offs between threads that it cannot see. The distribution's TBB is not
-// instrumented: its task queues order what one thread wrote before spawning and another reads in the task,
-// but the sanitizer does not know. Only edges that TBB guarantees are told; everything else stays checked. In
-// any other build these are empty.
+// Annotates for ThreadSanitizer the hand-offs between threads that it cannot see. The distribution's TBB is
+// not instrumented: its task queues order what one thread wrote before spawning and another reads in the
+// task, but the sanitizer does not see that. Only ordering that TBB guarantees is annotated; everything else
+// stays checked. In other builds these functions are empty.
 #pragma once
 
 #if defined(__SANITIZE_THREAD__)
@@ -30,7 +30,7 @@
 
 namespace meander {
 
-// What this thread has written so far is there for whoever takes over by the same address afterwards.
+// Publishes what this thread has written to the thread that later calls take_over with the same address.
 inline void hand_over([[maybe_unused]] const void* address) {
 #ifdef MEANDER_THREAD_SANITIZER
   __tsan_release(const_cast<void*>(address));
@@ -43,16 +43,16 @@ inline void take_over([[maybe_unused]] const void* address) {
 #endif
 }
 
-// Takes over by every address of a stretch of memory: for where TBB keeps the counts by which it waits. The
-// last step of a worker is such a count, and the wait for it cannot be seen.
+// take_over for every address of a range of memory in which TBB may keep the counters that it waits on. The
+// last step of a worker updates such a counter, and the sanitizer does not see the wait for it.
 inline void take_over_all([[maybe_unused]] const void* begin, [[maybe_unused]] std::size_t bytes) {
 #ifdef MEANDER_THREAD_SANITIZER
   for (std::size_t at = 0; at < bytes; at += 4) take_over(static_cast<const char*>(begin) + at);
 #endif
 }
 
-// One piece of work on what `address` stands for: what those before it wrote is there, what it writes is
-// there for those after it. For the bodies of a flow graph, which TBB runs one after the other for one item
+// Scope of one piece of work on the object at `address`: it sees what earlier scopes on it wrote, and later
+// scopes see what it writes. For the bodies of a flow graph, which TBB runs one after the other for one item
 // or serial node.
 class Turn {
  public:
@@ -65,14 +65,14 @@ class Turn {
   const void* address_;
 };
 
-// The two edges of a parallel loop: from the thread that starts it to every task, and from every task to the
-// end of the loop. Not from task to task.
+// The two synchronisation edges of a parallel loop: from the thread that starts it to every task, and from
+// every task to the end of the loop. Not from task to task.
 class LoopHandoff {
  public:
   LoopHandoff() { hand_over(&begin_); }
   LoopHandoff(const LoopHandoff&) = delete;
   LoopHandoff& operator=(const LoopHandoff&) = delete;
-  ~LoopHandoff() {  // with an exception of a task too
+  ~LoopHandoff() {  // also when a task has thrown
     take_over(&end_);
 #ifdef MEANDER_THREAD_SANITIZER
     // TBB waited in a frame called from the one that holds this object; the stack grows downwards.

@@ -1,5 +1,5 @@
 // 3-D: Skilling 2004, "Programming the Hilbert curve", as a state machine. 2-D: frame tables of
-// curve_frames.h. Both machines read several levels a step from tables made once.
+// curve_frames.h. Both process several levels per step, by tables built once.
 #include "kernels/curve/curve_key.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int axis_bits_3d = 21;
 
-// Spreads the low 21 bits of v so that two zero bits stand between any two of them.
+// Spreads the low 21 bits of v with two zero bits between any two of them.
 constexpr std::uint64_t spread_by_three(std::uint64_t v) {
   v &= 0x1FFFFF;
   v = (v | v << 32) & 0x1F00000000FFFF;
@@ -132,8 +132,7 @@ HilbertMachine make_hilbert_machine() {
   return machine;
 }
 
-// The same machine without states that no later digit tells apart: 24 of 48 (Moore 1956, partition
-// refinement).
+// The minimal equivalent machine: 24 of 48 states (Moore 1956, partition refinement).
 HilbertMachine smallest_machine(const HilbertMachine& machine) {
   const std::size_t count = machine.states.size();
   std::vector<std::uint8_t> group(count, 0);

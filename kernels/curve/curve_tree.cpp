@@ -161,7 +161,7 @@ CurveTree join_levels(std::span<const CurveLevel> levels) {
   if (levels.empty()) return result;
   result.kind = levels.front().nodes.kind;
   const std::size_t branches = Rules(result.kind).children;
-  // Bottom up: how many leaves stand under each node. Nodes of the next level belong, `branches` at a time,
+  // Bottom up: the number of leaves below each node. Nodes of the next level belong, `branches` at a time,
   // to the split nodes of this level in their order.
   std::vector<std::vector<std::uint64_t>> start(levels.size());
   for (std::size_t level = levels.size(); level-- > 0;) {

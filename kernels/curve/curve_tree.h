@@ -62,9 +62,9 @@ int curve_depth(CurveKind kind, int hilbert_levels);
 
 // The tree of build_curve: the masses of the triangles gathered at their UV centroids; leaves are split,
 // level by level, while their gathered mass exceeds leaf_mass, and down to min_depth (in Hilbert levels)
-// where there is any mass at all. u, v: UV centroids of the triangles; mass: their masses >= 0. uv_area: UV
+// wherever the mass is positive. u, v: UV centroids of the triangles; mass: their masses >= 0. uv_area: UV
 // areas of the triangles; a triangle larger than a leaf then counts with the leaf's share of its mass only,
-// so that the tree does not dive for the centroid of a large triangle. Empty: every mass is a point mass.
+// so that the centroid of a large triangle does not force deep leaves. Empty: every mass is a point mass.
 // O(T + L log T), 56 bytes a triangle and 44 a node of scratch.
 CurveTree build_curve_tree(std::span<const double> u, std::span<const double> v, std::span<const double> mass,
                            std::span<const double> uv_area, double leaf_mass, int min_depth,

@@ -12,7 +12,7 @@ namespace meander {
 
 namespace {
 
-// The vertex farthest from the centre of all vertices: a tip, near enough.
+// The vertex farthest from the centre of all vertices: approximately a tip.
 std::uint32_t outermost_vertex(const PreparedMesh& mesh, const SeamGraph& graph) {
   Vector3 centre;
   for (const std::uint32_t w : graph.source_vertex) centre = centre + mesh.position(w);
@@ -52,14 +52,14 @@ std::vector<std::uint32_t> opening_path(const PreparedMesh& mesh, const SeamGrap
   return path;
 }
 
-// Paths from the farthest vertices to everything cut before.
+// Shortest paths from the farthest vertices to the existing cut.
 class ExtremitySeams {
  public:
   ExtremitySeams(const PreparedMesh& mesh, const Component& component, const SeamGraph& graph,
                  const CancelToken& cancel)
       : mesh_(mesh), graph_(graph), cancel_(cancel), paths_(graph) {
-    // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface with a rim at least half
-    // as long as a disk's gets seams beyond that distance only; others need seams to open at all.
+    // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface whose rim is at least half
+    // as long as that of a disk gets seams beyond that distance only; others get them beyond half of it.
     double rim = 0;
     for (std::uint32_t h = 0; h < graph.opposite.size(); ++h)
       if (graph.opposite[h] == no_index) rim += mesh.length(3 * component.triangle_begin + h);

@@ -1,4 +1,4 @@
-// Opening edges of a chart: opposite pairs go, vertices on the seams get one copy per fan.
+// Opening edges of a chart: opposite links are removed, vertices on the seams get one copy per fan.
 #pragma once
 
 #include <cstdint>

@@ -97,7 +97,7 @@ void ShortestPaths::run(const CancelToken& cancel, bool whole_loops) {
   std::size_t steps = 0;
   while (!heap_.empty()) {
     const RadixHeap::Entry entry = heap_.pop();
-    if (entry.key > distance_[entry.value]) continue;  // an older, longer way
+    if (entry.key > distance_[entry.value]) continue;  // superseded by a shorter path
     if ((++steps & 0xFFFF) == 0) cancel.check();
     if (whole_loops) reach_loop(entry.value, entry.key);
     for (std::uint32_t a = graph_.arc_begin[entry.value]; a < graph_.arc_begin[entry.value + 1]; ++a) {

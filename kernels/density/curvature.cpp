@@ -16,7 +16,7 @@ constexpr std::size_t vertex_block = 2048;
 constexpr double least_area_share = 1e-6;
 constexpr int fill_rounds = 64;
 
-// What one triangle gives to the vertex at its corner.
+// Contribution of one triangle to the vertex at its corner.
 struct CornerShare {
   double angle = 0;
   Vector3 area_gradient;

@@ -20,13 +20,13 @@ struct VertexCurvature {
 };
 
 // Mixed area, mean curvature (the gradient of the area, which is the cotangent formula without cotangents,
-// so that needles cancel nothing) and angle defect of Meyer, Desbrun, Schroeder, Barr 2003, "Discrete
+// so that needles cause no cancellation) and angle defect of Meyer, Desbrun, Schroeder, Barr 2003, "Discrete
 // differential-geometry operators for triangulated 2-manifolds".
 //
-// Kept finite and honest:
+// Safeguards:
 // - triangles of no area add their angles (0 or pi) alone;
 // - vertices that own less than 1e-6 of the mean mixed area are divided by that much instead;
-// - what rounding the file's coordinates to float32 could have made counts as no curvature: an area gradient
+// - curvature within the rounding error of float32 coordinates counts as zero: an area gradient
 //   of at most 8 r, r = 2^-24 of the largest coordinate, or an angle defect that such a displacement
 //   explains;
 // - boundary vertices, and vertices without area, take the mean of their neighbours that have a value: the

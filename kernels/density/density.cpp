@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t triangle_block = 4096;
 constexpr double largest_density = std::numeric_limits<float>::max();  // densities of samples are float32
 
-// The curvature that gets density 1: the quantile over the surface, or over its bent part where that is less
-// than 1 - share of the area. 0 when nothing is bent.
+// The curvature that gets density 1: the quantile over the surface, or over its curved part where that is
+// less than 1 - share of the area. 0 when the surface is flat.
 double reference_curvature(std::span<const double> curvature, std::span<const double> area, double share) {
   const double reference = weighted_quantile(curvature, area, share);
   if (reference > 0) return reference;

@@ -30,13 +30,13 @@ struct Density {
 // Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices (vertex_curvature), in
 // units of 1 / diagonal (1 / diagonal^2 for gaussian) so that the result depends neither on scale nor on
 // position; density = floor + (1 - floor) * min(1, curvature / quantile)^exponent, linear over triangles. The
-// quantile is weighted by area; where it is zero (a flat surface with a few bent places) it is taken over the
-// bent part alone. A surface without curvature is uniform (an empty Density).
-// Attribute kinds: the named scalar of the file, linear over triangles (vertex) or constant (face).
-// Throws ItemError: zero_density (zero everywhere on the area), missing_attribute (the file has no
-// attribute of that name: the sentence names those that it has), unreadable (the attribute is negative, not
-// finite or too large on a used face: the sentence names it and the first bad element). Cost: O(T + W log W).
-// Deterministic for every thread count, thread-safe.
+// quantile is weighted by area; where it is zero (a flat surface with a few curved parts) it is taken over
+// the curved part alone. A surface without curvature is uniform (an empty Density). Attribute kinds: the
+// named scalar of the file, linear over triangles (vertex) or constant (face). Throws ItemError: zero_density
+// (zero everywhere on the area), missing_attribute (the file has no attribute of that name: the sentence
+// names those that it has), unreadable (the attribute is negative, not finite or too large on a used face:
+// the sentence names it and the first bad element). Cost: O(T + W log W). Deterministic for every thread
+// count, thread-safe.
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel = {});
 

@@ -38,7 +38,7 @@ class CornerSets {
     while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
     return corner;
   }
-  // The least corner stands for its set, whatever the order of the joins.
+  // The least corner represents its set, whatever the order of the joins.
   void join(std::size_t a, std::size_t b) {
     const std::uint32_t ra = find(static_cast<std::uint32_t>(a)), rb = find(static_cast<std::uint32_t>(b));
     parent_[std::max(ra, rb)] = std::min(ra, rb);

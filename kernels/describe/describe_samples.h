@@ -16,7 +16,7 @@
 namespace meander {
 
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
-// along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, no
+// along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
 // histogram.
 enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics };
 inline constexpr std::array<std::string_view, 7> descriptor_names = {"d2", "a3",       "d1",    "d3",

@@ -92,7 +92,7 @@ struct PairPoints {
   }
 };
 
-// Rows that one task takes: enough pairs to be worth a task, not so many tasks that their results need much
+// Rows per task: enough pairs to be worth a task, not so many tasks that their results need much
 // memory, and fewer than 2^31 pairs, which a counter holds. Depends on n only.
 std::size_t rows_per_task(std::size_t n) {
   const std::size_t offsets = std::max<std::size_t>(1, n / 2);

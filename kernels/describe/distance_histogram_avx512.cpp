@@ -9,7 +9,7 @@
 #define MEANDER_AVX512 __attribute__((target("avx512f")))
 
 #if defined(__GNUC__) && !defined(__clang__)
-// GCC 12 takes the undefined pass-through operands of its own intrinsics for ours (GCC bug 105593).
+// GCC 12 warns about the undefined pass-through operands of its own intrinsics (GCC bug 105593).
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #endif

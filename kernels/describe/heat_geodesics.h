@@ -61,9 +61,9 @@ struct HeatGeodesicsParameters {
 //   sums to 0), with one elimination order; a component with boundary has a third, M + t L with u = 0 on the
 //   boundary, and u is the mean of both solutions (the paper's boundary condition).
 // - t = h^2, but where edges along the surface go further than 300 h from a vertex: t = (extent / 300)^2, so
-//   that u stays within the range of double. Larger factors take the grain of the mesh out of the level sets
-//   (4: a quarter of the error on fine spheres) but smooth more where shortest paths meet (half as much again
-//   on a torus) and at boundaries.
+//   that u stays within the range of double. Larger factors reduce the influence of the triangulation
+//   on the level sets (4: a quarter of the error on fine spheres) but smooth more where shortest paths meet
+//   (half as much again on a torus) and at boundaries.
 // - A source is spread over the corners of its triangle by its weights. phi is shifted so that the vertices
 //   beside the source have, on average, their distance from it (the tip of phi itself is rounded off by the
 //   heat); corners of the source's triangle, and points in it, get their straight distance: the source has 0.
@@ -73,10 +73,10 @@ struct HeatGeodesicsParameters {
 //
 // Accuracy, in per cent of the largest distance: mean error 0.14, 0.17 and 0.2 on spheres of 642, 10,242 and
 // 40,962 vertices (0.35, 0.23 and 0.24 from edge midpoints, the worst place), largest 1, 0.7 and 0.6: the
-// grain of the mesh, which does not go away with t = h^2. On tori (radii 1, 0.4) of 960, 3,840 and 15,360
-// vertices mean 2.2, 1.3 and 0.8, largest 8, 5 and 3.4. It needs a mesh finer than what it is to measure. Not
-// symmetric to the last digit. Distances are in file units. Bunny (34,835 vertices, three sources): mean 0.6,
-// largest 2.5; fandisk (6,475): 0.5 and 3.3.
+// influence of the triangulation, which does not vanish with t = h^2. On tori (radii 1, 0.4) of 960, 3,840
+// and 15,360 vertices mean 2.2, 1.3 and 0.8, largest 8, 5 and 3.4. The mesh must be finer than the features
+// to be measured. Distances are not exactly symmetric. Distances are in file units. Bunny (34,835 vertices,
+// three sources): mean 0.6, largest 2.5; fandisk (6,475): 0.5 and 3.3.
 //
 // Cost: factors O(V^1.5) time and O(V log V) memory (about 1 KB a vertex); a source in batches of 16:
 // see bench/geodesic_bench.cpp. Deterministic for every thread count, and for every batching: a source's

@@ -9,9 +9,9 @@
 
 namespace meander {
 
-// The surface's side of a chart, the same for every try on it, in the metric of PreparedMesh::length. A
-// triangle counts when its area is above 1e-12 of its longest edge squared: thinner ones have no direction in
-// double.
+// Lengths and areas of a chart's triangles on the surface, shared by all attempts on it, in the metric of
+// PreparedMesh::length. A triangle counts when its area is above 1e-12 of its longest edge squared: thinner
+// ones have no direction in double.
 struct ChartGeometry {
   std::vector<double> length;        // 3 T edge lengths, not mollified
   std::vector<double> area;          // T
@@ -43,7 +43,7 @@ struct MapScan {
   std::vector<std::uint32_t> bad;  // see is_bad_triangle
   std::uint32_t flips = 0;         // triangles whose UV orientation is not positive (exact sign)
   double mean_distortion = 1;
-  double capped_distortion = 1;  // mean of min(100, distortion): for comparing maps before flips are mended
+  double capped_distortion = 1;  // mean of min(100, distortion): for comparing maps before flips are repaired
   double max_distortion = 1;
   double smallest_scale = 1, largest_scale = 1;  // UV area / 3-D area
   double min_uv_edge = 0;                        // of all triangles

@@ -16,8 +16,8 @@ struct UnknownGraph {
 };
 
 // Approximate minimum degree (Amestoy, Davis and Duff 1996): order[k] = the unknown eliminated k-th. About
-// 0.7 us an unknown. Geometric nested dissection is no faster here and makes twice the fill on curled
-// surfaces.
+// 0.7 us an unknown. Geometric nested dissection is no faster here and produces twice the fill on strongly
+// curved surfaces.
 std::vector<std::uint32_t> elimination_order(const UnknownGraph& graph);
 
 }  // namespace meander

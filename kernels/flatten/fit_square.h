@@ -7,8 +7,8 @@ namespace meander {
 
 // Rotates the points so that their minimum-area bounding rectangle is axis-parallel, longer side along u,
 // scales uniformly and centres them in [0, 1]^2 with a margin of 2^-12 on every side of the longer extent.
-// Never mirrors or stretches. The values must be finite; points that all coincide go to the centre. O(n log
-// n). Returns the scale factor.
+// Never mirrors or stretches the chart. The values must be finite; points that all coincide go to the centre.
+// O(n log n). Returns the scale factor.
 double fit_square(std::span<double> u, std::span<double> v);
 
 }  // namespace meander

@@ -16,15 +16,17 @@ namespace meander {
 
 namespace {
 
-constexpr std::uint32_t seams_per_try = 4;  // tentacles that get their seam in one go
-constexpr std::uint32_t patience = 2;       // tries with too little progress in q before it is given up
+constexpr std::uint32_t seams_per_try = 4;  // protrusions that get a seam in one attempt
+constexpr std::uint32_t patience =
+    2;  // attempts with too little progress in distortion before the search ends
 
-// A cut chart with its geometry: what every try on this cut shares.
+// A cut chart with its geometry, shared by all attempts on this cut.
 struct CutDisk {
   CutChart cut;
   ChartGeometry geometry;
   IntrinsicDisk disk;  // mollified
-  // In a metric most triangulations are far from Delaunay: it is solved on its own, from the first try.
+  // In a metric most triangulations are far from Delaunay, so the intrinsic Delaunay triangulation is used
+  // from the first attempt on.
   std::optional<IntrinsicDisk> delaunay;
 
   const IntrinsicDisk& solved() const { return delaunay ? *delaunay : disk; }
@@ -72,7 +74,7 @@ void judge(const CutDisk& chart, Try& attempt) {
   attempt.sound = attempt.scan.flips == 0 && branch_points(chart.cut, attempt.u, attempt.v) == 0;
 }
 
-// Mends flips in place and decides whether the map is sound.
+// Repairs flips in place and decides whether the map is sound.
 void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
   if (!attempt.finite) return;
   if (!attempt.scan.bad.empty()) {
@@ -83,7 +85,7 @@ void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
   judge(chart, attempt);
 }
 
-// The tip of every region below the threshold that hangs together, smallest scale first: one per tentacle.
+// The tip of every connected region below the threshold, smallest scale first: one per protrusion.
 std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const double> log_scale,
                                          double threshold) {
   std::vector<std::vector<std::uint32_t>> neighbours;
@@ -123,7 +125,7 @@ std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const do
   return tips;
 }
 
-// Seams for the next try; 0 when there is nowhere left to cut.
+// Adds seams for the next attempt; 0 when there is nowhere left to cut.
 std::uint32_t add_seams(const PreparedMesh& mesh, CutChart& cut, const Try& attempt,
                         const FlattenParameters& parameters, std::uint32_t most, const CancelToken& cancel) {
   std::vector<std::uint32_t> tips;
@@ -150,8 +152,8 @@ bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
   return !shrunk(a, parameters) && a.scan.capped_distortion < b.scan.capped_distortion;
 }
 
-// Conformal tries on charts with ever more seams; `chart` and the result are the best of them. Returns the
-// number of seams that were added to it.
+// Conformal attempts on charts with more and more seams; `chart` and `best` become the best of them. Returns
+// the number of seams that were added to it.
 std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenParameters& parameters,
                                         const CancelToken& cancel, CutDisk& chart, Try& best) {
   CutChart cut = chart.cut;
@@ -169,7 +171,8 @@ std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenP
     solved.elimination = chart.solved().elimination;  // more seams, fewer interior vertices
     Try attempt = try_conformal(next, solved, cancel);
     if (!attempt.finite) break;
-    // A seam that brings q less than its share of the way to the bound is one of the two that may.
+    // Seams that bring less than half of their share of the improvement needed are counted; after two the
+    // search ends.
     const double wanted = (last.scan.capped_distortion - parameters.max_mean_distortion) /
                           static_cast<double>(parameters.max_extra_seams - extra + 1);
     const bool enough = last.scan.capped_distortion - attempt.scan.capped_distortion >= 0.5 * wanted;

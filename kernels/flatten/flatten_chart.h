@@ -15,9 +15,9 @@ namespace meander {
 struct FlattenParameters {
   std::uint32_t max_extra_seams = 12;  // seams added where the chart shrinks too far; 0..64
   double min_log_scale = -9.0;         // log scale factor below which a chart counts as shrunk too far
-  double max_flipped_share = 0;      // of the triangles: as many may stay flipped before the map is given up
-                                     // for mean-value on a circle, whose distortion is far larger; 0..1
-  double max_mean_distortion = 1.1;  // area-weighted mean sigma1/sigma2 above which another seam is tried
+  double max_flipped_share = 0;        // of the triangles: this many may stay flipped before the fallback to
+                                       // mean-value on a circle, whose distortion is far larger; 0..1
+  double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
 };
 
 // What the map does, measured against PreparedMesh::length (in space, unless a metric is given); weights are
@@ -49,8 +49,8 @@ struct FlatChart {
 // Boundary-first flattening with zero boundary scale (Sawhney and Crane 2017), cotangent weights first,
 // intrinsic Delaunay on failure, mean-value patches (Floater 2003) around flips, one more seam and another
 // try when the chart shrinks too far, mean-value on a circle as the fallback. Never aborts: a chart that
-// nothing flattens comes back with Method::none (the caller goes on with the direct method). `conformal` is
-// claimed only without flips, unless max_flipped_share lets some be. Cost: one n x n sparse Cholesky
+// cannot be flattened is returned with Method::none (the caller falls back to the direct method). The method
+// is `conformal` only without flips, or within max_flipped_share. Cost: one n x n sparse Cholesky
 // factorisation per try. Deterministic; throws timeout / RunCancelled from `cancel`.
 FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});

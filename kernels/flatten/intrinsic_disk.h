@@ -27,7 +27,7 @@ struct IntrinsicDisk {
 
   std::size_t triangle_count() const { return triangles.size() / 3; }
 };
-// The name where no disk is meant.
+// The same for surfaces that are not disks.
 using IntrinsicSurface = IntrinsicDisk;
 
 // Edge lengths of the chart: PreparedMesh::length.

@@ -17,7 +17,7 @@ constexpr std::size_t dense_limit = 48;
 // tan(a / 2) of the angle a at the origin of half-edge h: 4 A / ((b + c)^2 - d^2), d the opposite edge.
 double half_angle_tangent(const IntrinsicDisk& disk, std::uint32_t h) {
   const double b = disk.length[h], c = disk.length[previous_half_edge(h)], d = disk.length[next_half_edge(h)];
-  // A flat angle would nail the vertex to the line between two neighbours and squash what lies beside it.
+  // An angle near pi would tie the vertex to the line between two neighbours and collapse adjacent triangles.
   constexpr double widest = 6.3137515146750430;  // tan(0.45 pi)
   const double area4 = 4 * area_from_lengths(b, c, d), rest = ((b + c) - d) * ((b + c) + d);
   return area4 < widest * rest ? area4 / rest : widest;

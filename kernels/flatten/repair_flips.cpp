@@ -11,7 +11,7 @@ namespace meander {
 namespace {
 
 constexpr int largest_patch = 6;  // rings
-constexpr int rounds = 3;         // patches may meet: look again after all were mended
+constexpr int rounds = 3;         // patches may overlap: repeat after all were solved
 constexpr std::size_t too_many = 4096;
 
 class Patcher {
@@ -27,7 +27,7 @@ class Patcher {
 
   bool bad(std::uint32_t t) const { return is_bad_triangle(geometry_, disk_.triangles, u_, v_, t); }
 
-  // Mends the cluster that triangle t belongs to.
+  // Repairs the cluster that triangle t belongs to.
   void mend(std::uint32_t t) {
     std::vector<std::uint32_t> vertices = cluster_vertices(t);
     ++stamp_;
@@ -79,7 +79,7 @@ class Patcher {
     } while (h != first && h != no_index);
   }
 
-  // Vertices of all bad triangles that hang together with t by vertices.
+  // Vertices of all bad triangles connected to t through shared vertices.
   std::vector<std::uint32_t> cluster_vertices(std::uint32_t t) {
     ++stamp_;
     std::vector<std::uint32_t> vertices;
@@ -165,7 +165,7 @@ std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geome
   std::vector<std::uint32_t> left(bad.begin(), bad.end());
   for (int round = 0; round < rounds && !left.empty(); ++round) {
     for (const std::uint32_t t : left) {
-      if (!patcher.bad(t)) continue;  // mended together with another one
+      if (!patcher.bad(t)) continue;  // repaired together with another one
       cancel.check();
       patcher.mend(t);
     }

@@ -1,4 +1,4 @@
-// Mending the few triangles that a conformal map turns over.
+// Repairing the few triangles that a conformal map flips.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 namespace meander {
 
 // Re-solves a patch of 0 .. 6 rings of vertices around every cluster of the bad triangles (see
-// MapScan) with mean-value weights, its rim fixed, and keeps the smallest patch that leaves
-// nothing bad, or else the one that mends most. Boundary vertices never move. `disk` has the connectivity of
-// the chart (not an intrinsic triangulation) and mollified lengths. Returns the number of triangles that have
-// moved. Cost: O(T) plus the patches; more than 4096 bad triangles are left alone (the chart is beyond
-// patching).
+// MapScan) with mean-value weights, its rim fixed, and keeps the smallest patch without a bad triangle, or
+// else the one that repairs the most. Boundary vertices never move. `disk` has the connectivity of the chart
+// (not an intrinsic triangulation) and mollified lengths. Returns the number of triangles that have moved.
+// Cost: O(T) plus the patches; more than 4096 bad triangles are not repaired: the chart as a whole is
+// unusable.
 std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geometry,
                            std::span<const std::uint32_t> bad, std::span<double> u, std::span<double> v,
                            const CancelToken& cancel = {});

@@ -21,8 +21,8 @@ struct PacketRecord {
   std::array<std::array<std::uint32_t, most_hits_per_ray>, packet_width> triangle;
 };
 
-// Records every hit and rejects it, so that the ray goes on. A ray that is full accepts, which ends it: which
-// hits it had by then depends on the order of traversal, so they are dropped later.
+// Records every hit and rejects it, so that the ray goes on. A full ray accepts the hit, which ends it; the
+// hits recorded by then depend on the order of traversal and are dropped later.
 void record_hits(const RTCFilterFunctionNArguments* arguments) {
   auto& record = *static_cast<PacketRecord*>(record_of(arguments));
   const unsigned lanes = arguments->N;
@@ -119,8 +119,8 @@ ChartScene::ChartScene(const EmbreeDevice& device, std::span<const double> u, st
                                3 * sizeof(std::uint32_t), triangles.size() / 3);
     rtcSetGeometryOccludedFilterFunction(geometry, record_hits);
     rtcCommitGeometry(geometry);
-    // Embree builds with TBB: isolated, so that the waiting thread takes up no task of the flow graph
-    // outside.
+    // Embree builds with TBB: isolated, so that the waiting thread does not run a task of the enclosing flow
+    // graph.
     oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
     throw_embree_error(handle_, "building the hierarchy of a chart");
   } catch (...) {

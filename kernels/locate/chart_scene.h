@@ -10,8 +10,8 @@
 
 namespace meander {
 
-// A ray that meets more triangles than this stands on a collapsed spot of the chart, where hits say nothing:
-// it is given up, and counts as crowded instead of with whatever hits came first.
+// A ray that meets more triangles than this is on a collapsed spot of the chart, where hits carry no
+// information: it is marked as crowded and its hits are dropped.
 inline constexpr std::uint32_t most_hits_per_ray = 64;
 
 // Hits of R rays: ray i met triangle[begin[i]] .. triangle[begin[i + 1] - 1], ascending, each once.

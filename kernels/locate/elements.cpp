@@ -13,8 +13,8 @@ namespace meander {
 
 namespace {
 
-// A path is 1 followed by one bit a bisection: 31 bisections fit. 2^30 pieces of one triangle are more than
-// any run asks.
+// A path is 1 followed by one bit a bisection: 31 bisections fit. No run needs more than 2^30 pieces of one
+// triangle.
 constexpr std::uint32_t deepest_path = 1u << 30;
 
 // A piece while it is being bisected: barycentric weights of its corners, and where they lie in the triangle
@@ -57,7 +57,7 @@ WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
   return {{{0, 1, 0}, {0, 0, 1}}, corners, 1};
 }
 
-// What one triangle contributes: its mass, how fine it is cut, and where its curve keys come from.
+// Geometry and density of one triangle, from which masses and keys of its pieces follow.
 struct TriangleSource {
   std::array<Vector3, 3> corner;  // in space
   double density[3];
@@ -86,7 +86,7 @@ double piece_mass(const TriangleSource& source, const Piece& piece, int bisectio
   return source.area * share * mean / 3;
 }
 
-// What keys a piece in 3-D order, where nothing is ever placed at the key's point.
+// The point that keys a piece in 3-D order, where no sample is ever placed at the point of the key.
 std::array<double, 2> centroid(const Piece& piece) {
   return {(piece.b1[0] + piece.b1[1] + piece.b1[2]) / 3, (piece.b2[0] + piece.b2[1] + piece.b2[2]) / 3};
 }

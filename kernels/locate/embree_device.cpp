@@ -32,9 +32,13 @@ void throw_embree_error(EmbreeDevice::Handle& handle, const char* doing) {
 
 EmbreeDevice::EmbreeDevice() : handle_(std::make_unique<Handle>()) {
   handle_->device = rtcNewDevice(device_settings);
-  if (handle_->device == nullptr)
+  if (handle_->device == nullptr) {
+    const RTCError code = rtcGetDeviceError(nullptr);
+    if (code == RTC_ERROR_OUT_OF_MEMORY)
+      throw ItemError(Status::out_of_memory, "Embree ran out of memory while it was started");
     throw std::logic_error("Embree gives no device with " + std::string(device_settings) + ": error " +
-                           std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))));
+                           std::to_string(static_cast<int>(code)));
+  }
   rtcSetDeviceErrorFunction(handle_->device, remember_error, handle_.get());
 }
 

@@ -16,7 +16,8 @@ namespace meander {
 
 namespace {
 
-// More triangles than there can be sheets over one point are a collapsed spot: no sheets to tell apart there.
+// More triangles than there can be sheets over one point mark a collapsed spot of the chart: sheets cannot be
+// separated there.
 constexpr std::size_t most_conflicting = 16;
 
 // One chart while its rays are cast; `hits` and `sheet` are its part of the result.
@@ -30,8 +31,8 @@ struct ChartWork {
   std::uint64_t rays = 0, multiple_hits = 0;
 };
 
-// Those of the hits that cover the point in the double precision chart too, exactly: rays through borders,
-// and what float32 did to the chart, make no overlap.
+// The hits that strictly contain the point in the double-precision chart, by exact tests: rays through
+// borders and rounding to float32 do not count as overlap.
 std::span<const std::uint32_t> sure_hits(const FlatChart& chart, std::span<const std::uint32_t> hits,
                                          double u, double v,
                                          std::array<std::uint32_t, most_hits_per_ray>& storage) {
@@ -60,7 +61,7 @@ double estimated_mass(const ChartWork& work, std::span<const std::uint32_t> hits
 void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, DepthRange depths,
                     double leaf_mass, std::size_t chart_number, RandomKey key, const CancelToken& cancel) {
   const auto random_point = [&](const CurveTree& nodes, std::size_t i) {
-    // A leaf is named by its key, its depth and its chart, so that its ray does not depend on other leaves.
+    // The counter identifies a leaf by key, depth and chart, so that its ray does not depend on other leaves.
     const auto counter = static_cast<std::uint32_t>(chart_number * 64 + nodes.depth[i]);
     const UnitPair jitter = random_pair(key, Stream::leaf_ray, nodes.key[i], counter);
     return std::pair(nodes.u[i] + jitter.first * nodes.side[i], nodes.v[i] + jitter.second * nodes.side[i]);
@@ -92,9 +93,9 @@ void add_folds(const FlatChart& chart, std::vector<Conflict>& conflicts) {
   }
 }
 
-// What else lies over the centroid of each triangle; cast along the curve, since the order of triangles in a
-// file can be anything (unsorted, a ray costs three times as much). Pairs of neighbours count as all others
-// do: the touching along a border, which is no conflict, sure_hits leaves out.
+// Finds which other triangles contain the centroid of each triangle. Rays are sorted along the curve, since
+// the triangles of a file are in arbitrary order (unsorted, a ray costs three times as much). Pairs of
+// neighbours are treated like all others: sure_hits omits triangles that merely touch along a border.
 void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const CancelToken& cancel) {
   const std::size_t triangles = work.masses.size();
   std::vector<float> centre_u(triangles), centre_v(triangles);
@@ -171,7 +172,8 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
     const ChartScene scene(device, charts[c].u, charts[c].v, charts[c].cut.triangles);
     const DepthRange depths = depth_range(component_mass(component, masses), plan, parameters.curve);
     cast_leaf_rays(work, scene, trees[c], depths, plan.leaf_mass, c, key, cancel);
-    // A leaf gives at most half of its mass to another sheet: too few leaves make no sheet of its own.
+    // A leaf contributes at most half of its mass to another sheet: too few leaves cannot form a separate
+    // sheet.
     const bool worth_it = static_cast<double>(work.multiple_hits) * plan.leaf_mass / 2 > sheets.min_mass;
     if (worth_it && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
     counts[c] = {trees[c].leaf_count(), work.rays, work.multiple_hits};

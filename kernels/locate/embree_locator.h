@@ -37,7 +37,7 @@ struct LocateParameters {
   CurveParameters curve;
   double min_component_samples = 4;  // components that expect fewer samples get no rays
   std::uint32_t max_sheets = 16;     // 1..16
-  double min_sheet_samples = 8;      // a sheet of less expected samples is not split off
+  double min_sheet_samples = 8;      // sheets of fewer expected samples are not separated
 };
 
 struct Located {
@@ -54,12 +54,12 @@ std::vector<CurveTree> build_curves(const PreparedMesh& mesh, std::span<const Fl
                                     const CancelToken& cancel = {});
 
 // Rays along z through a random point of every leaf, in curve order, in coherent packets; every triangle
-// under the point is recorded (a ray over more than 64 stands on a collapsed spot and counts as a miss).
+// under the point is recorded (a ray that meets more than 64 is on a collapsed spot and counts as a miss).
 // Leaves are split, down to depth max(3, floor(log2(kappa N_c) / 2) - 1) everywhere (N_c: expected samples of
 // the chart), and further while the mass estimated from their hits exceeds total / (kappa N): each triangle
 // gives the leaf's share of its UV area, at most all of its mass. Where rays meet more than one triangle the
 // chart overlaps itself; if there is enough of it for a sheet of min_sheet_samples, one ray through every
-// centroid finds the triangles in conflict, and they are told apart into sheets by growing regions that never
+// centroid finds the triangles in conflict, and they are assigned to sheets by growing regions that never
 // join conflicting triangles. Decisions are integers on hits sorted by triangle; ray positions are never used
 // as sample positions, ray sums never as mass. Deterministic for every thread count and machine. The trees
 // are refined in place. Cost: about 70 ns a triangle for the hierarchy, 100-200 ns a ray; little more than

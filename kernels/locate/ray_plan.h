@@ -14,7 +14,7 @@ struct RayPlan {
   double leaf_mass = 0;  // a leaf is split while its mass is larger: total / (kappa N)
 };
 
-// Throws ItemError(internal) where charts, components and masses do not belong together.
+// Throws ItemError(internal) where the sizes of charts, components and masses disagree.
 RayPlan plan_rays(const PreparedMesh& mesh, std::span<const FlatChart> charts, std::span<const double> masses,
                   const LocateParameters& parameters);
 
@@ -22,7 +22,8 @@ RayPlan plan_rays(const PreparedMesh& mesh, std::span<const FlatChart> charts, s
 double component_mass(const Component& component, std::span<const double> masses);
 
 // Depths of the tree of a chart of mass m, which expects N_c = N m / total samples: at least
-// max(3, floor(log2(kappa N_c) / 2) - 1), so that no part of the chart stays unseen; at most max_depth.
+// max(3, floor(log2(kappa N_c) / 2) - 1), so that every part of the chart is covered by rays; at most
+// max_depth.
 DepthRange depth_range(double mass, const RayPlan& plan, const CurveParameters& parameters);
 
 }  // namespace meander

@@ -17,10 +17,10 @@ struct DepthRange {
   int least = 0, most = 0;
 };
 
-// Leaves above depth.least are split without a ray. Through every other leaf goes one ray, at the point that
-// point_of(nodes, i) gives as a pair of doubles; `visit(nodes, i, u, v, hits, may_split)` is called for the
-// rays of each level in curve order, in the calling thread, with the float32 point that was cast, and returns
-// true to split the leaf (if it may be). A leaf that it does not split is final. Returns the number of rays.
+// Leaves above depth.least are split without a ray. One ray is cast through every other leaf, at the point
+// point_of(nodes, i), a pair of doubles; `visit(nodes, i, u, v, hits, may_split)` is called for the rays of
+// each level in curve order, in the calling thread, with the float32 point that was cast, and returns true to
+// split the leaf (if it may be). A leaf that it does not split is final. Returns the number of rays.
 template <class PointOf, class Visit>
 std::uint64_t refine_by_rays(CurveTree& tree, const ChartScene& scene, DepthRange depths,
                              const CancelToken& cancel, const PointOf& point_of, const Visit& visit) {

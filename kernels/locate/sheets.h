@@ -1,4 +1,4 @@
-// Telling the sheets of an overlapping chart apart.
+// Separating the sheets of an overlapping chart.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct SheetParameters {
 };
 
 // Sheet number (0 .. max_sheets - 1) of every triangle, so that conflicting triangles lie in different sheets
-// wherever that is possible and worth it.
+// wherever possible, except in regions of at most min_mass.
 //   opposite: 3 T half-edges of the chart; mass: T; conflicts: in any order, repeats allowed.
 // Connected regions are grown breadth first, from the lowest triangle that has none, without ever joining two
 // conflicting triangles; triangles without any conflict and those with one never share a region, so that a

@@ -1,4 +1,4 @@
-// The frame that a bounding box gives to what lies in it.
+// The coordinate frame of a bounding box.
 #pragma once
 
 #include <array>

@@ -36,7 +36,7 @@ std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> compo
 
 // Fills vertex ranges, boundary loops, genus and area of mesh.components, whose triangle ranges are set;
 // vertices must be numbered in the order in which triangles name them (number_fans). Throws
-// ItemError(internal) when a component is no oriented surface. O(T).
+// ItemError(internal) when a component is not an oriented surface. O(T).
 void describe_components(PreparedMesh& mesh);
 
 }  // namespace meander

@@ -31,7 +31,7 @@ struct PolygonMesh {
       corner_normals;  // K numbers of normals (no_index: none); empty: normal i belongs to vertex i
   std::vector<ScalarAttribute> vertex_attributes;  // V values each
   std::vector<ScalarAttribute> face_attributes;    // P values each
-  RepairCounts repairs;                            // what the reader mended
+  RepairCounts repairs;                            // what the reader repaired
 
   std::size_t vertex_count() const { return x.size(); }
   std::size_t polygon_count() const { return polygon_begin.empty() ? 0 : polygon_begin.size() - 1; }

@@ -19,7 +19,7 @@ namespace meander {
 namespace {
 
 constexpr double zero_area_ratio =
-    1e-14;  // of diagonal^2: below it double cannot tell the surface from a curve
+    1e-14;  // of diagonal^2: below it, rounding hides the difference between a surface and a curve
 
 // The triangle soup of one file on its way to a PreparedMesh.
 struct Soup {
@@ -28,7 +28,7 @@ struct Soup {
   std::vector<std::uint32_t> polygon;      // T
 };
 
-// Vertices with a finite position. Most files have no other kind: an empty result says so.
+// Vertices with a finite position. Empty when all vertices are finite, as in most files.
 std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
   const std::size_t vertices = mesh.vertex_count();
   const auto finite = [&](std::size_t v) {

@@ -91,7 +91,7 @@ void clip_ears(std::span<const Point2> p, std::vector<std::uint32_t>& triangles)
     }
     triangles.insert(triangles.end(), {ring[(i + n - 1) % n], ring[i], ring[(i + 1) % n]});
     ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(i));
-    // Going on two corners further keeps the triangles round; a fan from one corner would make slivers.
+    // Skipping a corner keeps the triangles well shaped; a fan from one corner would make slivers.
     ++i;
     misses = 0;
   }

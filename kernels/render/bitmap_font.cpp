@@ -141,7 +141,7 @@ std::string shortened_text(std::string_view text, std::uint32_t width) {
   const std::size_t count = character_count(text);
   if (count <= fits) return std::string(text);
   if (fits <= 2) return std::string(fits, '.');
-  // The end of a name tells models of one folder apart better than its beginning.
+  // The end of a name distinguishes models of one folder better than its beginning.
   const std::size_t head = (fits - 2) / 2, tail = fits - 2 - head;
   return std::string(text.substr(0, bytes_of(text, head))) + ".." +
          std::string(text.substr(bytes_of(text, count - tail)));

@@ -45,10 +45,10 @@ struct DescriptorBase {
 };
 
 // Takes blocks that all have the same number of rows. One block keeps its distance (scale 1). With several,
-// the scale of each is its mean distance over pairs of different rows, so that each says as much as the
-// others: over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the
-// standard error of the mean is then below 1 % for distances that spread as much as their mean). A block
-// whose mean is zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
+// the scale of each is its mean distance over pairs of different rows, so that all have the same influence:
+// over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the standard
+// error of the mean is then below 1 % for distances that spread as much as their mean). A block whose mean is
+// zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
 // std::invalid_argument when not, when lengths do not fit, when there is no block, or when the processor
 // lacks the instructions. O(rows x width), memory of the values once more.
 DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,

@@ -139,7 +139,8 @@ std::vector<std::uint32_t> elements_of(const CurveElements& elements, std::span<
   const double total = elements.total();
   std::size_t at = 0;
   std::size_t last =
-      elements.count() - 1;  // the last element of positive mass takes what rounding pushes past the end
+      elements.count() -
+      1;  // positions that rounding pushes past the end belong to the last element of positive mass
   while (last > 0 && !(elements.cumulative[last + 1] > elements.cumulative[last])) --last;
   for (std::size_t r = 0; r < position.size(); ++r) {
     const double target = position[r] * total;

@@ -8,7 +8,7 @@ std::vector<double> working_points(const ItemReport& report, std::span<const flo
                                    const PreparedMesh& mesh) {
   std::vector<double> working;
   working.reserve(points.size());
-  // Never in coordinates of the file, which may be too small for double to tell the points apart.
+  // Never in coordinates of the file, which may be too small for double to distinguish the points.
   const std::array<double, 3> shift = {(report.loc[0] - mesh.centre.x) / mesh.unit,
                                        (report.loc[1] - mesh.centre.y) / mesh.unit,
                                        (report.loc[2] - mesh.centre.z) / mesh.unit};

@@ -97,7 +97,7 @@ std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask)
   order.reserve(count);
   const int levels = count > 1 ? std::bit_width(count - 1) : 0;
   const RankBlocks blocks{count};
-  // The rank that stands for a block: down by the mask's bits, into the other child where that one is empty.
+  // The rank that represents a block: down by the mask's bits, into the other child where that one is empty.
   const auto representative = [&](int level, std::uint64_t block) {
     for (; level < levels; ++level) {
       block = block << 1 | (mask >> (31 - level) & 1);
@@ -114,9 +114,9 @@ std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask)
       order.push_back(representative(level, parent << 1 | (~(mask >> (32 - level)) & 1)));
     }
   if (levels == 0) return order;
-  // On the last level only some parents have two children. Bit reversal over all parents would meet those in
-  // clumps (their pattern along the curve is nearly periodic), so they are taken in the progressive order of
-  // their own number.
+  // On the last level only some parents have two children. Bit reversal over all parents would visit those in
+  // clusters (their pattern along the curve is nearly periodic), so they are taken in the progressive order
+  // of their own number.
   std::vector<std::uint32_t> rest;
   for (std::uint64_t parent = 0; parent < std::uint64_t{1} << (levels - 1); ++parent) {
     const std::uint64_t child = parent << 1 | (~(mask >> (32 - levels)) & 1);

@@ -19,7 +19,7 @@ constexpr std::size_t batch_size = 16;       // right-hand sides per pass over t
 constexpr std::size_t round_size = 8;        // batches in memory at once
 constexpr double least_weight = 1e-8;        // of the largest weight of a component
 constexpr double accurate = 1e-9;            // probabilities off by more are refined
-constexpr double equal_probability = 1e-12;  // closer ones are a tie: rounding decides nothing
+constexpr double equal_probability = 1e-12;  // closer values are ties, so that rounding does not decide
 
 // One side of an edge, in the frame whose x axis is that side's half-edge and y points into the triangle: the
 // step from the centroid to the middle of the edge, and the mean log S of the triangle. The other side's
@@ -173,7 +173,7 @@ class WalkSystem {
     }
     const std::vector<std::uint32_t> order = elimination_order(graph);
     cancel.check();
-    // Where rounding makes a pivot that is not positive, walks that may stop on the way stand in.
+    // Where rounding makes a pivot non-positive, walks that may stop on the way are used instead.
     for (const double stop : {0.0, 1e-14, 1e-12, 1e-10}) {
       std::vector<double> raised = diagonal;
       for (double& d : raised) d *= 1 + stop;

@@ -16,7 +16,7 @@ Vector3 centroid(const PreparedMesh& mesh, std::uint32_t t) {
                       mesh.position(mesh.triangles[3 * t + 2]));
 }
 
-// The triangle whose centroid lies farthest from the component's area centroid: a tip, near enough.
+// The triangle whose centroid lies farthest from the component's area centroid: approximately a tip.
 std::uint32_t outermost_triangle(const PreparedMesh& mesh, const Component& component) {
   Vector3 moment, middle;
   double weight = 0;
@@ -66,7 +66,7 @@ class NearestSource {
     }
   }
 
-  // The component's first seed; farthest-point search goes on from there.
+  // The component's first seed; farthest-point search continues from there.
   std::uint32_t add_first(const Component& component) {
     add(outermost_triangle(mesh_, component));
     const std::uint32_t seed = farthest(component.triangle_begin, component.triangle_end);

@@ -18,7 +18,7 @@ struct SegmentParameters {
   RandomWalkParameters walk;
 };
 
-// A mesh whose components are segments of another mesh, and where everything came from.
+// A mesh whose components are segments of another mesh, with the maps back to it.
 struct SegmentedMesh {
   PreparedMesh mesh;
   std::vector<std::uint32_t> source_triangle;   // T: corner k of a triangle is corner k of its source
@@ -26,7 +26,7 @@ struct SegmentedMesh {
   std::vector<std::uint32_t> source_component;  // by component of `mesh`
 };
 
-// Makes segments fit to be charts: each connected part becomes a segment of its own, then, the smallest
+// Makes segments suitable as charts: each connected part becomes a segment of its own, then, the smallest
 // first (ties: the one that begins first), parts of fewer than min_triangles triangles join the neighbour
 // with the longest common boundary, measured by `length` (3 T, say metric_edge_lengths; ties: the one that
 // begins first). Parts that are a whole component stay. The new labels 0, 1, ... ascend with the first

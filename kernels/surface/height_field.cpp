@@ -68,7 +68,7 @@ class HeightField final : public ParametricSurface {
   }
 
  private:
-  // The height at a grid point that may lie one step outside, where the field goes on linearly.
+  // The height at a grid point that may lie one step outside, where the field is extrapolated linearly.
   double sample(std::ptrdiff_t column, std::ptrdiff_t row) const {
     const auto along_row = [&](std::ptrdiff_t r) {
       const auto at = [&](std::ptrdiff_t c) {

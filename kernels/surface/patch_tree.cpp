@@ -260,7 +260,8 @@ PatchNode PatchTree::find_leaf(std::size_t patch, double rest) const {
   std::array<PatchNode, 9> below;
   while (!is_leaf(patch, node)) {
     const std::size_t count = children(patch, node, below);
-    std::size_t chosen = count;  // the last of positive mass takes what rounding pushes past the end
+    std::size_t chosen =
+        count;  // positions that rounding pushes past the end belong to the last of positive mass
     for (std::size_t k = 0; k < count; ++k) {
       if (!(below[k].mass > 0)) continue;
       chosen = k;

@@ -51,7 +51,7 @@ struct Draft {
   Leaf leaf;
 };
 
-// Draws points; knows where they go.
+// Draws points and writes them to their place.
 class SurfacePlacer {
  public:
   SurfacePlacer(const SurfaceMeasure& measure, const PatchTree& tree, RandomKey key, PlaceKind place,

@@ -44,7 +44,7 @@ struct SurfaceSampleParameters {
   bool reparameterise = false;   // lay the curve over the square warped by area x density (extreme stretch)
 };
 
-// Every problem of the parameters at once, one sentence each; empty when they are fine.
+// All problems of the parameters, one sentence each; empty when they are valid.
 std::vector<std::string> validate(const SurfaceSampleParameters& parameters);
 
 // N points in file order (progressive, or along the curve).

@@ -40,9 +40,9 @@ struct AlignmentLimits {
   double angle = 15 * std::numbers::pi / 180;  // of the 95 % quantile, radians; (0, pi / 2]
   double stretch = 0.4054651081081644;         // of the 95 % quantile: log 1.5; > 0
   double ratio = 1.5;                          // of the 95 % quantile, form B; > 1
-  double flipped = 0.01;  // share of the area: where triangles flip, the curve is disordered within their
-                          // own size, no more; [0, 1]
-  double overlap = 0.01;  // share of the UV area covered twice, what the raster cannot tell from 0; [0, 1]
+  double flipped = 0.01;  // share of the area: flipped triangles disturb the order of the curve only within
+                          // their own size; [0, 1]
+  double overlap = 0.01;  // share of the UV area covered twice, the resolution of the raster; [0, 1]
 };
 
 // u and v may have any scale; their axes matter for the angle: form A's are those of gradient matching, never

@@ -19,11 +19,11 @@ namespace meander {
 // Finite differences of vertex normals along edges (Rusinkiewicz 2004, "Estimating curvatures and their
 // derivatives on triangle meshes"), but one least-squares fit per vertex over all edges of its triangles
 // (weights: mixed area over squared edge lengths) in place of a fit per triangle, so that needles and slivers
-// cannot spoil it. Kept honest:
-// - normals on the boundary are one-sided: edges that touch it count only where nothing else is there;
+// do not degrade it. Safeguards:
+// - normals on the boundary are one-sided: edges that touch it are used only where there are no others;
 // - boundary vertices, and vertices whose edges do not span their plane, take the transported mean of their
 //   neighbours that have a value, round by round (at most 64);
-// - curvatures that rounding the file's coordinates to float32 explains are zero.
+// - curvatures within the rounding error of float32 coordinates are set to zero.
 // Error O(h^2) on regular meshes of edge length h, bounded (a few per cent) on irregular ones, whose vertex
 // normals are off by O(h). O(T), parallel, deterministic.
 std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
@@ -41,10 +41,10 @@ struct CurvatureFieldParameters {
 std::vector<std::string> validate(const CurvatureFieldParameters& parameters);
 
 // log S at the W working vertices in the given frames: s_k = (|kappa_k| + epsilon)^(-1/2), so that the
-// primary direction is that of least absolute curvature; s1 is cut down to max_ratio s2, then the field is
-// smoothed, and where s1 / s2 < 1.05 (umbilics, flat parts) made isotropic. Depends on neither scale nor
-// position. Not normalised (normalise_spacings does that). O(T + W log W), deterministic for every thread
-// count. Throws timeout / RunCancelled; parameters are taken as valid.
+// primary direction is that of least absolute curvature; s1 is limited to max_ratio s2; the tensors are
+// smoothed before and the field after this; where s1 / s2 < 1.05 (umbilics, flat parts) the field is made
+// isotropic. Depends on neither scale nor position. Not normalised (normalise_spacings does that). O(T + W
+// log W), deterministic for every thread count. Throws timeout / RunCancelled; parameters are taken as valid.
 std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                                            const CurvatureFieldParameters& parameters,
                                            const CancelToken& cancel = {});

@@ -15,7 +15,7 @@ namespace {
 constexpr double square_margin = 0x1p-12;  // that of fit_square()
 constexpr double least_weight = 1e-6;      // of a half-edge, where cotangents defeat the factorisation
 
-// More bad triangles than this say that the chart folds as a whole: patches would take long and mend nothing.
+// With more bad triangles than this the chart folds as a whole: patches would be slow and would not help.
 std::size_t most_repaired(std::size_t triangles) { return std::max<std::size_t>(16, triangles / 50); }
 
 // Scale and shift into the unit square. Returns the scale.
@@ -38,7 +38,7 @@ struct FieldMap {
   bool sound = false;   // no flips, no branch points
 };
 
-// What all tries on one chart share.
+// Data shared by all attempts on one chart.
 struct FieldDisk {
   const CutChart& cut;
   IntrinsicDisk space;     // mollified lengths in space
@@ -59,7 +59,7 @@ FieldDisk make_field_disk(const CutChart& cut, const ChartGeometry& geometry, In
   for (std::size_t t = 0; t < geometry.area.size(); ++t) {
     const double* l = &disk.geometry.length[3 * t];
     disk.geometry.area[t] = area_from_lengths(l[0], l[1], l[2]);
-    // A ratio of spacings may leave nothing of a thin triangle.
+    // A large ratio of spacings can reduce the area of a thin triangle to zero.
     if (!(disk.geometry.area[t] > 0)) disk.geometry.counts[t] = 0;
     if (disk.geometry.counts[t]) disk.geometry.total_area += disk.geometry.area[t];
   }

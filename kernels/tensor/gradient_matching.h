@@ -35,13 +35,13 @@ struct FieldFlattenParameters {
   CombParameters comb;
 };
 
-// What made the map.
+// The weights that the map was computed with.
 enum class FieldMapSource : std::uint8_t { space_weights, metric_weights };
 
 struct FieldChart {
-  // UV in the unit square as from fit_square(), but not rotated: u runs along e1. report.method is anisotropic
-  // when nothing is flipped and no vertex is wound round more than once, else none (u and v stand all the
-  // same); its distortions are those against space.
+  // UV in the unit square as from fit_square(), but not rotated: u runs along e1. report.method is
+  // anisotropic when nothing is flipped and no vertex is wound round more than once, else none (u and v stand
+  // all the same); its distortions are those against space.
   FlatChart flat;
   double spacing = 0;   // length of one spacing in UV
   double residual = 0;  // see GradientMatch
@@ -52,9 +52,9 @@ struct FieldChart {
 
 // Combs the field, matches gradients; where that flips a few triangles (2 %), patches round them are
 // re-solved with mean-value weights in the field's metric, and if flips stay, the whole chart is solved again
-// with the cotangents of the metric (errors count in spacings, not in space) and mended in the same way: the
-// map with fewer flips is kept. Never aborts: a chart that comes back with Method::none is to be divided, or
-// flattened by form B. Throws timeout / RunCancelled from `cancel`.
+// with the cotangents of the metric (errors count in spacings, not in space) and repaired in the same way:
+// the map with fewer flips is kept. Never aborts: a chart that comes back with Method::none is to be divided,
+// or flattened by form B. Throws timeout / RunCancelled from `cancel`.
 FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const TensorField& field,
                             const FieldFlattenParameters& parameters = {}, const CancelToken& cancel = {});
 

@@ -149,7 +149,7 @@ class DisjointSets {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  // The smaller number stands for both.
+  // The smaller number represents both.
   void join(std::uint32_t a, std::uint32_t b) {
     a = find(a);
     b = find(b);

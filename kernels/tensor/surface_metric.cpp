@@ -32,14 +32,14 @@ void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const Canc
       const std::uint32_t b = next_half_edge(longest), c = previous_half_edge(longest);
       const double missing = length[longest] - length[b] - length[c];
       if (!(missing + margin * length[longest] > 0) || !(mesh.area[t] > 0)) continue;
-      // A needle of space cannot be asked for more slack than it has there.
+      // A triangle that is a needle in space cannot have more slack than it has there.
       const double in_space =
           mesh.length_in_space(b) + mesh.length_in_space(c) - mesh.length_in_space(longest);
       const double slack = std::min(margin, 0.5 * in_space / mesh.length_in_space(longest)) * length[longest];
       const double excess = missing + slack;
       if (!(excess > 0) || !(slack > 0)) continue;
       broken = true;
-      // A little more than needed, so that rounding does not ask for another round.
+      // Slightly more than needed, so that rounding does not cause another round.
       change(longest, -0.50001 * excess);
       change(b, 0.250005 * excess);
       change(c, 0.250005 * excess);

@@ -9,11 +9,10 @@
 namespace meander {
 
 // Sets mesh.metric_length to the field's lengths (metric_edge_lengths). Where a field changes much within a
-// triangle, its lengths may break the triangle inequality: the long side gives and the short ones take, a
-// quarter of the excess each, in rounds over the mesh until every triangle stands with a margin of 1e-3 of
-// its longest side, or 100 rounds are over (flattening mollifies what is left). Triangles that have no area
-// in space are left alone. O(T) a round; deterministic. Throws timeout /
-// RunCancelled.
+// triangle, its lengths may break the triangle inequality: the longest side is shortened by half of the
+// excess and the others are lengthened by a quarter each, in rounds over the mesh, until every triangle has a
+// margin of 1e-3 of its longest side, or for 100 rounds (flattening mollifies the rest). Triangles that have
+// no area in space are left alone. O(T) a round; deterministic. Throws timeout / RunCancelled.
 void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel = {});
 
 }  // namespace meander

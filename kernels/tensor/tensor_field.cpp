@@ -119,7 +119,7 @@ std::vector<double> metric_edge_lengths(const PreparedMesh& mesh, const TensorFi
       }
     }
   });
-  // A triangle without area has no tensor of its own: its edges are as long as their other side says.
+  // A triangle without area has no tensor of its own: its edges take the length of their other side.
   std::vector<double> both(length.size());
   for (std::size_t h = 0; h < length.size(); ++h) {
     const std::uint32_t o = mesh.opposite[h];

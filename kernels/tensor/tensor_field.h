@@ -1,4 +1,4 @@
-// A field of wanted sample spacings on a mesh: what anisotropic sampling follows (docs/METHODS.md 9).
+// The field of requested sample spacings on a mesh that anisotropic sampling follows (docs/METHODS.md 9).
 #pragma once
 
 #include <array>

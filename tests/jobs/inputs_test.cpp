@@ -180,7 +180,7 @@ TEST_CASE(
   CHECK(ids_of(inputs) == Ids{"a.off", "gone.off"});
   REQUIRE(inputs.notes.unread.size() == 2);
   CHECK(inputs.notes.unread[0].path == scratch / "set/chair");
-  CHECK(inputs.notes.unread[0].reason == "the link leads to nothing");
+  CHECK(inputs.notes.unread[0].reason == "the target of the link does not exist");
   CHECK(inputs.notes.unread[1].path == scratch / "set/loop");
   CHECK_THAT(inputs.notes.unread[1].reason, Contains("symbolic links"));
 }
@@ -275,7 +275,7 @@ TEST_CASE("collect_inputs: ids of lists are relative to the folder that all path
   grown.root = "/mnt";
   CHECK(ids_of(collect_inputs({there}, grown)) == Ids{"7/chair/a.off", "7/table/b.off"});
 
-  CHECK_THAT(message_of({"."}, rooted), Contains("--root is about lists"));
+  CHECK_THAT(message_of({"."}, rooted), Contains("--root applies to lists"));
   CHECK(collect_inputs({scratch.path().string()}).root.empty());
 }
 
@@ -290,7 +290,7 @@ TEST_CASE("collect_inputs: lists apart by NUL bytes hold any path") {
   CHECK(ids_of(inputs) == Ids{"# b %0D", "a%0A1.off", "e/c.off"});
   CHECK(inputs.items[1].path == "/d/a\n1.off");
   CHECK_THAT(message_of({"@" + (scratch / "list").string()}), Contains("NUL") && Contains("--null"));
-  CHECK_THAT(message_of({scratch.path().string()}, options), Contains("--null is about lists"));
+  CHECK_THAT(message_of({scratch.path().string()}, options), Contains("--null applies to lists"));
 }
 
 TEST_CASE("folder layouts: class and split of an item") {

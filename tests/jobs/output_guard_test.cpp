@@ -92,18 +92,18 @@ TEST_CASE("output guard: places that cannot be written are named before anything
   fs::create_symlink(scratch / "nowhere", scratch / "dangling");
   CHECK(says(check(scratch / "folder", FileKind::csv), "is a folder, not a file"));
   CHECK(says(check("/dev/null", FileKind::csv), "is a device"));
-  CHECK(says(check(scratch / "no/such/a.csv", FileKind::csv), "there is no folder"));
-  CHECK(says(check(scratch / "file/a.csv", FileKind::csv), "cannot look at"));
-  CHECK(says(check(scratch / "dangling", FileKind::csv), "a symbolic link to a file that is not there"));
+  CHECK(says(check(scratch / "no/such/a.csv", FileKind::csv), "does not exist: create it first"));
+  CHECK(says(check(scratch / "file/a.csv", FileKind::csv), "cannot access"));
+  CHECK(says(check(scratch / "dangling", FileKind::csv), "a symbolic link to a missing file"));
   const auto folder = [&](const char* name) {
     return refusal([&] { OutputGuard().check_folder(scratch / name, "-o"); });
   };
   CHECK(folder("folder").empty());
   CHECK(folder("folder/").empty());
   CHECK(folder("folder/to/be/made/").empty());
-  CHECK(says(folder("file"), "is no folder"));
-  CHECK(says(folder("file/below"), "is no folder"));
-  CHECK(says(folder("dangling"), "is not there"));
+  CHECK(says(folder("file"), "is not a folder"));
+  CHECK(says(folder("file/below"), "is not a folder"));
+  CHECK(says(folder("dangling"), "a missing file"));
   fs::permissions(scratch / "folder", fs::perms::owner_read | fs::perms::owner_exec);
   if (::geteuid() != 0) {  // root may write everywhere
     CHECK(says(check(scratch / "folder/a.csv", FileKind::csv), "cannot write to the folder"));
@@ -157,15 +157,15 @@ TEST_CASE("output guard: what a run leaves beside its store is guarded too") {
   fs::create_directory(scratch / "s.h5.run");
   CHECK(check_run(store).empty());
   write_file(scratch / "s.h5.run/thesis.tex", "text");
-  CHECK(says(check_run(store), "holds files that no run made"));
+  CHECK(says(check_run(store), "holds files that were not made by a run"));
   write_file(scratch / "s.h5.run/lock", "1");
   CHECK(check_run(store).empty());
   fs::remove_all(scratch / "s.h5.run");
   write_file(scratch / "s.h5.run", "text");
-  CHECK(says(check_run(store), "is no folder"));
+  CHECK(says(check_run(store), "is not a folder"));
   fs::remove(scratch / "s.h5.run");
   fs::create_symlink(scratch / "nowhere", scratch / "s.h5.run");
-  CHECK(says(check_run(store), "is no folder"));
+  CHECK(says(check_run(store), "is not a folder"));
 }
 
 TEST_CASE("output guard: files of the arguments and the items found in them") {

@@ -153,7 +153,7 @@ TEST_CASE("outputs: pictures replace pictures") {
   const std::string store = place.path("s.h5");
   place.refuses({"export", store, "--picture", place.path("m.off")}, "is an OFF mesh");
   place.refuses({"export", store, "--picture", store}, "is the store itself");
-  place.refuses({"export", store, "--picture", place.path("none/p.png")}, "there is no folder");
+  place.refuses({"export", store, "--picture", place.path("none/p.png")}, "does not exist: create it first");
   place.does({"export", store, "--picture", place.path("p.png")});
   place.does({"export", store, "torus", "--picture", place.path("p.png")});
 }
@@ -171,8 +171,8 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
   write_file(place.path("meshes/torus.off"), mesh_bytes(cube(), MeshFile::off));
   place.refuses({"export", store, "-o", place.path("meshes"), "--format", "off", "--fresh"},
                 "is an OFF mesh");
-  place.refuses({"export", store, "-o", place.path("notes.txt")}, "is no folder");
-  place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is no folder");
+  place.refuses({"export", store, "-o", place.path("notes.txt")}, "is not a folder");
+  place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is not a folder");
   // One item named twice is one file.
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
 }

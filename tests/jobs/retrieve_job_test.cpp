@@ -347,14 +347,14 @@ TEST_CASE("retrieve: mistakes are explained") {
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--distance", "chi3"}), "did you mean `chi2`?"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--confusion", "c.gif"}), ".png or .svg"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--picture", "c.png"}), ".svg"));
-  CHECK(contains(refusal({"evaluate", scratch / "absent.h5"}), "there is no store"));
+  CHECK(contains(refusal({"evaluate", scratch / "absent.h5"}), "does not exist"));
   CHECK(contains(refusal({"query", scratch / "s.h5", "m99"}), "no item `m99`"));
   CHECK(contains(refusal({"query", scratch / "s.h5", "9"}), "unreadable"));
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--per-clas"}), "did you mean `--per-class`?"));
   CHECK(
       contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "absent.cla"}), "cannot open"));
   std::filesystem::create_directories(scratch / "folder.h5");
-  CHECK(contains(refusal({"evaluate", scratch / "folder.h5"}), "it is no file"));
+  CHECK(contains(refusal({"evaluate", scratch / "folder.h5"}), "it is not a regular file"));
   const std::string store = scratch / "s.h5";
   for (const char* option : {"--csv", "--matrix"})
     CHECK(contains(refusal({"evaluate", store, option, store}), "is the store itself"));

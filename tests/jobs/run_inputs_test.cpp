@@ -107,8 +107,9 @@ TEST_CASE("run: any file name, and export and info find items by id and by path"
   write_file(scratch / "bad/bad\nname.off", "OFF\n");
   const ProcessResult failed = run({scratch / "in", scratch / "bad"}, scratch / "f.h5");
   CHECK(failed.exit_code == 3);
-  CHECK_THAT(read_file(scratch / "f.h5.failed.txt"),
-             Contains("# bad/bad%0Aname.off: ") && Contains("\n# the path of this item holds a line end"));
+  CHECK_THAT(
+      read_file(scratch / "f.h5.failed.txt"),
+      Contains("# bad/bad%0Aname.off: ") && Contains("\n# the path of this item contains a line break"));
   // The inputs of the run are found again, by the same ids.
   CHECK(run({scratch / "in"}, store).exit_code == 0);
   CHECK(meander_with({"describe", store, (scratch / "in").string(), "--descriptors", "basics"}).exit_code ==
@@ -149,7 +150,7 @@ TEST_CASE("run: lists on two machines make the same store, and a list that grows
   CHECK(outside.exit_code == 2);
   const ProcessResult needless = run({root}, scratch / "n.h5", {"--null"});
   CHECK(needless.exit_code == 2);
-  CHECK_THAT(needless.err, Contains("--null is about lists"));
+  CHECK_THAT(needless.err, Contains("--null applies to lists"));
 }
 
 TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet files of each part") {

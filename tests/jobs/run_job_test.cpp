@@ -233,7 +233,7 @@ TEST_CASE("run: too_large is a row, and --max-failures stops early") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   write_mesh(scratch / "in/big.off", icosphere(6), MeshFile::off);
-  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "16M"})).exit_code == 3);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M"})).exit_code == 3);
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.report(*reader.find("big.off")).status == Status::too_large);
   CHECK(run_process(run_command(scratch / "in", scratch / "m.h5", {"--max-failures", "2"})).exit_code == 75);
@@ -249,7 +249,7 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
     CHECK(result.err.find(text) != std::string::npos);
   };
   says({"--densty", "mean"}, "--density");
-  says({"--density", "mena"}, "none of uniform");
+  says({"--density", "mena"}, "not one of uniform");
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
   says({"--memory", "12Q"}, "unit");

@@ -253,13 +253,13 @@ TEST_CASE("run --tensor file: refused with --reuse, without its method, without 
   };
   says(run_tensors(scratch / "ball.off", scratch / "x.h5", file_of(scratch / "t.txt"),
                    {"--reuse", (scratch / "s.h5").string()}),
-       "--reuse knows rows by their mesh alone");
+       "--reuse identifies rows by their mesh alone");
   says(run_tensors(scratch / "ball.off", scratch / "x.h5", file_of(scratch / "no.txt")),
-       "there is no file or folder");
-  says(run_tensors(scratch / "ball.off", scratch / "x.h5", "file:"), "there is no file or folder");
+       "no such file or folder");
+  says(run_tensors(scratch / "ball.off", scratch / "x.h5", "file:"), "no such file or folder");
   says(run_process({program, "run", scratch / "ball.off", "-o", scratch / "x.h5", "--tensor",
                     file_of(scratch / "t.txt")}),
-       "--tensor is for --method anisotropic");
+       "--tensor applies to --method anisotropic only");
   // Another file of tensors is another store.
   write_file(scratch / "u.txt", rows_text(icosphere(1).vertex_count(), "3 0 0 1 0 1"));
   const ProcessResult other = run_tensors(scratch / "ball.off", scratch / "s.h5", file_of(scratch / "u.txt"));

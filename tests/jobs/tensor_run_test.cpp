@@ -85,7 +85,7 @@ TEST_CASE("run --method anisotropic: mistakes are usage errors") {
     const ProcessResult result =
         run_process({program, "run", scratch / "in", "-o", store, "-n", "64", option[0], option[1]});
     CHECK(result.exit_code == 2);
-    CHECK(result.err.find(option[0] + " is for --method anisotropic") != std::string::npos);
+    CHECK(result.err.find(option[0] + " applies to --method anisotropic only") != std::string::npos);
   }
   CHECK_FALSE(std::filesystem::exists(store));
 }

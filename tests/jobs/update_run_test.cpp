@@ -1,8 +1,8 @@
 // A second `meander run` on a store: inputs that are new, changed or gone, --retry, --fresh, --reuse, and all
 // of them interrupted.
 #include <algorithm>
-#include <cctype>
 #include <catch2/catch.hpp>
+#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -163,7 +163,7 @@ TEST_CASE("second run: a vanished input is named and its row kept, until it is a
   fs::remove(c.in / "m4.off");
   const ProcessResult noticed = c.run();
   CHECK(noticed.exit_code == 3);
-  CHECK(says(noticed, "m4.off: no input has this id any more"));
+  CHECK(says(noticed, "m4.off: no input has this id now"));
   CHECK(c.bytes() == before);
   c.add("m9.off", 40);  // the row stays when others join
   CHECK(c.run().exit_code == 3);
@@ -307,7 +307,8 @@ TEST_CASE("docs/RUNNING.md: every status and exit code is there, and every optio
   const std::string help = run_process({program, "run", "--help"}).out;
   for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
     std::size_t end = at + 2;
-    while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-')) ++end;
+    while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-'))
+      ++end;
     const std::string option = page.substr(at, end - at);
     at = end;
     if (option.find_first_not_of('-') == std::string::npos) continue;  // a rule of a table

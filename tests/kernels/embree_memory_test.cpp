@@ -1,0 +1,68 @@
+// Embree without memory: its functions are replaced by ones that fail on demand.
+#include <dlfcn.h>
+#include <embree3/rtcore.h>
+
+#include <catch2/catch.hpp>
+
+#include "kernels/locate/embree_locator.h"
+#include "kernels/sample_mesh.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+enum class Fails { nothing, device, commit };
+Fails fails = Fails::nothing;
+bool failed = false;
+
+template <class Function>
+Function next(const char* name) {
+  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
+Row sampled() {
+  const PolygonMesh mesh = icosphere(2);
+  std::vector<double> positions;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  SampleParameters parameters;
+  set_samples(parameters, 64);
+  return sample_mesh(positions, triangles_of(mesh), parameters);
+}
+
+}  // namespace
+
+extern "C" {
+
+RTCDevice rtcNewDevice(const char* settings) {
+  failed = fails == Fails::device;
+  return failed ? nullptr : next<RTCDevice (*)(const char*)>("rtcNewDevice")(settings);
+}
+
+void rtcCommitScene(RTCScene scene) {
+  failed = fails == Fails::commit;
+  if (!failed) next<void (*)(RTCScene)>("rtcCommitScene")(scene);
+}
+
+RTCError rtcGetDeviceError(RTCDevice device) {
+  const bool now = failed;
+  failed = false;
+  return now ? RTC_ERROR_OUT_OF_MEMORY : next<RTCError (*)(RTCDevice)>("rtcGetDeviceError")(device);
+}
+
+}  // extern "C"
+
+TEST_CASE("Embree out of memory is the status out_of_memory, for the device and for a scene") {
+  CHECK(sampled().report.status == Status::ok);
+  for (const Fails what : {Fails::device, Fails::commit}) {
+    fails = what;
+    const Row row = sampled();
+    fails = Fails::nothing;
+    INFO(row.report.reason);
+    CHECK(row.report.status == Status::out_of_memory);
+    CHECK(row.report.reason.find("Embree") != std::string::npos);
+    CHECK(row.samples.count() == 0);
+  }
+}
