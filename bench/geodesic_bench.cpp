@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bench/bench_shapes.h"
-#include "kernels/describe/exact_geodesics.h"
+#include "kernels/analyse/exact_geodesics.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/test_meshes.h"

@@ -34,3 +34,9 @@ function(meander_library name)
   target_compile_features(meander_${name} PUBLIC cxx_std_20)
   target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
 endfunction()
+
+# meander_laboratory_library(NAME): the same, for a library that the product must not need (MeanderLaboratory.cmake).
+function(meander_laboratory_library name)
+  meander_library(${name})
+  set_property(GLOBAL APPEND PROPERTY MEANDER_LABORATORY_TARGETS meander_${name})
+endfunction()

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "io/image/png_writer.h"
 #include "io/mesh/point_writer.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
@@ -13,9 +12,9 @@
 #include "jobs/export_descriptors.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
-#include "kernels/render/contact_sheet.h"
 
 namespace meander {
 
@@ -92,22 +91,15 @@ int export_points(const StoreReader& store, const ExportOptions& options, Output
 }
 
 // Evenly spread over the rows asked for: the first and the last of a sorted collection are seldom typical.
-int export_picture(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
+int export_picture(const StoreReader& store, const ExportOptions& options, const Laboratory& laboratory,
+                   OutputGuard& guard) {
   guard.check(options.picture, {FileKind::png}, "--picture");
-  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  const std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
   if (rows.empty()) throw UsageError("no item of the store has points");
-  const std::size_t count = std::min<std::size_t>(rows.size(), options.picture_models);
-  std::vector<Row> content(count);
-  std::vector<SheetModel> models(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint64_t row = rows[i * rows.size() / count];
-    content[i] = store.read_row(row);
-    const double scale = content[i].report.scale;
-    models[i] = {content[i].samples.points, content[i].samples.normals,
-                 content[i].report.area / (scale * scale), store.id(row)};
-  }
-  write_png(options.picture, contact_sheet(models));
-  fmt::print("{} models in {}\n", count, options.picture);
+  std::vector<std::uint64_t> drawn(std::min<std::size_t>(rows.size(), options.picture_models));
+  for (std::size_t i = 0; i < drawn.size(); ++i) drawn[i] = rows[i * rows.size() / drawn.size()];
+  laboratory.draw_models(options.picture, store, drawn);
+  fmt::print("{} models in {}\n", drawn.size(), options.picture);
   return exit_done;
 }
 
@@ -134,7 +126,8 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
   return exit_done;
 }
 
-int export_store(const ExportOptions& options) {
+int export_store(const ExportOptions& options, const Laboratory* laboratory) {
+  if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
@@ -146,7 +139,7 @@ int export_store(const ExportOptions& options) {
     wanted.existing = options.existing();
     return export_descriptors(store, wanted, guard);
   }
-  if (!options.picture.empty()) return export_picture(store, options, guard);
+  if (!options.picture.empty()) return export_picture(store, options, *laboratory, guard);
   if (options.pointnet) {
     return export_shards(store, options, guard);
   }
@@ -155,7 +148,7 @@ int export_store(const ExportOptions& options) {
 
 }  // namespace
 
-JobFunction add_export_job(CLI::App& program) {
+JobFunction add_export_job(CLI::App& program, const Laboratory* laboratory) {
   CLI::App* command = program.add_subcommand(
       "export",
       "Points of a store as PLY, OFF or XYZ files, PointNet shards or a picture; descriptors as CSV, fbin or "
@@ -189,13 +182,13 @@ JobFunction add_export_job(CLI::App& program) {
   command->add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
   add_descriptor_export_options(*command, options->descriptors);
   add_trust_option(*command, options->check);
-  return [options] {
+  return [options, laboratory] {
     check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())
       throw UsageError("export needs -o FOLDER or --picture FILE");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
-    return export_store(*options);
+    return export_store(*options, laboratory);
   };
 }
 

@@ -14,21 +14,21 @@ namespace meander {
 
 using JobFunction = std::function<int()>;
 
-// Changes the stages before a run: how tests put failures into a real process. The program itself passes
-// none.
+class Laboratory;  // jobs/laboratory.h; null where it may be left out
+
+// Changes the stages before a run: how the laboratory adds its own, and how tests put failures into a real
+// process.
 using StageHook = std::function<void(GraphStages&)>;
 
-JobFunction add_run_job(CLI::App& program, StageHook hook = {});
+JobFunction add_run_job(CLI::App& program, const Laboratory* laboratory, StageHook hook = {});
 JobFunction add_verify_job(CLI::App& program);
 JobFunction add_info_job(CLI::App& program);
-JobFunction add_export_job(CLI::App& program);
+JobFunction add_export_job(CLI::App& program, const Laboratory* laboratory);
 JobFunction add_surface_job(CLI::App& program);
-JobFunction add_measure_job(CLI::App& program);
-JobFunction add_figures_job(CLI::App& program);
-JobFunction add_retrieve_job(CLI::App& program);
+JobFunction add_retrieve_job(CLI::App& program, const Laboratory* laboratory);
 JobFunction add_describe_job(CLI::App& program);
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
-int run_program(int argc, char** argv, StageHook hook = {});
+int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});
 
 }  // namespace meander

@@ -1,3 +1,3 @@
-#include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 
-int main(int argc, char** argv) { return meander::run_program(argc, argv); }
+int main(int argc, char** argv) { return meander::run_program(argc, argv, meander::program_laboratory()); }

@@ -11,6 +11,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 #include "jobs/standard_streams.h"
 #include "kernels/core/status.h"
 #include "meander_version.h"
@@ -34,28 +35,46 @@ int end_output(int status) {
   return problem.empty() ? status : say(exit_usage, problem);
 }
 
+// A command of the laboratory in a program without it: known, hidden, and refused whatever its arguments are.
+JobFunction add_missing_command(CLI::App& program, const char* name) {
+  CLI::App* command = program.add_subcommand(name, "Not in this build")->group("");
+  command->set_help_flag();
+  command->prefix_command();
+  return [name]() -> int {
+    require_laboratory(nullptr, name);
+    return exit_usage;
+  };
+}
+
+struct Command {
+  const char* name;
+  JobFunction run;
+};
+
+std::vector<Command> add_commands(CLI::App& program, const Laboratory* laboratory, StageHook hook) {
+  return {{"run", add_run_job(program, laboratory, std::move(hook))},
+          {"verify", add_verify_job(program)},
+          {"info", add_info_job(program)},
+          {"export", add_export_job(program, laboratory)},
+          {"surface", add_surface_job(program)},
+          {"measure",
+           laboratory ? laboratory->add_measure_job(program) : add_missing_command(program, "measure")},
+          {"figures",
+           laboratory ? laboratory->add_figures_job(program) : add_missing_command(program, "figures")},
+          {"retrieve", add_retrieve_job(program, laboratory)},
+          {"describe", add_describe_job(program)}};
+}
+
 }  // namespace
 
-int run_program(int argc, char** argv, StageHook hook) {
+int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
   CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
   program.set_version_flag("--version", std::string("meander ") + meander_version);
   program.require_subcommand(1);
   program.footer(footer);
-  struct Command {
-    const char* name;
-    JobFunction run;
-  };
-  const std::vector<Command> commands = {{"run", add_run_job(program, std::move(hook))},
-                                         {"verify", add_verify_job(program)},
-                                         {"info", add_info_job(program)},
-                                         {"export", add_export_job(program)},
-                                         {"surface", add_surface_job(program)},
-                                         {"measure", add_measure_job(program)},
-                                         {"figures", add_figures_job(program)},
-                                         {"retrieve", add_retrieve_job(program)},
-                                         {"describe", add_describe_job(program)}};
+  const std::vector<Command> commands = add_commands(program, laboratory, std::move(hook));
   for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
   try {
     program.parse(argc, argv);

@@ -7,18 +7,15 @@
 #include <memory>
 #include <optional>
 
-#include "io/image/png_writer.h"
 #include "io/json_writer.h"
-#include "io/plot/csv_writer.h"
-#include "io/plot/heat_map.h"
-#include "io/plot/json_table.h"
-#include "io/plot/svg_matrix.h"
-#include "io/plot/svg_plot.h"
-#include "io/plot/text_table.h"
+#include "io/table/csv_writer.h"
+#include "io/table/json_table.h"
+#include "io/table/text_table.h"
 #include "io/whole_file.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
@@ -144,64 +141,6 @@ Table score_table(const RetrievalBase& base, const RetrievalTask& task, const Re
   return table;
 }
 
-PlotSeries precision_series(const std::string& name, const RetrievalScores& scores) {
-  PlotSeries series{.name = name};
-  for (std::size_t i = 0; i < recall_levels; ++i) {
-    series.x.push_back(recall_level(i));
-    series.y.push_back(scores.precision[i]);
-  }
-  return series;
-}
-
-Plot precision_plot(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalTask& task,
-                    const RetrievalSummary& summary) {
-  Plot plot{.title = joined(base.descriptors) + ", " + options.distance,
-            .x = {.label = "recall", .lower = 0, .upper = 1},
-            .y = {.label = "precision", .lower = 0, .upper = 1}};
-  plot.series.push_back(precision_series("mean over queries", summary.micro));
-  plot.series.push_back(precision_series("mean over classes", summary.macro));
-  if (options.per_class)
-    for (std::size_t c = 0; c < base.classes.size(); ++c) {
-      if (!task.scored[c]) continue;
-      plot.series.push_back(precision_series(base.classes[c], summary.by_class[c]));
-      plot.series.back().style = SeriesStyle::line;
-      plot.series.back().line_width = 1;
-    }
-  return plot;
-}
-
-void draw_confusion(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalTask& task,
-                    const RetrievalSummary& summary) {
-  // Scored classes down, all that have models across.
-  NamedMatrix matrix{.title = "Class of the nearest model, %",
-                     .row_label = "class of the query",
-                     .column_label = "class of the nearest"};
-  const std::size_t classes = base.classes.size();
-  std::vector<std::size_t> across;
-  for (std::size_t c = 0; c < classes; ++c)
-    if (!task.members[c].empty()) {
-      across.push_back(c);
-      matrix.columns.push_back(base.classes[c]);
-    }
-  for (std::size_t c = 0; c < classes; ++c) {
-    if (!task.scored[c]) continue;
-    matrix.rows.push_back(base.classes[c]);
-    for (const std::size_t other : across) matrix.values.push_back(summary.confusion[c * classes + other]);
-  }
-  if (options.confusion.ends_with(".svg")) {
-    write_whole_file(options.confusion, svg_matrix(matrix));
-    return;
-  }
-  HeatMapParameters look;
-  look.colours = ColourMap::inverse;
-  look.lower = 0;
-  look.upper = 1;
-  look.pixels = std::clamp<std::uint32_t>(
-      static_cast<std::uint32_t>(512 / std::max<std::size_t>(across.size(), 1)), 1, 64);
-  write_png(options.confusion, heat_map(matrix.values, static_cast<std::uint32_t>(across.size()),
-                                        static_cast<std::uint32_t>(matrix.rows.size()), look));
-}
-
 void write_precision(JsonWriter& json, const char* name, const RetrievalScores& scores) {
   json.key(name);
   json.begin_array();
@@ -234,7 +173,9 @@ void print_json(const RetrieveOptions& options, const RetrievalBase& base, const
   fmt::print("{}\n", json.text());
 }
 
-int evaluate(const RetrieveOptions& options) {
+int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
+  if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
+  if (!options.confusion.empty()) require_laboratory(laboratory, "--confusion");
   if (!options.picture.empty() && !options.picture.ends_with(".svg"))
     throw UsageError("--picture draws SVG: `" + options.picture + "` should end in .svg");
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
@@ -252,8 +193,9 @@ int evaluate(const RetrieveOptions& options) {
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
   if (!options.picture.empty())
-    write_whole_file(options.picture, svg_plot(precision_plot(options, base, task, summary)));
-  if (!options.confusion.empty()) draw_confusion(options, base, task, summary);
+    laboratory->draw_precision(options.picture, joined(base.descriptors) + ", " + options.distance, base,
+                               task, summary, options.per_class);
+  if (!options.confusion.empty()) laboratory->draw_confusion(options.confusion, base, task, summary);
   if (options.json) {
     print_json(options, base, summary, table);
     return exit_done;
@@ -281,7 +223,7 @@ void add_common_options(CLI::App& command, RetrieveOptions& options) {
 
 }  // namespace
 
-JobFunction add_retrieve_job(CLI::App& program) {
+JobFunction add_retrieve_job(CLI::App& program, const Laboratory* laboratory) {
   CLI::App* command = program.add_subcommand(
       "retrieve", "Similar models of a store by their descriptors, and how well that finds classes");
   command->require_subcommand(1);
@@ -307,9 +249,9 @@ JobFunction add_retrieve_job(CLI::App& program) {
                     "SVG or PNG file: classes of the nearest models by class of the query");
   const JobFunction select = add_select_command(*command);
   const CLI::App* choose = command->get_subcommand("select");
-  return [options, ask, choose, select] {
+  return [options, laboratory, ask, choose, select] {
     if (choose->parsed()) return select();
-    return ask->parsed() ? query(*options) : evaluate(*options);
+    return ask->parsed() ? query(*options) : evaluate(*options, laboratory);
   };
 }
 

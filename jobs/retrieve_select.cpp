@@ -7,9 +7,9 @@
 #include <memory>
 #include <numeric>
 
-#include "io/plot/csv_writer.h"
-#include "io/plot/json_table.h"
-#include "io/plot/text_table.h"
+#include "io/table/csv_writer.h"
+#include "io/table/json_table.h"
+#include "io/table/text_table.h"
 #include "io/whole_file.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"

@@ -12,6 +12,7 @@
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 #include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
@@ -25,14 +26,14 @@ namespace meander {
 
 namespace {
 
-StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
+StoreHeader make_header(const RunOptions& options, const Inputs& inputs, const Laboratory* laboratory) {
   StoreHeader header;
   header.samples = options.sample.place.samples;
   if (options.sample.method == MethodChoice::anisotropic) header.content = StoreContent::anisotropic_meshes;
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
-  header.parameters_json = parameters_json(options.sample, options.compression);
+  header.parameters_json = parameters_json(options);
   header.label_names = inputs.label_names;
   header.descriptors = schemas_of(options.sample.describe);
   if (options.sample.method == MethodChoice::anisotropic) {
@@ -47,21 +48,9 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs) {
     for (std::size_t i = 0; i < meanings.size(); ++i)
       header.descriptors.push_back({anisotropy_names[i], 1, {{"meaning", meanings[i]}}, "anisotropy"});
   }
-  if (options.sample.certify) {
-    header.descriptors.push_back(
-        {certificate_box_error,
-         1,
-         {{"meaning",
-           "root mean square error over 1000 random rotated boxes with exact areas, relative to random "
-           "points; smaller is better"}},
-         "certificate"});
-    header.descriptors.push_back(
-        {certificate_rho,
-         1,
-         {{"meaning",
-           "smallest distance between samples over that of a hexagonal lattice of the same density"}},
-         "certificate"});
-  }
+  if (options.certify)
+    for (DescriptorSchema& column : require_laboratory(laboratory, "--certify").certificate_columns())
+      header.descriptors.push_back(std::move(column));
   for (const PlanItem& item : inputs.items) {
     header.ids.push_back(item.id);
     header.labels.push_back(item.label);
@@ -110,7 +99,8 @@ class ReusableRows {
 // the inputs and brought up to date.
 class RunJob {
  public:
-  RunJob(RunOptions& options, const StageHook& hook) : options_(options), hook_(hook) {}
+  RunJob(RunOptions& options, const Laboratory* laboratory, const StageHook& hook)
+      : options_(options), laboratory_(laboratory), hook_(hook) {}
 
   int run() {
     std::optional<RunPlan> unfinished;
@@ -126,7 +116,7 @@ class RunJob {
       throw UsageError(
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
-    header_ = make_header(options_, inputs_);
+    header_ = make_header(options_, inputs_, laboratory_);
     options_.model_bytes =
         memory_for_models(options_.memory_bytes, header_, options_.sample, options_.threads);
     if (options_.dry_run) return print_plan();
@@ -287,6 +277,7 @@ class RunJob {
   using TimePoint = std::chrono::system_clock::time_point;
 
   RunOptions& options_;
+  const Laboratory* laboratory_;
   const StageHook& hook_;
   // File systems keep coarser times than the system clock.
   TimePoint inputs_since_ = std::chrono::system_clock::now() - std::chrono::seconds(2);
@@ -302,13 +293,17 @@ class RunJob {
 
 }  // namespace
 
-JobFunction add_run_job(CLI::App& program, StageHook hook) {
+JobFunction add_run_job(CLI::App& program, const Laboratory* laboratory, StageHook hook) {
   auto options = std::make_shared<RunOptions>();
   auto texts = std::make_shared<RunOptionTexts>();
   add_run_command(program, *options, *texts);
-  return [options, texts, hook = std::move(hook)] {
-    resolve_run_options(*options, *texts);
-    return RunJob(*options, hook).run();
+  return [options, texts, laboratory, hook = std::move(hook)] {
+    resolve_run_options(*options, *texts, laboratory);
+    const StageHook whole = [&](GraphStages& stages) {
+      if (options->certify) laboratory->add_certificate_stage(stages);
+      if (hook) hook(stages);
+    };
+    return RunJob(*options, laboratory, whole).run();
   };
 }
 

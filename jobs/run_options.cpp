@@ -10,6 +10,7 @@
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
+#include "jobs/laboratory.h"
 #include "jobs/option_words.h"
 #include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
@@ -140,7 +141,7 @@ void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& tex
       ->group(collection);
   add_descriptor_shape_options(command, texts.descriptor_shape, options.sample.describe, collection);
   command
-      .add_flag("--certify", options.sample.certify,
+      .add_flag("--certify", options.certify,
                 "Measure the samples of every model: error over rotated boxes, rho (/certificate)")
       ->group(collection);
   add_list_options(command, options.collect, collection);
@@ -222,7 +223,7 @@ std::string words_of(const RetryOptions& retry) {
   return words;
 }
 
-void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
+void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory) {
   std::vector<std::string> problems;
   SampleParameters& sample = options.sample;
   resolve_descriptors(texts, sample.describe, problems);
@@ -252,6 +253,10 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   if (sample.method == MethodChoice::direct && texts.curve != "hilbert")
     problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
+  if (options.certify)
+    for (const std::string& problem :
+         require_laboratory(laboratory, "--certify").certificate_problems(sample))
+      problems.push_back(problem);
   options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
   try {
     options.memory_bytes = parse_bytes(texts.memory);
@@ -275,11 +280,12 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts) {
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
-std::string parameters_json(const SampleParameters& p, Compression compression) {
+std::string parameters_json(const RunOptions& options) {
+  const SampleParameters& p = options.sample;
   JsonWriter json;
   json.begin_object();
-  json.member("certify", p.certify);
-  json.member("compress", compression == Compression::none ? "none" : "default");
+  json.member("certify", options.certify);
+  json.member("compress", options.compression == Compression::none ? "none" : "default");
   json.member("curve", text_of(curve_words, p.locator.curve.kind));
   if (p.curved) json.member("curved", true);
   json.member("curve_max_depth", p.locator.curve.max_depth);

@@ -17,6 +17,8 @@ class App;
 
 namespace meander {
 
+class Laboratory;
+
 // What a run does again on a finished store.
 struct RetryOptions {
   std::vector<Status> statuses;  // rows with these statuses
@@ -33,6 +35,7 @@ struct RunOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
+  bool certify = false;  // measure the samples of every model; needs the laboratory
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read
   int threads = 0;       // 0: as many as the machine (or its cgroup) gives
@@ -62,10 +65,10 @@ struct RunOptionTexts {
 
 // Adds the subcommand with its options.
 void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts);
-// Throws UsageError with every problem at once.
-void resolve_run_options(RunOptions& options, const RunOptionTexts& texts);
+// Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
+void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
 
 // All effective parameters that decide the rows, as one line of JSON with sorted keys.
-std::string parameters_json(const SampleParameters& parameters, Compression compression);
+std::string parameters_json(const RunOptions& options);
 
 }  // namespace meander

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <optional>
 #include <stdexcept>
 
-#include "kernels/analyse/box_discrepancy.h"
-#include "kernels/analyse/spacing.h"
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/describe/curved_samples.h"
@@ -87,10 +84,6 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
   check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
   check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
-  if (p.certify && p.method == MethodChoice::anisotropic)
-    problems.push_back("certify compares samples with area: the method anisotropic does not follow it");
-  if (p.certify && p.density.kind != DensityKind::uniform)
-    problems.push_back("certify compares samples with area: it needs the uniform density");
   if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
     problems.push_back("the stages disagree about the number of samples (see set_samples)");
   return problems;
@@ -224,16 +217,11 @@ void place_model(ModelState& model, const SampleParameters& parameters) {
   report.status = Status::ok;
 }
 
-namespace {
-
-// Frees what only placement needs.
 void release_curves(ModelState& model) {
   model.charts = {};
   model.trees = {};
   model.elements = {};
 }
-
-}  // namespace
 
 void describe_model(ModelState& model, const SampleParameters& parameters) {
   const bool anisotropic = parameters.method == MethodChoice::anisotropic;
@@ -254,22 +242,6 @@ void describe_model(ModelState& model, const SampleParameters& parameters) {
                                                               report.clamped_share};
   for (std::size_t i = 0; i < values.size(); ++i)
     model.row.descriptors.push_back({anisotropy_names[i], {static_cast<float>(values[i])}});
-}
-
-void certify_model(ModelState& model, const SampleParameters& parameters) {
-  if (!parameters.certify) return;
-  release_curves(model);
-  const PreparedMesh& mesh = model.mesh;
-  const std::vector<double> points = working_points(model.row.report, model.row.samples.points, mesh);
-  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
-  model.cancel.check();
-  const float box_error = boxes.empty() ? unknown : static_cast<float>(box_error_ratio(boxes, points));
-  const float rho = points.size() < 6
-                        ? unknown
-                        : static_cast<float>(spacing_of(nearest_distances(points), mesh.total_area).rho);
-  model.row.descriptors.push_back({certificate_box_error, {box_error}});
-  model.row.descriptors.push_back({certificate_rho, {rho}});
 }
 
 Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t> faces,
@@ -305,7 +277,6 @@ Row sample_mesh(std::span<const double> positions, std::span<const std::uint32_t
     locate_model(model, parameters, device ? &*device : nullptr);
     place_model(model, parameters);
     describe_model(model, parameters);
-    certify_model(model, parameters);
   } catch (const ItemError& error) {
     model.row.report.status = error.status();
     model.row.report.reason = error.what();

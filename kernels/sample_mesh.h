@@ -63,12 +63,7 @@ struct SampleParameters {
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;
-  bool certify = false;  // measure the samples of every model; needs the uniform density
 };
-
-// What certify_model measures, as names of descriptors.
-inline constexpr const char* certificate_box_error = "box_rms_ratio";  // see box_error_ratio
-inline constexpr const char* certificate_rho = "rho";                  // see spacing_of
 
 // Names of the descriptors that hold the fields of AnisotropyReport.
 inline constexpr std::array<const char*, 6> anisotropy_names = {
@@ -114,12 +109,10 @@ void flatten_model(ModelState& model, const SampleParameters& parameters);
 void build_model_curves(ModelState& model, const SampleParameters& parameters);
 void locate_model(ModelState& model, const SampleParameters& parameters, const EmbreeDevice* device);
 void place_model(ModelState& model, const SampleParameters& parameters);
-// The descriptors asked for, in their order, then those of anisotropy_names if the method is anisotropic; in
-// front of the certificate.
+// The descriptors asked for, in their order, then those of anisotropy_names if the method is anisotropic.
 void describe_model(ModelState& model, const SampleParameters& parameters);
-// Appends two one-value descriptors: the error over 1000 rotated boxes relative to random samples, and rho.
-// NaN where the surface admits no such boxes, or a single sample has no neighbour. Frees what placing needed.
-void certify_model(ModelState& model, const SampleParameters& parameters);
+// Frees what placing needed: charts, curves and elements. For stages after place_model.
+void release_curves(ModelState& model);
 
 // Samples a mesh given as arrays.
 //   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model

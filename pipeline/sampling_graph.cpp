@@ -415,8 +415,7 @@ GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevi
           {"locate_vertices",
            [&parameters, device](GraphItem& item) { locate_model(item.model, parameters, device); }},
           {"place_samples", on_model(place_model)},
-          {"describe_shape", on_model(describe_model)},
-          {"certify_samples", on_model(certify_model)}};
+          {"describe_shape", on_model(describe_model)}};
 }
 
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,

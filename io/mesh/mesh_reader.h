@@ -27,10 +27,10 @@ struct MeshEstimate {
   std::uint64_t triangles = 0;
 };
 // Reads at most 256 KiB of the file. Headers are believed only as far as the file's size allows. Exact for
-// binary files that are whole and for text up to 256 KiB; larger OBJ text is sampled and raised by a fifth, so
-// that the estimate is rarely too small. A guess (half to twice the truth) for binary polygons that are cut.
-// Never throws for a malformed file (an upper bound from the size stands in); throws ItemError(unreadable) when
-// it cannot be opened.
+// binary files that are whole and for text up to 256 KiB; larger OBJ text is sampled and raised by a fifth,
+// so that the estimate is rarely too small. A guess (half to twice the truth) for binary polygons that are
+// cut. Never throws for a malformed file (an upper bound from the size stands in); throws
+// ItemError(unreadable) when it cannot be opened.
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
@@ -42,12 +42,14 @@ MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 // What is accepted, and the limits:
 // * The name decides the format. Content that clearly is of another format is unreadable, and the sentence
 //   names it: reading it silently would hide that a collection is mislabelled.
-// * Byte-order marks, UTF-16 with a mark, CRLF and CR line ends, comments and numbers as nan, -nan(ind), 1.#INF
+// * Byte-order marks, UTF-16 with a mark, CRLF and CR line ends, comments and numbers as nan,
+// -nan(ind), 1.#INF
 //   or 1e400 (infinity) are read. 1,5 is not a number in any locale.
 // * A face that cannot be read keeps its number and has no corners; a coordinate that is not a number makes
 //   the file unreadable, because one decimal comma means thousands. Files whose faces all cannot be read are
 //   unreadable.
-// * A file that ends too early keeps the faces that are complete (missing_faces, missing_vertices). Where a text
+// * A file that ends too early keeps the faces that are complete (missing_faces, missing_vertices). Where a
+// text
 //   ends without a line end and rows are missing, the last row counts as missing: its last number may be cut.
 //   Without any face it is unreadable. Bytes behind the last promised element are counted as extra_data.
 // * STL: the size decides if it is binary. Facet f has the vertices 3 f .. 3 f + 2 of its own; facet normals

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/table.h"
+#include "io/table/table.h"
 
 namespace meander {
 

@@ -93,9 +93,25 @@ std::string user_block_text(std::uint64_t file_bytes, std::uint32_t checksum) {
   return text;
 }
 
+namespace {
+
+// Refuses a disk without room for the file while there is nothing yet that the library could not close.
+void require_space(const fs::path& path, std::uint64_t bytes) {
+  open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  try {
+    reserve_space(path, bytes);
+  } catch (...) {
+    ::unlink(path.c_str());
+    throw;
+  }
+}
+
+}  // namespace
+
 StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
                                  std::optional<RowRange> shard, std::uint64_t reserve)
     : path_(path), layout_(layout) {
+  require_space(path, reserve);
   const Hdf5Lock lock;
   try {
     file_ = Hdf5File(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, file_creation().get(), file_access(layout).get()),

@@ -1,4 +1,5 @@
-// Where a tensor field has no direction: indices, singularities, and cuts that join them (docs/METHODS.md 9.5).
+// Where a tensor field has no direction: indices, singularities, and cuts that join them
+// (docs/METHODS.md 9.5).
 #pragma once
 
 #include <array>

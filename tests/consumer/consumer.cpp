@@ -12,7 +12,11 @@ int main() {
   meander::set_samples(parameters, 1000);
   const meander::Row row = meander::sample_mesh(positions, faces, parameters);
   const double area = 4 * std::sqrt(3.0) / 4 * 8;
-  std::printf("%s by the method %s, %zu points, area %.6f\n", std::string(meander::name_of(row.report.status)).c_str(),
+  std::printf("%s by the method %s, %zu points, area %.6f\n",
+              std::string(meander::name_of(row.report.status)).c_str(),
               std::string(meander::name_of(row.report.method)).c_str(), row.samples.count(), row.report.area);
-  return row.report.status == meander::Status::ok && row.samples.count() == 1000 && std::abs(row.report.area - area) < 1e-9 ? 0 : 1;
+  return row.report.status == meander::Status::ok && row.samples.count() == 1000 &&
+                 std::abs(row.report.area - area) < 1e-9
+             ? 0
+             : 1;
 }

@@ -1,4 +1,4 @@
-#include "io/mesh/coloured_ply.h"
+#include "io/plot/coloured_ply.h"
 
 #include <stdexcept>
 

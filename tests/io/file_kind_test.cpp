@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "io/file_kind.h"
-#include "io/image/png_writer.h"
 #include "io/json_writer.h"
-#include "io/plot/csv_writer.h"
+#include "io/plot/png_writer.h"
 #include "io/plot/svg_plot.h"
 #include "io/store/store.h"
+#include "io/table/csv_writer.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "io/image/png_writer.h"
+#include "io/plot/png_writer.h"
 #include "kernels/core/status.h"
 #include "support/mesh_files.h"
 

@@ -1,4 +1,4 @@
-#include "io/image/png_writer.h"
+#include "io/plot/png_writer.h"
 
 #include <png.h>
 

@@ -1,4 +1,4 @@
-#include "io/plot/table.h"
+#include "io/table/table.h"
 
 #include <bit>
 #include <catch2/catch.hpp>
@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "io/plot/csv_writer.h"
-#include "io/plot/json_table.h"
-#include "io/plot/text_table.h"
+#include "io/plot/plot_table.h"
+#include "io/table/csv_writer.h"
+#include "io/table/json_table.h"
+#include "io/table/text_table.h"
 
 using namespace meander;
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "jobs/jobs.h"
+#include "jobs/laboratory.h"
 
 namespace {
 
@@ -37,4 +37,6 @@ void add_fault(meander::GraphStages& stages) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return meander::run_program(argc, argv, add_fault); }
+int main(int argc, char** argv) {
+  return meander::run_program(argc, argv, meander::program_laboratory(), add_fault);
+}

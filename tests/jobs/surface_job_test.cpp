@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "io/image/png_writer.h"
 #include "io/mesh/point_reader.h"
+#include "io/plot/png_writer.h"
 #include "io/store/store.h"
 #include "kernels/surface/surface.h"
 #include "support/mesh_files.h"

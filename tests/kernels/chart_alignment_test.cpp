@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "kernels/mesh/prepare_mesh.h"
-#include "support/spacing_formula.h"
 #include "support/hand_charts.h"
+#include "support/spacing_formula.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

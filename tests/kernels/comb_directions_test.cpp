@@ -6,8 +6,8 @@
 
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "support/spacing_formula.h"
 #include "support/hand_charts.h"
+#include "support/spacing_formula.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

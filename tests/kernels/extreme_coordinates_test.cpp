@@ -6,6 +6,8 @@
 #include <limits>
 #include <set>
 
+#include "kernels/analyse/certify_samples.h"
+#include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample_mesh.h"
 #include "support/test_meshes.h"
 
@@ -32,7 +34,6 @@ SampleParameters parameters_of(const MethodCase& method) {
   SampleParameters parameters;
   parameters.method = method.method;
   parameters.tensor_charts.form = method.form;
-  parameters.certify = method.method != MethodChoice::anisotropic;
   parameters.describe.descriptors = {Descriptor::d2, Descriptor::a3,       Descriptor::d1,    Descriptor::d3,
                                      Descriptor::d4, Descriptor::geodesic, Descriptor::basics};
   set_samples(parameters, samples);
@@ -43,7 +44,10 @@ Row sampled(const PolygonMesh& mesh, const SampleParameters& parameters) {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  return sample_mesh(positions, triangles_of(mesh), parameters);
+  Row row = sample_mesh(positions, triangles_of(mesh), parameters);
+  if (row.report.status == Status::ok && certificate_problems(parameters).empty())
+    certify_samples(row, prepare_mesh(mesh, {}), {});
+  return row;
 }
 
 PolygonMesh scaled(PolygonMesh mesh, double factor) {
@@ -167,7 +171,6 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
     parameters.curved = true;
     check_whole(sampled(mesh, parameters));
     parameters = parameters_of(methods[1]);
-    parameters.certify = false;
     parameters.density.kind = DensityKind::mean;
     check_whole(sampled(mesh, parameters));
     for (const NormalizeKind kind : {NormalizeKind::unit_box, NormalizeKind::unit_sphere}) {

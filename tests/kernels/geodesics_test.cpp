@@ -11,8 +11,8 @@
 
 #include "io/mesh/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
+#include "kernels/analyse/exact_geodesics.h"
 #include "kernels/core/random.h"
-#include "kernels/describe/exact_geodesics.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/collection.h"

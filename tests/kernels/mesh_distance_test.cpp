@@ -123,8 +123,8 @@ TEST_CASE("mesh_distance: concentric spheres") {
 
 TEST_CASE("mesh_distance: a coarse sphere inside a fine one") {
   // The distance to the sphere from an inscribed polyhedron of small equilateral triangles with edge h is
-  // h^2 / (8 R) on average and h^2 / (6 R) at most (docs/METHODS.md 11). The 1280 triangles are nearly so: their
-  // mean squared edge is 4 / sqrt(3) of the mean area.
+  // h^2 / (8 R) on average and h^2 / (6 R) at most (docs/METHODS.md 11). The 1280 triangles are nearly so:
+  // their mean squared edge is 4 / sqrt(3) of the mean area.
   const Surface coarse(icosphere(3)), fine(icosphere(5));
   const MeshDistance found = measure(coarse, fine, samples(20000));
   const double squared_edge = 4 / std::sqrt(3.0) * 4 * std::numbers::pi / 1280;

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "kernels/analyse/certify_samples.h"
 #include "pipeline/memory_estimate.h"
 #include "pipeline/sampling_graph.h"
 #include "support/allocation_counter.h"
@@ -28,6 +29,7 @@ constexpr std::array<int, 3> thread_counts = {1, 2, 16};
 struct Setting {
   std::string name;
   SampleParameters parameters;
+  bool certify = false;
 };
 
 // The ways through the stages that differ in what they hold.
@@ -43,11 +45,10 @@ std::vector<Setting> settings(std::uint32_t samples) {
   add("conformal", [](P&) {});
   add("elements", [](P& p) { p.locate = LocatorKind::elements; });
   add("direct", [](P& p) { p.method = MethodChoice::direct; });
-  add("direct certify", [](P& p) {
-    p.method = MethodChoice::direct;
-    p.certify = true;
-  });
-  add("conformal curved certify", [](P& p) { p.curved = p.certify = true; });
+  add("direct certify", [](P& p) { p.method = MethodChoice::direct; });
+  all.back().certify = true;
+  add("conformal curved certify", [](P& p) { p.curved = true; });
+  all.back().certify = true;
   add("direct mean density, curved", [](P& p) {
     p.method = MethodChoice::direct;
     p.density.kind = DensityKind::mean;
@@ -74,9 +75,15 @@ struct Peak {
   double ratio() const { return measured / reserved; }
 };
 
+// The stage that --certify adds.
+void certify(GraphItem& item) {
+  release_curves(item.model);
+  certify_samples(item.model.row, item.model.mesh, item.model.cancel);
+}
+
 // One model through all stages, alone.
-Peak peak_of(const fs::path& path, const SampleParameters& parameters, int threads,
-             const EmbreeDevice& device) {
+Peak peak_of(const fs::path& path, const Setting& setting, int threads, const EmbreeDevice& device) {
+  const SampleParameters& parameters = setting.parameters;
   PlanItem plan;
   plan.id = path.filename().string();
   plan.path = path;
@@ -84,7 +91,8 @@ Peak peak_of(const fs::path& path, const SampleParameters& parameters, int threa
   GraphParameters graph;
   graph.sample = parameters;
   graph.threads = threads;
-  const GraphStages stages = sampling_stages(graph.sample, &device);
+  GraphStages stages = sampling_stages(graph.sample, &device);
+  if (setting.certify) stages.push_back({"certify_samples", certify});
   Peak peak;
   peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
   const std::int64_t before = allocated_bytes();
@@ -110,9 +118,9 @@ void check_models(const std::vector<fs::path>& models, const Setting& setting, i
   double highest = 0;
   std::vector<double> ratios;
   std::string of;
-  peak_of(models.front(), setting.parameters, threads, device);  // what threads and libraries take once
+  peak_of(models.front(), setting, threads, device);  // what threads and libraries take once
   for (const fs::path& path : models) {
-    const Peak peak = peak_of(path, setting.parameters, threads, device);
+    const Peak peak = peak_of(path, setting, threads, device);
     ratios.push_back(peak.ratio());
     if (peak.ratio() > highest) of = path.filename().string() + " in " + peak.stage;
     highest = std::max(highest, peak.ratio());

@@ -1,0 +1,53 @@
+// What the laboratory (measures, comparators, figures, pictures) adds to the program. The product knows it by
+// this interface alone and works without it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/store/store.h"
+#include "jobs/jobs.h"
+#include "jobs/retrieve_base.h"
+#include "kernels/sample_mesh.h"
+
+namespace meander {
+
+class Laboratory {
+ public:
+  virtual ~Laboratory() = default;
+
+  // Subcommands, as in jobs.h.
+  virtual JobFunction add_measure_job(CLI::App& program) const = 0;
+  virtual JobFunction add_figures_job(CLI::App& program) const = 0;
+
+  // `run --certify`: why these parameters rule it out (one sentence each), its columns, and its stage, which
+  // goes behind all others.
+  virtual std::vector<std::string> certificate_problems(const SampleParameters& parameters) const = 0;
+  virtual std::vector<DescriptorSchema> certificate_columns() const = 0;
+  virtual void add_certificate_stage(GraphStages& stages) const = 0;
+
+  // Pictures. A file that is there is replaced; callers have checked that it may be.
+  // PNG: a sheet of the sampled models of these rows, which are ok.
+  virtual void draw_models(const std::filesystem::path& file, const StoreReader& store,
+                           std::span<const std::uint64_t> rows) const = 0;
+  // SVG: precision over recall, means and (per_class) every scored class.
+  virtual void draw_precision(const std::filesystem::path& file, const std::string& title,
+                              const RetrievalBase& base, const RetrievalTask& task,
+                              const RetrievalSummary& summary, bool per_class) const = 0;
+  // SVG or PNG by the extension: classes of the nearest models (summary.confusion) by scored class.
+  virtual void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base,
+                              const RetrievalTask& task, const RetrievalSummary& summary) const = 0;
+};
+
+// The laboratory of this program, null when it was built without. Defined in the library that is linked:
+// jobs/laboratory or without_laboratory.cpp.
+const Laboratory* program_laboratory();
+
+// Throws UsageError when there is no laboratory. `wish`: the command or option that needs one.
+const Laboratory& require_laboratory(const Laboratory* laboratory, std::string_view wish);
+
+}  // namespace meander

@@ -1,0 +1,58 @@
+#include "jobs/laboratory/figures/figure_models.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "kernels/surface/surface.h"
+
+namespace meander {
+
+FigureMesh torus_mesh(std::uint32_t around, std::uint32_t across) {
+  FigureMesh mesh;
+  mesh.name = "torus";
+  std::vector<double> u, v;
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      u.push_back(static_cast<double>(i) / around);
+      v.push_back(static_cast<double>(j) / across);
+    }
+  std::vector<Vector3> positions(u.size());
+  make_surface("torus")->positions(u, v, positions);
+  for (const Vector3& p : positions) mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const std::uint32_t next_i = (i + 1) % around, next_j = (j + 1) % across;
+      const std::uint32_t a = i * across + j, b = next_i * across + j, c = next_i * across + next_j,
+                          d = i * across + next_j;
+      mesh.faces.insert(mesh.faces.end(), {a, b, c, a, c, d});
+    }
+  return mesh;
+}
+
+FigureMesh sphere_mesh(std::uint32_t rings) {
+  FigureMesh mesh;
+  mesh.name = "sphere";
+  const std::uint32_t sectors = 2 * rings, south = 1 + (rings - 1) * sectors;
+  const auto vertex = [&](std::uint32_t ring, std::uint32_t sector) {
+    return ring == 0 ? 0 : ring == rings ? south : 1 + (ring - 1) * sectors + sector % sectors;
+  };
+  mesh.positions = {0, 0, 1};
+  for (std::uint32_t i = 1; i < rings; ++i)
+    for (std::uint32_t j = 0; j < sectors; ++j) {
+      const double polar = std::numbers::pi * i / rings, around = 2 * std::numbers::pi * j / sectors;
+      mesh.positions.insert(mesh.positions.end(), {std::sin(polar) * std::cos(around),
+                                                   std::sin(polar) * std::sin(around), std::cos(polar)});
+    }
+  mesh.positions.insert(mesh.positions.end(), {0, 0, -1});
+  for (std::uint32_t i = 0; i < rings; ++i)
+    for (std::uint32_t j = 0; j < sectors; ++j) {
+      const std::uint32_t a = vertex(i, j), b = vertex(i, j + 1), c = vertex(i + 1, j),
+                          d = vertex(i + 1, j + 1);
+      if (i > 0) mesh.faces.insert(mesh.faces.end(), {a, c, b});
+      if (i + 1 < rings) mesh.faces.insert(mesh.faces.end(), {b, c, d});
+    }
+  return mesh;
+}
+
+}  // namespace meander

@@ -1,0 +1,15 @@
+// The meshes that figures make themselves.
+#pragma once
+
+#include <cstdint>
+
+#include "jobs/laboratory/figures/figure_set.h"
+
+namespace meander {
+
+// A torus of radii 1 and 0.5: 2 around x across triangles.
+FigureMesh torus_mesh(std::uint32_t around, std::uint32_t across);
+// The unit sphere by latitude and longitude: rings x 2 rings quadrilaterals, one vertex at each pole.
+FigureMesh sphere_mesh(std::uint32_t rings);
+
+}  // namespace meander

@@ -1,0 +1,162 @@
+// meander figures: the survey's figures, remade.
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+#include "io/mesh/mapped_file.h"
+#include "io/mesh/mesh_reader.h"
+#include "io/whole_file.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/laboratory/commands.h"
+#include "jobs/laboratory/figures/figure_models.h"
+#include "jobs/laboratory/figures/figure_set.h"
+#include "jobs/laboratory/measured_sets.h"
+#include "jobs/output_guard.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FiguresOptions {
+  std::string folder;
+  std::vector<std::string> models;
+  std::vector<std::string> only;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  bool quick = false;
+};
+
+struct FigureName {
+  const char* name;
+  void (*draw)(FigureSet&);
+};
+constexpr FigureName figure_names[] = {
+    {"1", draw_point_sets},
+    {"2", draw_stretched_plane},
+    {"3", draw_curves},
+    {"4-plane", draw_plane_discrepancy},
+    {"4-sphere", draw_sphere_discrepancy},
+    {"4-mesh", draw_mesh_discrepancy},
+    {"5", draw_density_discrepancy},
+    {"6", draw_surfaces},
+    {"8", draw_adaptive_curve},
+    {"12", draw_tensor_fields},
+    {"13", draw_segments},
+    {"14", draw_anisotropic_samples},
+    {"15", draw_tensor_discrepancy},
+    {"16", draw_spectra},
+    {"16-tensor", draw_tensor_differences},
+    {"21", draw_mesh_distances},
+    {"22-24", draw_distance_histograms},
+    {"24-floor", draw_histogram_floors},
+    {"25-26", draw_geodesic_histograms},
+};
+
+FigureMesh read_model(const std::string& path) {
+  MeshFormat format{};
+  if (!mesh_format_of(path, format)) throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
+  const PolygonMesh mesh = about_file(path, [&] { return read_mesh(MappedFile(path).bytes(), format); });
+  FigureMesh result;
+  result.name = fs::path(path).stem().string();
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    result.positions.insert(result.positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  if (mesh.corners.size() != 3 * mesh.polygon_count())
+    throw UsageError("`" + path + "` has faces that are no triangles; the figures take triangle meshes");
+  result.faces = mesh.corners;
+  return result;
+}
+
+// The page and the files of earlier figures, which the new ones may replace.
+void check_outputs(const FiguresOptions& options) {
+  OutputGuard guard;
+  for (const std::string& model : options.models) guard.protect(model);
+  guard.check_folder(options.folder, "-o");
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options.folder, none)) {
+    if (!is_figure_file(entry.path().filename().string())) continue;
+    const std::string extension = entry.path().extension().string();
+    if (extension == ".svg") guard.check(entry.path(), {FileKind::svg}, "-o");
+    if (extension == ".png") guard.check(entry.path(), {FileKind::png}, "-o");
+    if (extension == ".csv") guard.check(entry.path(), {FileKind::csv}, "-o");
+    if (extension == ".json") guard.check(entry.path(), {FileKind::json}, "-o");
+    if (extension == ".ply") guard.check(entry.path(), {FileKind::ply_mesh, FileKind::ply_points}, "-o");
+  }
+  guard.check(fs::path(options.folder) / "index.html", {FileKind::html}, "-o", Existing::replace, true);
+}
+
+int draw_figures(const FiguresOptions& options) {
+  check_outputs(options);
+  std::vector<FigureMesh> meshes;
+  for (const std::string& model : options.models) {
+    meshes.push_back(read_model(model));
+    for (std::size_t i = 0; i + 1 < meshes.size(); ++i)
+      if (meshes[i].name == meshes.back().name)
+        throw UsageError("two models are called `" + meshes.back().name + "`: their figures would be one");
+  }
+  if (meshes.empty()) meshes.push_back(torus_mesh(96, 48));  // for machines without models
+  fs::create_directories(options.folder);
+  const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  FigureSet figures(options.folder, options.quick, options.seed, std::move(meshes),
+                    [&](const std::string& text) { fmt::print(stderr, "{:7.1f} s  {}\n", seconds(), text); });
+  figures.page.title = "The survey's figures, measured again";
+  figures.page.introduction = {{"",
+                                "Figures of the survey \"Fast Low-discrepancy Sampling of Parametric "
+                                "Surfaces and Meshes\", remade from "
+                                "its description: what was measured here stands beside what the survey "
+                                "claims. The numbers behind each "
+                                "picture are in the CSV files."}};
+  for (const FigureName& figure : figure_names)
+    if (options.only.empty() ||
+        std::find(options.only.begin(), options.only.end(), figure.name) != options.only.end())
+      figure.draw(figures);
+  figures.page.footer =
+      fmt::format("meander {}, seed {}{}", meander_version, options.seed, options.quick ? ", --quick" : "");
+  const fs::path page = fs::path(options.folder) / "index.html";
+  write_whole_file(page, html_page(figures.page));
+  fmt::print("{} figures in {}, {:.0f} s\n", figures.page.figures.size(), page.string(), seconds());
+  return exit_done;
+}
+
+}  // namespace
+
+JobFunction add_figures_job(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "figures", "Remake the survey's figures: pictures, data and a page that shows them");
+  auto options = std::make_shared<FiguresOptions>();
+  command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
+      ->required();
+  command->add_option(
+      "--models", options->models,
+      "Triangle meshes for figures 4, 12 - 14, 16 and 22 to 26 (a torus made here when left out)");
+  std::vector<std::string> names;
+  for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
+  command->add_option("--only", options->only, "Draw these figures only")
+      ->delimiter(',')
+      ->check(OneOf(names));
+  command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")
+      ->capture_default_str()
+      ->check(WholeNumber());
+  command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--quick", options->quick, "Fewer points, shapes and sets: minutes instead of an hour");
+  return [options] { return draw_figures(*options); };
+}
+
+}  // namespace meander

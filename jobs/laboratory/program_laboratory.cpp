@@ -1,0 +1,75 @@
+// The laboratory as the program knows it.
+#include "io/plot/png_writer.h"
+#include "jobs/laboratory.h"
+#include "jobs/laboratory/commands.h"
+#include "jobs/laboratory/retrieval_pictures.h"
+#include "kernels/analyse/certify_samples.h"
+#include "kernels/render/contact_sheet.h"
+
+namespace meander {
+
+namespace {
+
+class WholeLaboratory final : public Laboratory {
+ public:
+  JobFunction add_measure_job(CLI::App& program) const override { return meander::add_measure_job(program); }
+  JobFunction add_figures_job(CLI::App& program) const override { return meander::add_figures_job(program); }
+
+  std::vector<std::string> certificate_problems(const SampleParameters& parameters) const override {
+    return meander::certificate_problems(parameters);
+  }
+
+  std::vector<DescriptorSchema> certificate_columns() const override {
+    return {{certificate_box_error,
+             1,
+             {{"meaning",
+               "root mean square error over 1000 random rotated boxes with exact areas, relative to random "
+               "points; smaller is better"}},
+             "certificate"},
+            {certificate_rho,
+             1,
+             {{"meaning",
+               "smallest distance between samples over that of a hexagonal lattice of the same density"}},
+             "certificate"}};
+  }
+
+  void add_certificate_stage(GraphStages& stages) const override {
+    stages.push_back({"certify_samples", [](GraphItem& item) {
+                        release_curves(item.model);
+                        certify_samples(item.model.row, item.model.mesh, item.model.cancel);
+                      }});
+  }
+
+  void draw_models(const std::filesystem::path& file, const StoreReader& store,
+                   std::span<const std::uint64_t> rows) const override {
+    std::vector<Row> content(rows.size());
+    std::vector<SheetModel> models(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      content[i] = store.read_row(rows[i]);
+      const double scale = content[i].report.scale;
+      models[i] = {content[i].samples.points, content[i].samples.normals,
+                   content[i].report.area / (scale * scale), store.id(rows[i])};
+    }
+    write_png(file, contact_sheet(models));
+  }
+
+  void draw_precision(const std::filesystem::path& file, const std::string& title, const RetrievalBase& base,
+                      const RetrievalTask& task, const RetrievalSummary& summary,
+                      bool per_class) const override {
+    draw_precision_over_recall(file, title, base, task, summary, per_class);
+  }
+
+  void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base, const RetrievalTask& task,
+                      const RetrievalSummary& summary) const override {
+    draw_confusion_matrix(file, base, task, summary);
+  }
+};
+
+}  // namespace
+
+const Laboratory* program_laboratory() {
+  static const WholeLaboratory laboratory;
+  return &laboratory;
+}
+
+}  // namespace meander

@@ -1,0 +1,33 @@
+#include "kernels/analyse/certify_samples.h"
+
+#include <limits>
+
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/analyse/spacing.h"
+#include "kernels/sample/point_frames.h"
+
+namespace meander {
+
+std::vector<std::string> certificate_problems(const SampleParameters& parameters) {
+  std::vector<std::string> problems;
+  if (parameters.method == MethodChoice::anisotropic)
+    problems.push_back("certify compares samples with area: the method anisotropic does not follow it");
+  if (parameters.density.kind != DensityKind::uniform)
+    problems.push_back("certify compares samples with area: it needs the uniform density");
+  return problems;
+}
+
+void certify_samples(Row& row, const PreparedMesh& mesh, const CancelToken& cancel) {
+  const std::vector<double> points = working_points(row.report, row.samples.points, mesh);
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
+  cancel.check();
+  const float box_error = boxes.empty() ? unknown : static_cast<float>(box_error_ratio(boxes, points));
+  const float rho = points.size() < 6
+                        ? unknown
+                        : static_cast<float>(spacing_of(nearest_distances(points), mesh.total_area).rho);
+  row.descriptors.push_back({certificate_box_error, {box_error}});
+  row.descriptors.push_back({certificate_rho, {rho}});
+}
+
+}  // namespace meander

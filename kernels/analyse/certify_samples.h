@@ -1,0 +1,26 @@
+// The quality of a model's own samples, as descriptors of its row.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/sample/samples.h"
+#include "kernels/sample_mesh.h"
+
+namespace meander {
+
+// What certify_samples measures, as names of descriptors.
+inline constexpr const char* certificate_box_error = "box_rms_ratio";  // see box_error_ratio
+inline constexpr const char* certificate_rho = "rho";                  // see spacing_of
+
+// Why samples made with these parameters cannot be certified, one sentence each; empty when they can.
+std::vector<std::string> certificate_problems(const SampleParameters& parameters);
+
+// Appends two descriptors of one value to a row with samples: the error over 1000 rotated boxes relative to
+// random samples, and rho. NaN where the surface has no such boxes, or one sample has no neighbour. `mesh`:
+// the surface that they were sampled from. Throws what `cancel` throws. O(F + N log N).
+void certify_samples(Row& row, const PreparedMesh& mesh, const CancelToken& cancel);
+
+}  // namespace meander
