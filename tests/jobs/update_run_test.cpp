@@ -172,6 +172,37 @@ TEST_CASE("second run: a vanished input is named and its row kept, until it is a
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
+TEST_CASE("second run: --retry vanished takes no row out while some inputs could not be searched") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+  fs::remove(c.in / "m4.off");
+  fs::create_symlink(c.scratch / "nowhere", c.in / "disk");
+  const ProcessResult refused = c.run({"--retry", "vanished"});
+  INFO(refused.err);
+  CHECK(refused.exit_code == 2);
+  CHECK(says(refused, "may not have vanished"));
+  CHECK(c.bytes() == before);
+  fs::remove(c.in / "disk");
+  CHECK(c.run({"--retry", "vanished"}).exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: the unfinished work of another command is left to that command") {
+  const Collection c;
+  REQUIRE(c.run().exit_code == 0);
+  const std::string before = c.bytes();
+  { RunDirectory other(c.store, RunPlan{StoreReader(c.store).header(), "describe its rows"}); }
+  const ProcessResult refused = c.run();
+  INFO(refused.err);
+  CHECK(refused.exit_code == 2);
+  CHECK(says(refused, "was begun to describe its rows"));
+  CHECK(c.bytes() == before);
+  CHECK(fs::exists(c.scratch / "s.h5.run"));
+  CHECK(c.run({"--fresh"}).exit_code == 0);
+  CHECK(c.bytes() == before);
+}
+
 TEST_CASE("second run: an unfinished run is finished first, then new inputs join") {
   const Collection c;
   const ProcessResult stopped = run_process(c.command(), slow(400, 800));
