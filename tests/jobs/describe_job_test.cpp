@@ -242,7 +242,7 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   for (const bool fresh : {false, true}) {
     std::vector<std::string> more = {"--descriptors", "a3", "-o", c.path("there.h5")};
     if (fresh) more.emplace_back("--fresh");
-    CHECK(contains(error_of(more), "is a text file: only a Meander store is replaced here"));
+    CHECK(contains(error_of(more), "is a text file: this command replaces only a Meander store"));
     CHECK(read_file(c.path("there.h5")) == "mine");
   }
   fs::create_directories(c.path("half.h5.run"));

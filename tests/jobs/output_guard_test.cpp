@@ -62,7 +62,7 @@ TEST_CASE("output guard: a file is replaced by its own kind alone") {
   CHECK(check(scratch / "empty", FileKind::csv).empty());
   CHECK(check(scratch / "new.csv", FileKind::csv).empty());
   CHECK(check("", FileKind::csv).empty());
-  CHECK(says(check(scratch / "named.csv", FileKind::csv), "is an OFF mesh: only a CSV table is replaced"));
+  CHECK(says(check(scratch / "named.csv", FileKind::csv), "is an OFF mesh: this command replaces only a CSV table"));
   CHECK(says(check(scratch / "s.h5", FileKind::csv), "is a Meander store"));
   CHECK(says(check(scratch / "s.h5", FileKind::hdf5), "is a Meander store"));
   CHECK(says(check(scratch / "a.csv", FileKind::csv, {}, Existing::keep), "exists (--fresh replaces it)"));
@@ -132,7 +132,7 @@ TEST_CASE("output guard: a store replaces a store, and is never made of what the
   CHECK(check_run(scratch / "s.h5", inputs).empty());
   CHECK(check_run(scratch / "new.h5", inputs).empty());
   CHECK(says(check_run(scratch / "v/m.off", inputs), "is an input of this command"));
-  CHECK(says(check_run(scratch / "v/m.off"), "is an OFF mesh: only a Meander store is replaced"));
+  CHECK(says(check_run(scratch / "v/m.off"), "is an OFF mesh: this command replaces only a Meander store"));
   write_file(scratch / "h5py.h5", "\x89HDF\r\n\x1a\n and more");
   CHECK(says(check_run(scratch / "h5py.h5"), "is an HDF5 file"));
   write_file(scratch / "empty.h5", "");

@@ -97,7 +97,7 @@ TEST_CASE("outputs: run never turns an input into a store, and a mistake costs n
   for (const std::string name : {"v/m.off", "v/../v/m.off", "s2.h5"})
     for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--fresh"}})
       place.refuses(run(name, more), "is an input of this command");
-  place.refuses(run("m.off", {"--fresh"}), "is an OFF mesh: only a Meander store is replaced");
+  place.refuses(run("m.off", {"--fresh"}), "is an OFF mesh: this command replaces only a Meander store");
   place.refuses(run("notes.txt", {"--fresh"}), "is a text file");
   place.does(run("r.h5", {}));
   place.refuses(run("r.h5", {"--fresh", "--reuse", place.path("typo.h5")}), "typo.h5");

@@ -65,7 +65,7 @@ TEST_CASE("run --method anisotropic: mistakes are usage errors") {
     CHECK(result.exit_code == 2);
     CHECK(result.err.find(text) != std::string::npos);
   };
-  says({"--tensor", "curvatur"}, "none of curvature|isotropic|");
+  says({"--tensor", "curvatur"}, "not one of curvature|isotropic|");
   says({"--tensor", "constant:1,0,0,1,0"}, "six numbers");
   says({"--tensor", "constant:1,0,0,1,0,x"}, "six numbers");
   says({"--tensor", "constant:1,0,0,1,0,-1"}, "positive definite");
