@@ -2,7 +2,7 @@
 #include <Eigen/SparseCholesky>
 
 #include "bench/bench_shapes.h"
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander::bench {
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "bench/bench_shapes.h"
-#include "kernels/flatten/elimination_order.h"
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/sparse_cholesky.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/segment/seeds.h"
 #include "kernels/segment/segment_mesh.h"

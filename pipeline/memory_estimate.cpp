@@ -16,12 +16,12 @@ constexpr double bytes_per_file_triangle = 24;     // corners, offsets
 // Half-edges, slots, positions of half a vertex, areas, scratch.
 constexpr double bytes_per_prepared_triangle = 150;
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances
-// While a chart is looked for: the best one and the next, each with its cut and its triangulation.
-constexpr double bytes_per_tried_triangle = 560;
+// While a chart is looked for: the best cut with its map, the next cut with its triangulation.
+constexpr double bytes_per_tried_triangle = 300;
 // Field, metric, steps, a second mesh while segments are cut.
 constexpr double bytes_per_tensor_triangle = 450;
 constexpr double bytes_per_factor_entry = 12;     // double and index
-constexpr double bytes_per_factored_entry = 32;   // while it is made: matrix, factor, stack of updates
+constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, and the stack of updates
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;           // element, two sort arrays, result

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

@@ -8,7 +8,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

@@ -13,10 +13,10 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/parallel_lanes.h"
-#include "kernels/flatten/elimination_order.h"
-#include "kernels/flatten/intrinsic_delaunay.h"
-#include "kernels/flatten/intrinsic_disk.h"
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/intrinsic_delaunay.h"
+#include "kernels/solve/intrinsic_disk.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander {
 

@@ -9,7 +9,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector3.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

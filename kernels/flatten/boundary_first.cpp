@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "kernels/flatten/cotan_laplacian.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
+#include "kernels/solve/cotan_laplacian.h"
 
 namespace meander {
 
@@ -49,18 +49,19 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   map.u.assign(count, 0);
   map.v.assign(count, 0);
   map.log_scale.assign(count, 0);
-  const CornerGeometry corners = corner_geometry(disk.length);
   const std::vector<std::uint32_t> loop = boundary_half_edges(disk.triangles, disk.opposite, count);
   std::vector<std::uint8_t> on_boundary(count, 0);
   for (const std::uint32_t h : loop) on_boundary[disk.triangles[h]] = 1;
 
-  const DirichletLaplacian laplacian(disk, corners.half_cotangent, on_boundary, cancel);
+  std::vector<double> curvature(count);  // angle defects, at the boundary turning angles
+  for (std::uint32_t v = 0; v < count; ++v) curvature[v] = (on_boundary[v] ? 1 : 2) * std::numbers::pi;
+  CornerGeometry corners = corner_geometry(disk.length);
+  for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
+  corners.angle = {};
+  const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel);
   if (!laplacian.factorised()) return map;
   map.elimination = laplacian.elimination();
 
-  std::vector<double> curvature(count);  // angle defects, at the boundary turning angles
-  for (std::uint32_t v = 0; v < count; ++v) curvature[v] = (on_boundary[v] ? 1 : 2) * std::numbers::pi;
-  for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
   std::vector<double> right(count);
   for (std::uint32_t v = 0; v < count; ++v) right[v] = -curvature[v];
   laplacian.solve(right, map.log_scale);

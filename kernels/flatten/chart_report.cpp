@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/core/portable_angles.h"
 #include "kernels/flatten/orient2d.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
 

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <span>
 #include <utility>
 
 #include "kernels/flatten/boundary_first.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/fit_square.h"
-#include "kernels/flatten/intrinsic_delaunay.h"
 #include "kernels/flatten/mean_value.h"
 #include "kernels/flatten/repair_flips.h"
+#include "kernels/solve/intrinsic_delaunay.h"
 
 namespace meander {
 
@@ -20,29 +20,16 @@ constexpr std::uint32_t seams_per_try = 4;  // protrusions that get a seam in on
 constexpr std::uint32_t patience =
     2;  // attempts with too little progress in distortion before the search ends
 
-// A cut chart with its geometry, shared by all attempts on this cut.
-struct CutDisk {
-  CutChart cut;
-  ChartGeometry geometry;
-  IntrinsicDisk disk;  // mollified
-  // In a metric most triangulations are far from Delaunay, so the intrinsic Delaunay triangulation is used
-  // from the first attempt on.
-  std::optional<IntrinsicDisk> delaunay;
-
-  const IntrinsicDisk& solved() const { return delaunay ? *delaunay : disk; }
-
-  CutDisk(const PreparedMesh& mesh, CutChart chart, const CancelToken& cancel) : cut(std::move(chart)) {
-    geometry = chart_geometry(mesh, cut);
-    disk.triangles = cut.triangles;
-    disk.opposite = cut.opposite;
-    disk.length = geometry.length;
-    disk.vertex_count = static_cast<std::uint32_t>(cut.vertex_count());
-    mollify(disk.length);
-    if (mesh.metric_length.empty()) return;
-    delaunay = disk;
-    make_intrinsic_delaunay(*delaunay, cancel);
-  }
-};
+// The chart as the solvers see it, mollified.
+IntrinsicDisk intrinsic_disk(const PreparedMesh& mesh, const CutChart& cut) {
+  IntrinsicDisk disk;
+  disk.triangles = cut.triangles;
+  disk.opposite = cut.opposite;
+  disk.length = chart_edge_lengths(mesh, cut);
+  disk.vertex_count = static_cast<std::uint32_t>(cut.vertex_count());
+  mollify(disk.length);
+  return disk;
+}
 
 struct Try {
   bool finite = false;
@@ -52,12 +39,15 @@ struct Try {
   double least_log_scale = 0;
   MapScan scan;
   std::uint32_t repaired = 0;
-  bool sound = false;  // no flips, no branch points
 };
 
-Try try_conformal(const CutDisk& chart, const IntrinsicDisk& disk, const CancelToken& cancel) {
+// Boundary first flattening of `disk`, a triangulation of the chart that is given back before the map is
+// scanned: memory is what limits how many models can be worked on at once.
+Try try_conformal(const PreparedMesh& mesh, const CutChart& cut, IntrinsicDisk disk,
+                  const CancelToken& cancel) {
   Try attempt;
   ConformalMap map = flatten_boundary_first(disk, cancel);
+  disk = {};
   attempt.log_scale = std::move(map.log_scale);
   attempt.elimination = std::move(map.elimination);
   attempt.finite = map.finite;
@@ -66,23 +56,22 @@ Try try_conformal(const CutDisk& chart, const IntrinsicDisk& disk, const CancelT
   attempt.v = std::move(map.v);
   fit_square(attempt.u, attempt.v);
   for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
-  attempt.scan = scan_map(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
+  attempt.scan = scan_map(chart_geometry(mesh, cut), cut.triangles, attempt.u, attempt.v);
   return attempt;
 }
 
-void judge(const CutDisk& chart, Try& attempt) {
-  attempt.sound = attempt.scan.flips == 0 && branch_points(chart.cut, attempt.u, attempt.v) == 0;
+// The first attempts on a cut. In a metric most triangulations are far from Delaunay, so the intrinsic
+// Delaunay triangulation is used at once.
+Try try_cut(const PreparedMesh& mesh, const CutChart& cut, std::span<const std::uint32_t> elimination,
+            const CancelToken& cancel) {
+  IntrinsicDisk disk = intrinsic_disk(mesh, cut);
+  if (!mesh.metric_length.empty()) make_intrinsic_delaunay(disk, cancel);
+  disk.elimination.assign(elimination.begin(), elimination.end());
+  return try_conformal(mesh, cut, std::move(disk), cancel);
 }
 
-// Repairs flips in place and decides whether the map is sound.
-void mend(const CutDisk& chart, Try& attempt, const CancelToken& cancel) {
-  if (!attempt.finite) return;
-  if (!attempt.scan.bad.empty()) {
-    attempt.repaired =
-        repair_flips(chart.disk, chart.geometry, attempt.scan.bad, attempt.u, attempt.v, cancel);
-    attempt.scan = scan_map(chart.geometry, chart.cut.triangles, attempt.u, attempt.v);
-  }
-  judge(chart, attempt);
+bool is_sound(const CutChart& cut, const Try& attempt) {
+  return attempt.finite && attempt.scan.flips == 0 && branch_points(cut, attempt.u, attempt.v) == 0;
 }
 
 // The tip of every connected region below the threshold, smallest scale first: one per protrusion.
@@ -152,13 +141,21 @@ bool better(const Try& a, const Try& b, const FlattenParameters& parameters) {
   return !shrunk(a, parameters) && a.scan.capped_distortion < b.scan.capped_distortion;
 }
 
-// Conformal attempts on charts with more and more seams; `chart` and `best` become the best of them. Returns
-// the number of seams that were added to it.
-std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenParameters& parameters,
-                                        const CancelToken& cancel, CutDisk& chart, Try& best) {
-  CutChart cut = chart.cut;
-  Try last = best;
-  std::uint32_t extra = 0, best_extra = 0, waited = 0;
+// A map on its own cut.
+struct MappedCut {
+  CutChart cut;
+  Try map;
+  std::uint32_t extra_seams = 0;
+};
+
+// Conformal attempts on cuts with more and more seams, as long as they help; the best of them.
+MappedCut best_conformal(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
+                         const CancelToken& cancel) {
+  Try last = try_cut(mesh, cut, {}, cancel);
+  // Seams only take vertices out of the interior: one order of elimination serves all attempts.
+  const std::vector<std::uint32_t> elimination = std::move(last.elimination);
+  MappedCut best{cut, last, 0};
+  std::uint32_t extra = 0, waited = 0;
   while (last.finite && extra < parameters.max_extra_seams) {
     const bool too_small = shrunk(last, parameters);
     if (!too_small && !(last.scan.capped_distortion > parameters.max_mean_distortion)) break;
@@ -166,66 +163,73 @@ std::uint32_t add_seams_while_they_help(const PreparedMesh& mesh, const FlattenP
         add_seams(mesh, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
     if (added == 0) break;
     extra += added;
-    CutDisk next(mesh, cut, cancel);
-    IntrinsicDisk& solved = next.delaunay ? *next.delaunay : next.disk;
-    solved.elimination = chart.solved().elimination;  // more seams, fewer interior vertices
-    Try attempt = try_conformal(next, solved, cancel);
+    last.u = last.v = {};
+    Try attempt = try_cut(mesh, cut, elimination, cancel);
     if (!attempt.finite) break;
     // Seams that bring less than half of their share of the improvement needed are counted; after two the
     // search ends.
     const double wanted = (last.scan.capped_distortion - parameters.max_mean_distortion) /
                           static_cast<double>(parameters.max_extra_seams - extra + 1);
     const bool enough = last.scan.capped_distortion - attempt.scan.capped_distortion >= 0.5 * wanted;
-    if (better(attempt, best, parameters)) {
-      best = attempt;
-      best_extra = extra;
-      chart = std::move(next);
-    }
+    if (better(attempt, best.map, parameters)) best = {cut, attempt, extra};
     if (!too_small && !enough && ++waited >= patience) break;
     last = std::move(attempt);
   }
-  return best_extra;
+  return best;
+}
+
+// A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
+// triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
+Method repair_map(const PreparedMesh& mesh, const CutChart& cut, const ChartGeometry& geometry,
+                  const FlattenParameters& parameters, Try& best, const CancelToken& cancel) {
+  const IntrinsicDisk disk = intrinsic_disk(mesh, cut);
+  const auto repair = [&](Try& attempt) {
+    if (attempt.finite && !attempt.scan.bad.empty()) {
+      attempt.repaired = repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel);
+      attempt.scan = scan_map(geometry, cut.triangles, attempt.u, attempt.v);
+    }
+    return is_sound(cut, attempt);
+  };
+  if (repair(best)) return Method::conformal;
+  if (mesh.metric_length.empty()) {
+    IntrinsicDisk delaunay = disk;
+    make_intrinsic_delaunay(delaunay, cancel);
+    Try second = try_conformal(mesh, cut, std::move(delaunay), cancel);
+    if (repair(second)) {
+      best = std::move(second);
+      return Method::conformal;
+    }
+  }
+  const double flips_allowed = parameters.max_flipped_share * static_cast<double>(cut.triangle_count());
+  if (best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed) return Method::conformal;
+  Try circle;
+  circle.finite = flatten_to_circle(disk, circle.u, circle.v);
+  cancel.check();
+  if (!circle.finite) return Method::none;
+  fit_square(circle.u, circle.v);
+  circle.scan = scan_map(geometry, cut.triangles, circle.u, circle.v);
+  best = std::move(circle);
+  return is_sound(cut, best) ? Method::mean_value : Method::none;
 }
 
 }  // namespace
 
-FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
+FlatChart flatten_chart(const PreparedMesh& mesh, CutChart chart, const FlattenParameters& parameters,
                         const CancelToken& cancel) {
-  CutDisk chart(mesh, std::move(cut), cancel);
-  Try best = try_conformal(chart, chart.solved(), cancel);
-  (chart.delaunay ? *chart.delaunay : chart.disk).elimination = best.elimination;
-  const std::uint32_t extra = add_seams_while_they_help(mesh, parameters, cancel, chart, best);
-  Method method = Method::conformal;
-  mend(chart, best, cancel);
-  if (!best.sound && !chart.delaunay) {
-    IntrinsicDisk delaunay = chart.disk;
-    make_intrinsic_delaunay(delaunay, cancel);
-    Try second = try_conformal(chart, delaunay, cancel);
-    mend(chart, second, cancel);
-    if (second.sound) best = std::move(second);
-  }
-  const double flips_allowed = parameters.max_flipped_share * static_cast<double>(chart.cut.triangle_count());
-  const bool tolerable = best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed;
-  if (!best.sound && !tolerable) {
-    Try circle;
-    circle.finite = flatten_to_circle(chart.disk, circle.u, circle.v);
-    cancel.check();
-    if (circle.finite) {
-      fit_square(circle.u, circle.v);
-      circle.scan = scan_map(chart.geometry, chart.cut.triangles, circle.u, circle.v);
-      judge(chart, circle);
-    }
-    method = circle.sound ? Method::mean_value : Method::none;
-    if (circle.finite) best = std::move(circle);
-  }
+  MappedCut found = best_conformal(mesh, std::move(chart), parameters, cancel);
+  CutChart& cut = found.cut;
+  Try& best = found.map;
+  const ChartGeometry geometry = chart_geometry(mesh, cut);
   FlatChart flat;
-  flat.report.method = method;
-  flat.report.extra_seams = extra;
+  flat.report.method = best.scan.bad.empty() && is_sound(cut, best)
+                           ? Method::conformal
+                           : repair_map(mesh, cut, geometry, parameters, best, cancel);
+  flat.report.extra_seams = found.extra_seams;
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);
   flat.v = std::move(best.v);
-  if (best.finite) fill_report(chart.geometry, best.scan, chart.cut, flat.u, flat.v, flat.report);
-  flat.cut = std::move(chart.cut);
+  if (best.finite) fill_report(geometry, best.scan, cut, flat.u, flat.v, flat.report);
+  flat.cut = std::move(cut);
   return flat;
 }
 

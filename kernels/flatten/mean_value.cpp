@@ -1,12 +1,13 @@
 #include "kernels/flatten/mean_value.h"
 
 #include <Eigen/LU>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
+#include "kernels/solve/sparse_lu.h"
 
 namespace meander {
 
@@ -23,22 +24,29 @@ double half_angle_tangent(const IntrinsicDisk& disk, std::uint32_t h) {
   return area4 < widest * rest ? area4 / rest : widest;
 }
 
-// Right-hand sides and coefficients of the equations of the free vertices, rows scaled to a unit diagonal.
+// The equations of the free vertices, rows scaled to a unit diagonal, and their right-hand sides.
 struct System {
-  std::vector<Eigen::Triplet<double, int>> coefficients;
-  Eigen::MatrixX2d right;
+  GraphMatrix matrix;
+  std::vector<double> right_u, right_v;
 };
 
-// `number` maps vertices to rows, no_index for fixed ones.
+// `number` maps vertices to rows, no_index for fixed ones. The vertices are interior, so each is a neighbour
+// of its neighbours: the pattern is symmetric.
 template <class Number>
 System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
                 std::span<const std::uint32_t> free_vertices, const Number& number, std::span<const double> u,
                 std::span<const double> v) {
   System system;
-  system.right.setZero(static_cast<Eigen::Index>(free_vertices.size()), 2);
-  system.coefficients.reserve(7 * free_vertices.size());
+  const std::size_t count = free_vertices.size();
+  system.right_u.assign(count, 0);
+  system.right_v.assign(count, 0);
+  system.matrix.diagonal.assign(count, 1);
+  system.matrix.graph.begin.assign(1, 0);
+  std::vector<std::uint32_t>& neighbours = system.matrix.graph.neighbours;
+  neighbours.reserve(6 * count);
+  system.matrix.values.reserve(6 * count);
   std::vector<double> weights;
-  for (std::size_t i = 0; i < free_vertices.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t first = leaving[free_vertices[i]];
     weights.clear();
     double total = 0;
@@ -48,39 +56,65 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
       total += weights.back();
       h = next_outgoing(disk, h);
     } while (h != first && h != no_index);
-    const auto row = static_cast<int>(i);
-    system.coefficients.emplace_back(row, row, 1.0);
     h = first;
     for (const double weight : weights) {
       const std::uint32_t other = disk.triangles[next_half_edge(h)];
       const std::uint32_t column = number(other);
       const double share = weight / total;
       if (column == no_index) {
-        system.right(row, 0) += share * u[other];
-        system.right(row, 1) += share * v[other];
+        system.right_u[i] += share * u[other];
+        system.right_v[i] += share * v[other];
       } else {
-        system.coefficients.emplace_back(row, static_cast<int>(column), -share);
+        neighbours.push_back(column);
+        system.matrix.values.push_back(-share);
       }
       h = next_outgoing(disk, h);
     }
+    system.matrix.graph.begin.push_back(static_cast<std::uint32_t>(neighbours.size()));
   }
   return system;
 }
 
-bool solve(const System& system, Eigen::MatrixX2d& solution) {
-  const Eigen::Index n = system.right.rows();
-  if (static_cast<std::size_t>(n) <= dense_limit) {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
-    for (const auto& c : system.coefficients) matrix(c.row(), c.col()) += c.value();
-    solution = matrix.partialPivLu().solve(system.right);
-  } else {
-    Eigen::SparseMatrix<double> matrix(n, n);
-    matrix.setFromTriplets(system.coefficients.begin(), system.coefficients.end());
-    Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> lu(matrix);
-    if (lu.info() != Eigen::Success) return false;
-    solution = lu.solve(system.right);
+// The solution replaces the right-hand sides. A small system is solved densely, which is faster.
+bool solve_dense(System& system) {
+  const auto n = static_cast<Eigen::Index>(system.right_u.size());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+  const UnknownGraph& graph = system.matrix.graph;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    matrix(i, i) = system.matrix.diagonal[i];
+    for (std::uint32_t e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
+      matrix(i, graph.neighbours[e]) += system.matrix.values[e];
   }
-  return solution.allFinite();
+  Eigen::MatrixX2d right(n, 2);
+  Eigen::Map<Eigen::VectorXd> u(system.right_u.data(), n), v(system.right_v.data(), n);
+  right << u, v;
+  const Eigen::MatrixX2d solution = matrix.partialPivLu().solve(right);
+  u = solution.col(0);
+  v = solution.col(1);
+  return true;
+}
+
+bool solve_sparse(System& system) {
+  const std::vector<std::uint32_t> order = elimination_order(system.matrix.graph);
+  SparseLu lu;
+  if (!lu.factorise(std::move(system.matrix), order)) return false;
+  lu.solve(system.right_u, system.right_v);
+  return true;
+}
+
+// Moves the free vertices to the solution; false, nothing moved, when there is none.
+bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
+           std::span<double> v) {
+  if (!(free_vertices.size() <= dense_limit ? solve_dense(system) : solve_sparse(system))) return false;
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (!std::all_of(system.right_u.begin(), system.right_u.end(), finite) ||
+      !std::all_of(system.right_v.begin(), system.right_v.end(), finite))
+    return false;
+  for (std::size_t i = 0; i < free_vertices.size(); ++i) {
+    u[free_vertices[i]] = system.right_u[i];
+    v[free_vertices[i]] = system.right_v[i];
+  }
+  return true;
 }
 
 }  // namespace
@@ -114,13 +148,7 @@ bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> 
     const auto at = std::lower_bound(rows.begin(), rows.end(), std::pair(vertex, 0u));
     return at != rows.end() && at->first == vertex ? at->second : no_index;
   };
-  Eigen::MatrixX2d solution;
-  if (!solve(assemble(disk, leaving, free_vertices, number, u, v), solution)) return false;
-  for (std::size_t i = 0; i < free_vertices.size(); ++i) {
-    u[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 0);
-    v[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 1);
-  }
-  return true;
+  return solve(assemble(disk, leaving, free_vertices, number, u, v), free_vertices, u, v);
 }
 
 bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v) {
@@ -150,14 +178,8 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::v
   }
   if (free_vertices.empty()) return true;
   const std::vector<std::uint32_t> leaving = leaving_half_edges(disk);
-  Eigen::MatrixX2d solution;
   const auto number_of = [&](std::uint32_t vertex) { return number[vertex]; };
-  if (!solve(assemble(disk, leaving, free_vertices, number_of, u, v), solution)) return false;
-  for (std::size_t i = 0; i < free_vertices.size(); ++i) {
-    u[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 0);
-    v[free_vertices[i]] = solution(static_cast<Eigen::Index>(i), 1);
-  }
-  return true;
+  return solve(assemble(disk, leaving, free_vertices, number_of, u, v), free_vertices, u, v);
 }
 
 }  // namespace meander

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/flatten/chart_report.h"
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
 

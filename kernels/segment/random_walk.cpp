@@ -7,8 +7,8 @@
 #include <string>
 
 #include "kernels/core/parallel.h"
-#include "kernels/flatten/elimination_order.h"
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander {
 

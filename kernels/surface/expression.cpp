@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "kernels/core/spelling.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "kernels/flatten/chart_report.h"
-#include "kernels/flatten/cotan_laplacian.h"
+#include "kernels/solve/cotan_laplacian.h"
 #include "kernels/flatten/repair_flips.h"
 
 namespace meander {
@@ -109,7 +109,7 @@ GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double>
   std::vector<std::uint8_t> pinned(disk.vertex_count, 0);
   if (pinned.empty()) return match;
   pinned[0] = 1;
-  const DirichletLaplacian laplacian(disk, weights, pinned, cancel);
+  const DirichletLaplacian laplacian(disk, {weights.begin(), weights.end()}, pinned, cancel);
   if (!laplacian.factorised()) return match;
   std::vector<double> right_u(disk.vertex_count, 0), right_v(disk.vertex_count, 0);
   for (std::uint32_t h = 0; h < disk.triangles.size(); ++h) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/flatten/flatten_chart.h"
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 #include "kernels/tensor/chart_alignment.h"
 #include "kernels/tensor/comb_directions.h"
 

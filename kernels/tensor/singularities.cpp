@@ -7,7 +7,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/cut/radix_heap.h"
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 #include "kernels/mesh/vertex_corners.h"
 
 namespace meander {

@@ -1,4 +1,4 @@
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "kernels/flatten/intrinsic_disk.h"
-#include "kernels/flatten/sparse_cholesky.h"
+#include "kernels/solve/intrinsic_disk.h"
+#include "kernels/solve/sparse_cholesky.h"
 
 namespace meander {
 
@@ -14,9 +14,9 @@ namespace meander {
 // weights are stored; A_II is assembled for the factorisation.
 class DirichletLaplacian {
  public:
-  // Half cotangents per half-edge as in CornerGeometry. `on_boundary` per vertex. Factorises A_II by sparse
-  // Cholesky. O(V^1.5). Throws timeout / RunCancelled.
-  DirichletLaplacian(const IntrinsicDisk& disk, std::span<const double> half_cotangent,
+  // Half cotangents per half-edge as in CornerGeometry, given back before the factorisation. `on_boundary`
+  // per vertex. Factorises A_II by sparse Cholesky. O(V^1.5). Throws timeout / RunCancelled.
+  DirichletLaplacian(const IntrinsicDisk& disk, std::vector<double> half_cotangent,
                      std::span<const std::uint8_t> on_boundary, const CancelToken& cancel);
 
   // False when the factorisation met a pivot that is not positive (rounding): solve() must not be called.
@@ -40,6 +40,7 @@ class DirichletLaplacian {
     double weight;
   };
   void number_unknowns(std::span<const std::uint8_t> on_boundary);
+  GraphMatrix interior_matrix(std::span<const double> half_cotangent);
   void find_order(const UnknownGraph& graph);
   void add_rim(std::span<const double> x, std::span<double> right) const;
 

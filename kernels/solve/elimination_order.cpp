@@ -1,4 +1,4 @@
-#include "kernels/flatten/elimination_order.h"
+#include "kernels/solve/elimination_order.h"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>

@@ -15,6 +15,12 @@ struct UnknownGraph {
   std::size_t count() const { return begin.size() - 1; }
 };
 
+// The matrix with A(i, neighbours[e]) = values[e], repeats added up, and A(i, i) = diagonal[i].
+struct GraphMatrix {
+  UnknownGraph graph;
+  std::vector<double> values, diagonal;
+};
+
 // Approximate minimum degree (Amestoy, Davis and Duff 1996): order[k] = the unknown eliminated k-th. About
 // 0.7 us an unknown. Geometric nested dissection is no faster here and produces twice the fill on strongly
 // curved surfaces.

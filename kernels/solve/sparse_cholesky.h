@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/flatten/elimination_order.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/supernodes.h"
 
 namespace meander {
 
 // A = L L^T by supernodes, multifrontal (Duff and Reid 1983; Liu 1992). Everything is sequential and
-// deterministic. Memory: the factor plus the stack of update matrices, together about twice the factor.
+// deterministic. Memory: the factor, the lower triangle of A and the stack of update matrices, which for a
+// mesh is a third of the factor.
 class SparseCholesky {
  public:
   // `values` beside graph.neighbours holds the entries off the diagonal (repeats are added up, no vertex
@@ -19,6 +21,8 @@ class SparseCholesky {
   // it is refined so that supernodes are contiguous. Throws timeout / RunCancelled.
   void factorise(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
                  std::span<const std::uint32_t> order, const CancelToken& cancel = {});
+  // The same; the memory of `matrix` is given back before the factor is made.
+  void factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {});
 
   // False when a pivot was not positive: the matrix is not positive definite, up to rounding.
   bool succeeded() const { return succeeded_; }
@@ -33,15 +37,13 @@ class SparseCholesky {
   void solve_many(std::span<double> b, std::size_t count) const;
 
  private:
-  // The strict lower triangle by columns, in the order of elimination.
-  struct Lower {
-    std::vector<std::uint32_t> begin, row;
-    std::vector<double> value, diagonal;
+  struct Permuted {
+    LowerTriangle lower;
+    std::vector<double> diagonal;
   };
-  Lower permute(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
-                std::span<const std::uint32_t> order);
-  void find_supernodes(const Lower& lower, std::span<const std::uint32_t> parent);
-  void find_rows(const Lower& lower);
+  Permuted analyse(const UnknownGraph& graph, std::span<const double> values,
+                   std::span<const double> diagonal, std::span<const std::uint32_t> order);
+  void factorise(const Permuted& matrix, const CancelToken& cancel);
   template <int Count>
   void solve_permuted(double* x) const;
   template <int Count>
@@ -49,14 +51,9 @@ class SparseCholesky {
   template <int Count>
   void solve_interleaved(std::span<double> b) const;
 
-  std::vector<std::uint32_t> place_;      // unknown -> column of the factor
-  std::vector<std::uint32_t> first_;      // supernodes + 1: first column
-  std::vector<std::uint32_t> parent_;     // supernode above, 0xFFFFFFFF at roots
-  std::vector<std::size_t> row_begin_;    // supernodes + 1 offsets into rows_
-  std::vector<std::uint32_t> rows_;       // rows of a supernode's panel, ascending, its own columns first
+  Supernodes nodes_;
   std::vector<std::size_t> panel_begin_;  // supernodes + 1 offsets into panel_
   std::vector<double> panel_;             // rows x columns of every supernode, by columns
-  std::vector<std::uint32_t> tree_;       // column -> next column up the elimination tree
   bool succeeded_ = false;
 };
 

@@ -1,11 +1,11 @@
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "kernels/flatten/portable_angles.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 

@@ -1,4 +1,4 @@
-#include "kernels/flatten/cotan_laplacian.h"
+#include "kernels/solve/cotan_laplacian.h"
 
 #include <algorithm>
 #include <utility>
@@ -40,44 +40,52 @@ void DirichletLaplacian::find_order(const UnknownGraph& graph) {
   order_ = elimination_order(graph);
 }
 
-DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::span<const double> half_cotangent,
-                                       std::span<const std::uint8_t> on_boundary, const CancelToken& cancel)
-    : disk_(disk) {
-  number_unknowns(on_boundary);
-  UnknownGraph graph;
-  graph.begin.assign(vertex_.size() + 1, 0);
-  std::vector<double> diagonal(vertex_.size(), 0);
-  for_each_edge(disk, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
+// A_II; edges at the boundary go to rim_.
+GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cotangent) {
+  GraphMatrix matrix;
+  std::vector<std::uint32_t>&begin = matrix.graph.begin, &neighbours = matrix.graph.neighbours;
+  begin.assign(vertex_.size() + 1, 0);
+  matrix.diagonal.assign(vertex_.size(), 0);
+  for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     const std::uint32_t i = unknown_[a], j = unknown_[b];
-    if (i != no_index) diagonal[i] += weight;
-    if (j != no_index) diagonal[j] += weight;
+    if (i != no_index) matrix.diagonal[i] += weight;
+    if (j != no_index) matrix.diagonal[j] += weight;
     if (i != no_index && j != no_index) {
-      ++graph.begin[i + 1];
-      ++graph.begin[j + 1];
+      ++begin[i + 1];
+      ++begin[j + 1];
     } else {
       rim_.push_back(j == no_index ? RimEdge{a, b, weight} : RimEdge{b, a, weight});
     }
   });
-  for (std::size_t i = 0; i < vertex_.size(); ++i) graph.begin[i + 1] += graph.begin[i];
-  graph.neighbours.resize(graph.begin.back());
-  std::vector<double> values(graph.begin.back());
-  std::vector<std::uint32_t> cursor(graph.begin.begin(), graph.begin.end() - 1);
-  for_each_edge(disk, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
+  for (std::size_t i = 0; i < vertex_.size(); ++i) begin[i + 1] += begin[i];
+  neighbours.resize(begin.back());
+  matrix.values.resize(begin.back());
+  std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
+  for_each_edge(disk_, half_cotangent, [&](std::uint32_t a, std::uint32_t b, double weight) {
     const std::uint32_t i = unknown_[a], j = unknown_[b];
     if (i == no_index || j == no_index) return;
-    graph.neighbours[cursor[i]] = j;
-    values[cursor[i]++] = -weight;
-    graph.neighbours[cursor[j]] = i;
-    values[cursor[j]++] = -weight;
+    neighbours[cursor[i]] = j;
+    matrix.values[cursor[i]++] = -weight;
+    neighbours[cursor[j]] = i;
+    matrix.values[cursor[j]++] = -weight;
   });
+  return matrix;
+}
+
+DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<double> half_cotangent,
+                                       std::span<const std::uint8_t> on_boundary, const CancelToken& cancel)
+    : disk_(disk) {
+  number_unknowns(on_boundary);
+  GraphMatrix matrix = interior_matrix(half_cotangent);
+  half_cotangent = {};
   cancel.check();
   if (vertex_.empty()) {
     factorised_ = true;
     return;
   }
-  find_order(graph);
+  find_order(matrix.graph);
   cancel.check();
-  cholesky_.factorise(graph, values, diagonal, order_, cancel);
+  cholesky_.factorise(std::move(matrix), order_, cancel);
   factorised_ = cholesky_.succeeded();
 }
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "kernels/flatten/intrinsic_disk.h"
+#include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
 

@@ -1,4 +1,4 @@
-#include "kernels/flatten/intrinsic_delaunay.h"
+#include "kernels/solve/intrinsic_delaunay.h"
 
 #include <algorithm>
 #include <cmath>

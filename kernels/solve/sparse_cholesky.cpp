@@ -1,0 +1,276 @@
+#include "kernels/solve/sparse_cholesky.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t small_front = 24;  // columns below which plain loops beat blocked products
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+using Panel = Eigen::Map<Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
+
+// Factorises the first `columns` columns of the lower triangle of a dense front and updates the rest.
+bool factorise_front(double* front, std::size_t rows, std::size_t columns) {
+  if (columns >= small_front) {
+    const auto n = static_cast<Eigen::Index>(rows), w = static_cast<Eigen::Index>(columns);
+    Panel all(front, n, n, Eigen::OuterStride<>(n));
+    Eigen::Ref<Matrix, 0, Eigen::OuterStride<>> top(all.topLeftCorner(w, w));
+    Eigen::LLT<Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>, Eigen::Lower> cholesky(top);
+    if (cholesky.info() != Eigen::Success) return false;
+    if (n == w) return true;
+    auto below = all.bottomLeftCorner(n - w, w);
+    all.topLeftCorner(w, w).triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
+    all.bottomRightCorner(n - w, n - w).selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+    return true;
+  }
+  for (std::size_t j = 0; j < columns; ++j) {
+    double* column = front + j * rows;
+    if (!(column[j] > 0)) return false;
+    const double pivot = std::sqrt(column[j]), inverse = 1 / pivot;
+    column[j] = pivot;
+    for (std::size_t i = j + 1; i < rows; ++i) column[i] *= inverse;
+    for (std::size_t k = j + 1; k < columns; ++k) {
+      const double factor = column[k];
+      double* target = front + k * rows;
+      for (std::size_t i = k; i < rows; ++i) target[i] -= factor * column[i];
+    }
+  }
+  for (std::size_t k = columns; k < rows; ++k) {
+    double* target = front + k * rows;
+    std::size_t j = 0;
+    for (; j + 3 < columns; j += 4) {
+      const double *a = front + j * rows, *b = a + rows, *c = b + rows, *d = c + rows;
+      const double fa = a[k], fb = b[k], fc = c[k], fd = d[k];
+      for (std::size_t i = k; i < rows; ++i) target[i] -= (fa * a[i] + fb * b[i]) + (fc * c[i] + fd * d[i]);
+    }
+    for (; j < columns; ++j) {
+      const double* a = front + j * rows;
+      const double fa = a[k];
+      for (std::size_t i = k; i < rows; ++i) target[i] -= fa * a[i];
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+// The structure, and the matrix in the order of elimination.
+SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std::span<const double> values,
+                                                 std::span<const double> diagonal,
+                                                 std::span<const std::uint32_t> order) {
+  const auto n = static_cast<std::uint32_t>(order.size());
+  Elimination elimination = order_by_subtrees(graph, order);
+  Permuted matrix;
+  LowerTriangle& lower = matrix.lower;
+  lower.begin.reserve(n + 1);
+  lower.row.reserve(graph.neighbours.size() / 2);
+  lower.value.reserve(graph.neighbours.size() / 2);
+  matrix.diagonal.reserve(n);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t unknown = elimination.unknown[k];
+    lower.begin.push_back(static_cast<std::uint32_t>(lower.row.size()));
+    matrix.diagonal.push_back(diagonal[unknown]);
+    for (std::uint32_t e = graph.begin[unknown]; e < graph.begin[unknown + 1]; ++e) {
+      const std::uint32_t row = elimination.place[graph.neighbours[e]];
+      if (row <= k) continue;
+      lower.row.push_back(row);
+      lower.value.push_back(values[e]);
+    }
+  }
+  lower.begin.push_back(static_cast<std::uint32_t>(lower.row.size()));
+  nodes_ = find_supernodes(lower, std::move(elimination));
+  panel_begin_.assign(1, 0);
+  for (std::size_t s = 0; s < nodes_.count(); ++s)
+    panel_begin_.push_back(panel_begin_.back() + nodes_.row_count(s) * nodes_.columns(s));
+  return matrix;
+}
+
+void SparseCholesky::factorise(const UnknownGraph& graph, std::span<const double> values,
+                               std::span<const double> diagonal, std::span<const std::uint32_t> order,
+                               const CancelToken& cancel) {
+  factorise(analyse(graph, values, diagonal, order), cancel);
+}
+
+void SparseCholesky::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
+                               const CancelToken& cancel) {
+  const Permuted permuted = analyse(matrix.graph, matrix.values, matrix.diagonal, order);
+  matrix = {};
+  factorise(permuted, cancel);
+}
+
+void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel) {
+  succeeded_ = false;
+  cancel.check();
+  const LowerTriangle& lower = matrix.lower;
+  // Of an update matrix only the lower triangle is kept.
+  const auto update_entries = [&](std::size_t s) {
+    return nodes_.rows_below(s) * (nodes_.rows_below(s) + 1) / 2;
+  };
+  panel_.resize(panel_begin_.back());
+  std::vector<double> front, stack;  // update matrices of finished subtrees, last one on top
+  stack.reserve(most_waiting(nodes_, update_entries));
+  std::vector<std::uint32_t> local(nodes_.place.size(), 0);  // row -> row of the front
+  std::vector<std::uint32_t> waiting;                        // supernodes whose updates are on the stack
+  std::vector<std::uint32_t> mapped;
+  for (std::uint32_t s = 0; s < nodes_.count(); ++s) {
+    if (s % 4096 == 0) cancel.check();
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    const std::size_t m = rows.size(), w = nodes_.columns(s);
+    for (std::size_t i = 0; i < m; ++i) local[rows[i]] = static_cast<std::uint32_t>(i);
+    front.assign(m * m, 0);
+    for (std::uint32_t k = nodes_.first[s]; k < nodes_.first[s + 1]; ++k) {
+      double* column = front.data() + (k - nodes_.first[s]) * m;
+      column[k - nodes_.first[s]] = matrix.diagonal[k];
+      for (std::uint32_t e = lower.begin[k]; e < lower.begin[k + 1]; ++e)
+        column[local[lower.row[e]]] += lower.value[e];
+    }
+    while (!waiting.empty() && nodes_.parent[waiting.back()] == s) {
+      const std::uint32_t c = waiting.back();
+      waiting.pop_back();
+      const std::span<const std::uint32_t> below = nodes_.rows_of(c).subspan(nodes_.columns(c));
+      const std::size_t count = below.size();
+      mapped.resize(count);
+      for (std::size_t i = 0; i < count; ++i) mapped[i] = local[below[i]];
+      const double* update = stack.data() + (stack.size() - update_entries(c));
+      for (std::size_t j = 0; j < count; ++j) {
+        double* column = front.data() + mapped[j] * m;
+        for (std::size_t i = j; i < count; ++i) column[mapped[i]] += update[i - j];
+        update += count - j;
+      }
+      stack.resize(stack.size() - update_entries(c));
+    }
+    if (!factorise_front(front.data(), m, w)) return;
+    std::copy(front.begin(), front.begin() + static_cast<std::ptrdiff_t>(m * w),
+              panel_.begin() + static_cast<std::ptrdiff_t>(panel_begin_[s]));
+    if (nodes_.parent[s] == Supernodes::none) continue;
+    waiting.push_back(s);
+    for (std::size_t j = w; j < m; ++j) {
+      const double* column = front.data() + j * m;
+      stack.insert(stack.end(), column + j, column + m);
+    }
+  }
+  succeeded_ = true;
+}
+
+template <int Count>
+void SparseCholesky::solve_permuted(double* x) const {
+  const std::size_t supernodes = nodes_.count();
+  for (std::size_t s = 0; s < supernodes; ++s) {
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    const std::size_t m = rows.size(), w = nodes_.columns(s);
+    for (std::size_t j = 0; j < w; ++j) {
+      const double* column = panel_.data() + panel_begin_[s] + j * m;
+      double* own = x + std::size_t{Count} * rows[j];
+      double value[Count];
+      for (int c = 0; c < Count; ++c) value[c] = own[c] = own[c] / column[j];
+      for (std::size_t i = j + 1; i < m; ++i)
+        for (int c = 0; c < Count; ++c) x[std::size_t{Count} * rows[i] + c] -= column[i] * value[c];
+    }
+  }
+  for (std::size_t s = supernodes; s-- > 0;) {
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    const std::size_t m = rows.size(), w = nodes_.columns(s);
+    for (std::size_t j = w; j-- > 0;) {
+      const double* column = panel_.data() + panel_begin_[s] + j * m;
+      double* own = x + std::size_t{Count} * rows[j];
+      double sum[Count] = {};
+      for (std::size_t i = j + 1; i < m; ++i)
+        for (int c = 0; c < Count; ++c) sum[c] += column[i] * x[std::size_t{Count} * rows[i] + c];
+      for (int c = 0; c < Count; ++c) own[c] = (own[c] - sum[c]) / column[j];
+    }
+  }
+}
+
+// As solve_permuted, operation by operation for each right-hand side, but by rows: the Count sums of a row
+// stay in registers.
+template <int Count>
+void SparseCholesky::solve_rows(double* x) const {
+  using Sums = Eigen::Array<double, Count, 1>;
+  const auto row_of = [&](std::size_t row) { return Eigen::Map<Sums>(x + Count * row); };
+  const std::size_t supernodes = nodes_.count();
+  for (std::size_t s = 0; s < supernodes; ++s) {
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    const std::size_t m = rows.size(), w = nodes_.columns(s);
+    const double* panel = panel_.data() + panel_begin_[s];
+    const double* own = x + Count * std::size_t{nodes_.first[s]};
+    for (std::size_t i = 0; i < m; ++i) {
+      Sums sum = row_of(rows[i]);
+      const std::size_t columns = std::min(i, w);
+      for (std::size_t j = 0; j < columns; ++j)
+        sum -= panel[j * m + i] * Eigen::Map<const Sums>(own + Count * j);
+      if (i < w) sum /= panel[i * m + i];
+      row_of(rows[i]) = sum;
+    }
+  }
+  for (std::size_t s = supernodes; s-- > 0;) {
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    const std::size_t m = rows.size(), w = nodes_.columns(s);
+    for (std::size_t j = w; j-- > 0;) {
+      const double* column = panel_.data() + panel_begin_[s] + j * m;
+      Sums sum = Sums::Zero();
+      for (std::size_t i = j + 1; i < m; ++i) sum += column[i] * row_of(rows[i]);
+      row_of(rows[j]) = (row_of(rows[j]) - sum) / column[j];
+    }
+  }
+}
+
+template <int Count>
+void SparseCholesky::solve_interleaved(std::span<double> b) const {
+  std::vector<double> x(b.size());
+  for (std::size_t i = 0; i < nodes_.place.size(); ++i)
+    std::copy_n(b.data() + Count * i, Count, x.data() + Count * std::size_t{nodes_.place[i]});
+  if constexpr (Count < 4)
+    solve_permuted<Count>(x.data());
+  else
+    solve_rows<Count>(x.data());
+  for (std::size_t i = 0; i < nodes_.place.size(); ++i)
+    std::copy_n(x.data() + Count * std::size_t{nodes_.place[i]}, Count, b.data() + Count * i);
+}
+
+void SparseCholesky::solve_many(std::span<double> b, std::size_t count) const {
+  if (count == 0 || b.size() != count * nodes_.place.size())
+    throw std::invalid_argument("solve_many: the array does not hold `count` right-hand sides");
+  switch (count) {
+    case 1:
+      return solve_interleaved<1>(b);
+    case 2:
+      return solve_interleaved<2>(b);
+    case 4:
+      return solve_interleaved<4>(b);
+    case 8:
+      return solve_interleaved<8>(b);
+    case 16:
+      return solve_interleaved<16>(b);
+    default:
+      throw std::invalid_argument("solve_many: count must be 1, 2, 4, 8 or 16");
+  }
+}
+
+void SparseCholesky::solve(std::span<double> b) const {
+  std::vector<double> x(nodes_.place.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[nodes_.place[i]] = b[i];
+  solve_permuted<1>(x.data());
+  for (std::size_t i = 0; i < x.size(); ++i) b[i] = x[nodes_.place[i]];
+}
+
+void SparseCholesky::solve(std::span<double> b, std::span<double> c) const {
+  std::vector<double> x(2 * nodes_.place.size());
+  for (std::size_t i = 0; i < nodes_.place.size(); ++i) {
+    x[2 * nodes_.place[i]] = b[i];
+    x[2 * nodes_.place[i] + 1] = c[i];
+  }
+  solve_permuted<2>(x.data());
+  for (std::size_t i = 0; i < nodes_.place.size(); ++i) {
+    b[i] = x[2 * nodes_.place[i]];
+    c[i] = x[2 * nodes_.place[i] + 1];
+  }
+}
+
+}  // namespace meander
