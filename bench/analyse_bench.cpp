@@ -12,22 +12,19 @@ namespace {
 const std::vector<RotatedBox>& test_boxes(std::int64_t number) {
   static std::vector<std::vector<RotatedBox>> boxes(shape_count);
   std::vector<RotatedBox>& mine = boxes.at(static_cast<std::size_t>(number));
-  const PreparedMesh& mesh = prepared_shape(number).mesh;
+  const PreparedMesh& mesh = prepared_shape(number).surface;
   if (mine.empty()) mine = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
   return mine;
 }
 
 Samples samples_of(std::int64_t number, std::uint32_t samples) {
-  ModelState model = prepared_shape(number);
-  SampleParameters parameters = bench_parameters(samples);
-  parameters.method = MethodChoice::direct;
-  locate_model(model, parameters, nullptr);
-  place_model(model, parameters);
+  Model model = prepared_shape(number);
+  run_stages(placing_stages(direct_parameters(samples), nullptr), model);
   return std::move(model.row.samples);
 }
 
 void clip_area(benchmark::State& state) {
-  const PreparedMesh& mesh = prepared_shape(state.range(0)).mesh;
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
   const std::vector<RotatedBox>& boxes = test_boxes(state.range(0));
   std::vector<double> area(1);
   std::size_t next = 0;
@@ -41,7 +38,7 @@ void clip_area(benchmark::State& state) {
 BENCHMARK(clip_area)->Apply(every_shape);
 
 void draw_boxes(benchmark::State& state) {
-  const PreparedMesh& mesh = prepared_shape(state.range(0)).mesh;
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
   const BoxParameters parameters;
   std::vector<double> shares;
   for ([[maybe_unused]] auto _ : state) {

@@ -11,8 +11,8 @@ namespace meander::bench {
 namespace {
 
 template <class Build>
-const ModelState& kept(std::array<ModelState, shape_count>& states, std::int64_t number, const Build& build) {
-  ModelState& state = states.at(static_cast<std::size_t>(number));
+const Model& kept(std::array<Model, shape_count>& states, std::int64_t number, const Build& build) {
+  Model& state = states.at(static_cast<std::size_t>(number));
   if (state.file.polygon_count() == 0) state = build();
   return state;
 }
@@ -38,31 +38,37 @@ SampleParameters bench_parameters(std::uint32_t samples) {
   return parameters;
 }
 
-const ModelState& prepared_shape(std::int64_t number) {
-  static std::array<ModelState, shape_count> states;
+SampleParameters direct_parameters(std::uint32_t samples) {
+  SampleParameters parameters = parameters_for("direct");
+  set_samples(parameters, samples);
+  return parameters;
+}
+
+const Model& prepared_shape(std::int64_t number) {
+  static std::array<Model, shape_count> states;
   return kept(states, number, [&] {
-    ModelState state;
+    Model state;
     state.file = shape(number);
     state.key = bench_key();
-    prepare_model(state, bench_parameters());
+    charting_stages(direct_parameters(2048)).front().run(state);
     return state;
   });
 }
 
-const ModelState& cut_shape(std::int64_t number) {
-  static std::array<ModelState, shape_count> states;
+const Model& cut_shape(std::int64_t number) {
+  static std::array<Model, shape_count> states;
   return kept(states, number, [&] {
-    ModelState state = prepared_shape(number);
-    cut_model(state, bench_parameters());
+    Model state = prepared_shape(number);
+    charting_stages(bench_parameters()).at(1).run(state);
     return state;
   });
 }
 
-const ModelState& flat_shape(std::int64_t number) {
-  static std::array<ModelState, shape_count> states;
+const Model& flat_shape(std::int64_t number) {
+  static std::array<Model, shape_count> states;
   return kept(states, number, [&] {
-    ModelState state = cut_shape(number);
-    flatten_model(state, bench_parameters());
+    Model state = cut_shape(number);
+    charting_stages(bench_parameters()).at(2).run(state);
     return state;
   });
 }

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 
 namespace meander::bench {
 
@@ -18,12 +18,13 @@ const char* shape_name(std::int64_t number);
 
 // The shape after the stages up to the one named, with the default parameters and `samples` samples; built
 // once. Do not change what comes back: copy it.
-const ModelState& prepared_shape(std::int64_t number);
-const ModelState& cut_shape(std::int64_t number);
-const ModelState& flat_shape(std::int64_t number);
+const Model& prepared_shape(std::int64_t number);
+const Model& cut_shape(std::int64_t number);
+const Model& flat_shape(std::int64_t number);
 // The random key of every bench.
 RandomKey bench_key();
 SampleParameters bench_parameters(std::uint32_t samples = 2048);
+SampleParameters direct_parameters(std::uint32_t samples);
 
 // Time per item, shown as seconds (n: nano); `items` of one iteration.
 void count_items(benchmark::State& state, const char* unit, double items);

@@ -60,11 +60,11 @@ void refine_full_tree(benchmark::State& state) {
 BENCHMARK(refine_full_tree)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
 void build_curves_of_chart(benchmark::State& state) {
-  const ModelState& model = flat_shape(state.range(0));
+  const Model& model = flat_shape(state.range(0));
   const SampleParameters parameters = bench_parameters(20000);
   std::vector<CurveTree> trees;
   for ([[maybe_unused]] auto _ : state) {
-    trees = build_curves(model.mesh, model.charts, model.masses, parameters.locator);
+    trees = build_curves(model.surface, model.charts, model.measure.masses, parameters.locator);
     benchmark::DoNotOptimize(trees.data());
   }
   count_items(state, "leaf", static_cast<double>(trees.at(0).leaf_count()));

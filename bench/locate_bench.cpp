@@ -9,12 +9,12 @@ namespace {
 
 // Second argument: samples. Charts by the first: with them the keys come from the chart, else from space.
 void elements(benchmark::State& state, bool charts) {
-  const ModelState& model = charts ? flat_shape(state.range(0)) : prepared_shape(state.range(0));
+  const Model& model = charts ? flat_shape(state.range(0)) : prepared_shape(state.range(0));
   ElementParameters parameters;
   parameters.samples = static_cast<std::uint64_t>(state.range(1));
   CurveElements result;
   for ([[maybe_unused]] auto _ : state) {
-    result = build_elements(model.mesh, model.density, model.charts, {}, bench_key(), parameters);
+    result = build_elements(model.surface, model.measure, model.charts, {}, bench_key(), parameters);
     benchmark::DoNotOptimize(result.cumulative.data());
   }
   count_items(state, "element", static_cast<double>(result.count()));
@@ -28,16 +28,16 @@ BENCHMARK(elements_on_chart)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(ben
 
 void locate_rays(benchmark::State& state) {
   static const EmbreeDevice device;
-  const ModelState& model = flat_shape(state.range(0));
+  const Model& model = flat_shape(state.range(0));
   const SampleParameters parameters = bench_parameters(static_cast<std::uint32_t>(state.range(1)));
   const std::vector<CurveTree> start =
-      build_curves(model.mesh, model.charts, model.masses, parameters.locator);
+      build_curves(model.surface, model.charts, model.measure.masses, parameters.locator);
   Located result;
   for ([[maybe_unused]] auto _ : state) {
     state.PauseTiming();
     std::vector<CurveTree> trees = start;
     state.ResumeTiming();
-    result = locate_with_embree(device, model.mesh, model.charts, model.masses, trees, bench_key(),
+    result = locate_with_embree(device, model.surface, model.charts, model.measure.masses, trees, bench_key(),
                                 parameters.locator);
     benchmark::DoNotOptimize(result.hits.data());
   }

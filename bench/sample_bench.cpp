@@ -33,17 +33,17 @@ void order(benchmark::State& state) {
 BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
 
 void place(benchmark::State& state) {
-  const ModelState& model = prepared_shape(state.range(0));
+  const Model& model = prepared_shape(state.range(0));
   const auto samples = static_cast<std::uint32_t>(state.range(1));
   const SampleParameters parameters = bench_parameters(samples);
   const CurveElements elements =
-      build_elements(model.mesh, model.density, {}, {}, bench_key(), parameters.elements);
-  const OutputFrame frame = output_frame(model.mesh, NormalizeKind::none);
+      build_elements(model.surface, model.measure, {}, {}, bench_key(), parameters.elements);
+  const OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   Samples result;
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;
-    result = place_samples(model.file, model.mesh, model.density, elements, bench_key(), parameters.place,
-                           frame, repairs);
+    result = place_samples(model.file, model.surface, model.measure.density, elements, bench_key(),
+                           parameters.place, frame, repairs);
     benchmark::DoNotOptimize(result.points.data());
   }
   count_items(state, "sample", samples);

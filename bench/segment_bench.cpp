@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "bench/bench_shapes.h"
-#include "kernels/solve/elimination_order.h"
-#include "kernels/solve/sparse_cholesky.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/segment/seeds.h"
 #include "kernels/segment/segment_mesh.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/sparse_cholesky.h"
 #include "support/direction_field.h"
 #include "support/test_meshes.h"
 

@@ -14,11 +14,9 @@ namespace {
 
 void encode(benchmark::State& state) {
   static constexpr const char* names[] = {"standard", "none"};
-  ModelState model = prepared_shape(0);
-  SampleParameters parameters = bench_parameters(static_cast<std::uint32_t>(state.range(1)));
-  parameters.method = MethodChoice::direct;
-  locate_model(model, parameters, nullptr);
-  place_model(model, parameters);
+  Model model = prepared_shape(0);
+  const SampleParameters parameters = direct_parameters(static_cast<std::uint32_t>(state.range(1)));
+  run_stages(placing_stages(parameters, nullptr), model);
   StoreHeader header;
   header.samples = parameters.place.samples;
   header.compression = static_cast<Compression>(state.range(0));

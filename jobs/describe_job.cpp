@@ -226,8 +226,9 @@ void mesh_descriptors(const Describer& describer, GraphItem& item, const CancelT
                                                    needed >> 20, describer.memory_bytes >> 20));
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   const PreparedMesh prepared = prepare_mesh(mesh, cancel);
+  item.model.row.samples.triangle = sample_triangles(mesh, prepared, row.samples);
   for (DescriptorRow& made :
-       describe_samples(mesh, prepared, row.samples, item.model.key, describer.meshes.describe, cancel))
+       describe_samples(prepared, row.samples, item.model.key, describer.meshes.describe, cancel))
     rows.push_back(std::move(made));
 }
 
@@ -269,7 +270,7 @@ std::optional<Problem> describe_row(const Describer& describer, const StoreReade
     problem = try_to([&] { mesh_descriptors(describer, item, cancel, made); });
   const auto point_problem = try_to([&] {
     for (DescriptorRow& d :
-         describe_samples({}, {}, row.samples, item.model.key, describer.points.describe, cancel))
+         describe_samples({}, row.samples, item.model.key, describer.points.describe, cancel))
       made.push_back(std::move(d));
   });
   if (!problem) problem = point_problem;

@@ -12,7 +12,7 @@
 #include "io/store/store.h"
 #include "jobs/jobs.h"
 #include "jobs/retrieve_base.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 
 namespace meander {
 

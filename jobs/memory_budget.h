@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "io/store/store.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 
 namespace meander {
 

@@ -8,7 +8,7 @@
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/retrieve/descriptor_distance.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 
 namespace meander {
 

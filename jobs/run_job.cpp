@@ -20,6 +20,7 @@
 #include "jobs/run_summary.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
+#include "kernels/model/tensor_segments.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
@@ -29,14 +30,14 @@ namespace {
 StoreHeader make_header(const RunOptions& options, const Inputs& inputs, const Laboratory* laboratory) {
   StoreHeader header;
   header.samples = options.sample.place.samples;
-  if (options.sample.method == MethodChoice::anisotropic) header.content = StoreContent::anisotropic_meshes;
+  if (method_of(options.sample).follows_tensor) header.content = StoreContent::anisotropic_meshes;
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
   header.parameters_json = parameters_json(options);
   header.label_names = inputs.label_names;
   header.descriptors = schemas_of(options.sample.describe);
-  if (options.sample.method == MethodChoice::anisotropic) {
+  if (method_of(options.sample).follows_tensor) {
     constexpr std::array<const char*, anisotropy_names.size()> meanings = {
         "segments that the surface was charted in",
         "share of the area whose chart follows the tensor within the limits",

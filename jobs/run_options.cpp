@@ -248,9 +248,9 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
       density != DensityKind::max)
     problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
-  if (sample.method == MethodChoice::direct && texts.locate != "embree")
+  if (!method_of(sample).makes_charts && texts.locate != "embree")
     problems.push_back("--method direct has no location step: leave --locate out");
-  if (sample.method == MethodChoice::direct && texts.curve != "hilbert")
+  if (!method_of(sample).makes_charts && texts.curve != "hilbert")
     problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
@@ -318,7 +318,7 @@ std::string parameters_json(const RunOptions& options) {
   json.member("samples", p.place.samples);
   json.member("seed", p.seed);
   json.member("sequence", text_of(sequence_words, p.place.sequence));
-  if (p.method == MethodChoice::anisotropic) {
+  if (method_of(p).follows_tensor) {
     json.member("tensor", tensor_text(p.tensor));
     json.member("tensor_bisections", p.tensor_charts.max_bisections);
     json.member("tensor_charts", p.tensor_charts.form == AlignmentForm::metric ? "metric" : "gradient");

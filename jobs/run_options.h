@@ -9,7 +9,7 @@
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "jobs/tensor_options.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 
 namespace CLI {
 class App;

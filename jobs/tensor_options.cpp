@@ -117,7 +117,7 @@ void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParam
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
                             std::vector<std::string>& problems) {
-  if (parameters.method != MethodChoice::anisotropic) {
+  if (!method_of(parameters).follows_tensor) {
     if (!texts.given.empty()) problems.push_back(texts.given + " applies to --method anisotropic only");
     return;
   }

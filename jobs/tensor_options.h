@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 #include "pipeline/sampling_graph.h"
 
 namespace CLI {

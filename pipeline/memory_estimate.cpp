@@ -60,21 +60,21 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
 }  // namespace
 
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
+  const SamplingMethod& method = method_of(parameters);
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
   const auto samples = static_cast<double>(parameters.place.samples);
   const double file = static_cast<double>(mesh.file_bytes) + vertices * bytes_per_file_vertex +
                       triangles * bytes_per_file_triangle;
   const double prepared =
-      triangles * (bytes_per_prepared_triangle +
-                   (parameters.method == MethodChoice::anisotropic ? bytes_per_tensor_triangle : 0.0));
+      triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.
-  const double spread = parameters.method == MethodChoice::anisotropic ? 4 : 2;
+  const double spread = method.follows_tensor ? 4 : 2;
   const double elements =
       (triangles + spread * elements_per_sample(parameters) * samples) * bytes_per_element;
   const double placed = samples * bytes_per_sample;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;
-  if (parameters.method != MethodChoice::direct) {
+  if (method.makes_charts) {
     const double chart = triangles * bytes_per_chart_triangle;
     const double flatten =
         triangles * bytes_per_tried_triangle + factor_entries(unknowns) * bytes_per_factored_entry;
@@ -83,8 +83,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     widest = std::max({flatten, locate + elements, chart + elements + placed});
   }
   if (parameters.curved) {  // while charts and elements are still there
-    const double charts =
-        parameters.method == MethodChoice::direct ? 0 : triangles * bytes_per_chart_triangle;
+    const double charts = method.makes_charts ? triangles * bytes_per_chart_triangle : 0;
     widest = std::max(widest, charts + elements + placed + triangles * bytes_per_creased_triangle);
   }
   const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;

@@ -5,7 +5,7 @@
 
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sample_parameters.h"
 
 namespace meander {
 

@@ -15,6 +15,7 @@
 #include "io/digest.h"
 #include "io/mesh/tensor_table.h"
 #include "io/store/tensor_dataset.h"
+#include "kernels/core/failure.h"
 #include "kernels/core/thread_handoff.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
@@ -67,21 +68,16 @@ void run_stage(const GraphStage& stage, GraphItem& item, double timeout_seconds)
     throw;
   } catch (const RunCancelled&) {
     item.dropped = true;
-  } catch (const ItemError& error) {
-    fail(item, stage.name, error.status(), error.what());
-  } catch (const std::bad_alloc&) {
-    fail(item, stage.name, Status::out_of_memory, "an allocation failed in " + std::string(stage.name));
-  } catch (const std::exception& error) {
-    fail(item, stage.name, Status::internal, "in " + std::string(stage.name) + ": " + error.what());
   } catch (...) {
-    fail(item, stage.name, Status::internal, "in " + std::string(stage.name) + ": an unknown exception");
+    Failure failure = current_failure(stage.name);
+    fail(item, stage.name, failure.status, std::move(failure.reason));
   }
 }
 
 // Frees everything but the row once the points are known.
-void release_model(ModelState& model) {
+void release_model(Model& model) {
   Row row = std::move(model.row);
-  model = ModelState{};
+  model = Model{};
   model.row = std::move(row);
 }
 
@@ -357,7 +353,7 @@ class SamplingGraph {
 };
 
 // Errors in tensors name the file of the tensors: the mesh itself is in order.
-TensorTable read_tensors(const PlanItem& plan, const ModelState& model) {
+TensorTable read_tensors(const PlanItem& plan, const Model& model) {
   if (!plan.tensor_dataset.empty())
     return read_tensor_dataset(plan.tensor_path, plan.tensor_dataset, model.file.vertex_count());
   try {
@@ -402,20 +398,12 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
 
 GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevice* device,
                             ReuseLookup reuse) {
-  const auto on_model = [&parameters](void (*stage)(ModelState&, const SampleParameters&)) {
-    return [&parameters, stage](GraphItem& item) { stage(item.model, parameters); };
-  };
-  return {{"read_mesh",
-           [&parameters, reuse = std::move(reuse)](GraphItem& item) { read_item(item, parameters, reuse); }},
-          {"prepare_mesh", on_model(prepare_model)},
-          {"follow_tensor", on_model(follow_tensor_model)},
-          {"cut_to_disk", on_model(cut_model)},
-          {"flatten_chart", on_model(flatten_model)},
-          {"build_curve", on_model(build_model_curves)},
-          {"locate_vertices",
-           [&parameters, device](GraphItem& item) { locate_model(item.model, parameters, device); }},
-          {"place_samples", on_model(place_model)},
-          {"describe_shape", on_model(describe_model)}};
+  GraphStages stages = {{"read_mesh", [&parameters, reuse = std::move(reuse)](GraphItem& item) {
+                           read_item(item, parameters, reuse);
+                         }}};
+  for (ModelStage& stage : stages_of(parameters, device))
+    stages.push_back({stage.name, [run = std::move(stage.run)](GraphItem& item) { run(item.model); }});
+  return stages;
 }
 
 GraphResult run_sampling_graph(const std::vector<PlanItem>& plan, const GraphParameters& parameters,

@@ -1,8 +1,7 @@
 // The flow graph: from a plan of files to rows in a sink.
 //
-//   admit_items -> read_mesh -> prepare_mesh -> follow_tensor -> cut_to_disk -> flatten_chart -> build_curve
-//   -> locate_vertices
-//               -> place_samples -> encode_row -> write_row (serial) -> admit_items ...
+//   admit_items -> read_mesh -> the stages of the method (stages_of) -> encode_row -> write_row (serial)
+//   -> admit_items ...
 //
 // admit_items (serial) owns the queue, the bytes in flight and one work slot per thread. An item is admitted
 // only when a slot is free, so what was admitted is worked on at once and no item waits behind later ones;
@@ -23,7 +22,7 @@
 
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "pipeline/statistics.h"
 
 namespace meander {
@@ -56,7 +55,7 @@ struct GraphParameters {
 // One model inside the graph.
 struct GraphItem {
   const PlanItem* plan = nullptr;
-  ModelState model;
+  Model model;
   EncodedRow encoded;
   bool dropped = false;              // the run is being stopped: no record
   bool reused = false;               // the row came from an older store
@@ -98,7 +97,7 @@ using GraphStages = std::vector<GraphStage>;
 // A row of an older store for content with this digest, or false; called from many threads.
 using ReuseLookup = std::function<bool(const std::array<std::uint8_t, 32>& content, Row& row)>;
 
-// The stages listed above, for these parameters. The parameters and the device (null unless they cast
+// read_mesh and the stages of the method. The parameters and the device (null unless they cast
 // rays) must outlive the graph.
 GraphStages sampling_stages(const SampleParameters& parameters, const EmbreeDevice* device,
                             ReuseLookup reuse = {});

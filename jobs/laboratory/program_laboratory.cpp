@@ -35,8 +35,8 @@ class WholeLaboratory final : public Laboratory {
 
   void add_certificate_stage(GraphStages& stages) const override {
     stages.push_back({"certify_samples", [](GraphItem& item) {
-                        release_curves(item.model);
-                        certify_samples(item.model.row, item.model.mesh, item.model.cancel);
+                        release_charts(item.model);
+                        certify_samples(item.model.row, item.model.surface, item.model.cancel);
                       }});
   }
 

@@ -10,7 +10,7 @@ namespace meander {
 
 std::vector<std::string> certificate_problems(const SampleParameters& parameters) {
   std::vector<std::string> problems;
-  if (parameters.method == MethodChoice::anisotropic)
+  if (method_of(parameters).follows_tensor)
     problems.push_back("certify compares samples with area: the method anisotropic does not follow it");
   if (parameters.density.kind != DensityKind::uniform)
     problems.push_back("certify compares samples with area: it needs the uniform density");

@@ -6,8 +6,8 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "kernels/model/sample_parameters.h"
 #include "kernels/sample/samples.h"
-#include "kernels/sample_mesh.h"
 
 namespace meander {
 

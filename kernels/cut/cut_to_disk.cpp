@@ -30,11 +30,11 @@ std::uint32_t outermost_vertex(const PreparedMesh& mesh, const SeamGraph& graph)
 }
 
 // Of a component, in the metric of its lengths.
-double measured_area(const PreparedMesh& mesh, const Component& component) {
-  if (mesh.metric_length.empty()) return component.area;
+double measured_area(const MeasuredMesh& surface, const Component& component) {
+  if (surface.in_space()) return component.area;
   double area = 0;
   for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
-    area += area_from_lengths(mesh.length(3 * t), mesh.length(3 * t + 1), mesh.length(3 * t + 2));
+    area += area_from_lengths(surface.length(3 * t), surface.length(3 * t + 1), surface.length(3 * t + 2));
   return area;
 }
 
@@ -55,15 +55,15 @@ std::vector<std::uint32_t> opening_path(const PreparedMesh& mesh, const SeamGrap
 // Shortest paths from the farthest vertices to the existing cut.
 class ExtremitySeams {
  public:
-  ExtremitySeams(const PreparedMesh& mesh, const Component& component, const SeamGraph& graph,
+  ExtremitySeams(const MeasuredMesh& surface, const Component& component, const SeamGraph& graph,
                  const CancelToken& cancel)
-      : mesh_(mesh), graph_(graph), cancel_(cancel), paths_(graph) {
+      : mesh_(surface.mesh()), graph_(graph), cancel_(cancel), paths_(graph) {
     // No point of a flat disk is farther from its rim than sqrt(A / pi). A surface whose rim is at least half
     // as long as that of a disk gets seams beyond that distance only; others get them beyond half of it.
     double rim = 0;
     for (std::uint32_t h = 0; h < graph.opposite.size(); ++h)
-      if (graph.opposite[h] == no_index) rim += mesh.length(3 * component.triangle_begin + h);
-    const double radius = std::sqrt(measured_area(mesh, component) / std::numbers::pi);
+      if (graph.opposite[h] == no_index) rim += surface.length(3 * component.triangle_begin + h);
+    const double radius = std::sqrt(measured_area(surface, component) / std::numbers::pi);
     shortest_seam_ = rim >= std::numbers::pi * radius ? radius : 0.5 * radius;
     for (const std::uint32_t v : graph.loop_vertices) paths_.add_source(v);
     boundary_edges_ = static_cast<std::uint32_t>(graph.loop_vertices.size());
@@ -113,11 +113,11 @@ class ExtremitySeams {
 
 }  // namespace
 
-CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
+CutChart cut_to_disk(const MeasuredMesh& surface, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel) {
-  SeamGraph graph = make_seam_graph(mesh, component);
+  SeamGraph graph = make_seam_graph(surface, component);
   cancel.check();
-  ExtremitySeams seams(mesh, component, graph, cancel);
+  ExtremitySeams seams(surface, component, graph, cancel);
   seams.add(find_topology_seams(graph, cancel));
   if (graph.triangle_count() > 1) seams.grow(parameters.extremity_seams);
 
@@ -134,7 +134,7 @@ CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const
   return chart;
 }
 
-bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_vertex,
+bool add_seam(const MeasuredMesh& surface, CutChart& chart, std::uint32_t chart_vertex,
               const CancelToken& cancel) {
   std::vector<std::uint32_t> leaving(chart.vertex_count(), no_index);  // one half-edge out of each vertex
   std::vector<std::uint8_t> on_boundary(chart.vertex_count(), 0);
@@ -162,7 +162,7 @@ bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_ver
     std::uint32_t h = first;
     do {
       const std::uint32_t other = chart.triangles[next_half_edge(h)];
-      const double d = entry.key + mesh.length(3 * chart.triangle_begin + h);
+      const double d = entry.key + surface.length(3 * chart.triangle_begin + h);
       if (d < distance[other]) {
         distance[other] = d;
         arrival[other] = h;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/mesh/measured_mesh.h"
 
 namespace meander {
 
@@ -36,13 +36,13 @@ struct CutChart {
 // counts as two seams. Postconditions, checked (ItemError(internal) when broken): connected, V - E + F = 1,
 // exactly one boundary loop of at least three edges, every vertex fan a half-disk or disk. Cost: O(T log T).
 // Deterministic; throws timeout / RunCancelled from `cancel`.
-CutChart cut_to_disk(const PreparedMesh& mesh, const Component& component, const CutParameters& parameters,
+CutChart cut_to_disk(const MeasuredMesh& surface, const Component& component, const CutParameters& parameters,
                      const CancelToken& cancel = {});
 
 // Adds one more seam: the shortest path from `chart_vertex` (interior) to the boundary of the chart by
-// PreparedMesh::length, never through another boundary vertex. Returns false (chart unchanged) when the
+// MeasuredMesh::length, never through another boundary vertex. Returns false (chart unchanged) when the
 // vertex is on the boundary.
-bool add_seam(const PreparedMesh& mesh, CutChart& chart, std::uint32_t chart_vertex,
+bool add_seam(const MeasuredMesh& surface, CutChart& chart, std::uint32_t chart_vertex,
               const CancelToken& cancel = {});
 
 }  // namespace meander

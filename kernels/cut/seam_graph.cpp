@@ -21,7 +21,7 @@ void copy_component(const PreparedMesh& mesh, const Component& component, SeamGr
     graph.source_vertex[v] = component.vertex_begin + static_cast<std::uint32_t>(v);
 }
 
-void build_arcs(const PreparedMesh& mesh, const Component& component, SeamGraph& graph) {
+void build_arcs(const MeasuredMesh& surface, const Component& component, SeamGraph& graph) {
   const std::size_t count = graph.triangles.size();
   graph.arc_begin.assign(graph.vertex_count() + 1, 0);
   std::size_t arcs = 0;
@@ -34,7 +34,7 @@ void build_arcs(const PreparedMesh& mesh, const Component& component, SeamGraph&
     const std::uint32_t other = graph.opposite[h];
     if (other == no_index || other < h) continue;
     const std::uint32_t a = graph.origin(h), b = graph.target(h);
-    const double length = mesh.length(3 * component.triangle_begin + h);
+    const double length = surface.length(3 * component.triangle_begin + h);
     graph.arcs[cursor[a]++] = {b, h, length};
     graph.arcs[cursor[b]++] = {a, other, length};
   }
@@ -65,10 +65,10 @@ void build_loops(SeamGraph& graph) {
 
 }  // namespace
 
-SeamGraph make_seam_graph(const PreparedMesh& mesh, const Component& component) {
+SeamGraph make_seam_graph(const MeasuredMesh& surface, const Component& component) {
   SeamGraph graph;
-  copy_component(mesh, component, graph);
-  build_arcs(mesh, component, graph);
+  copy_component(surface.mesh(), component, graph);
+  build_arcs(surface, component, graph);
   build_loops(graph);
   return graph;
 }

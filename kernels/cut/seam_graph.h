@@ -7,7 +7,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/cut/radix_heap.h"
-#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/mesh/measured_mesh.h"
 
 namespace meander {
 
@@ -42,7 +42,7 @@ struct SeamGraph {
 };
 
 // The component with its own numbering, arcs and boundary loops. O(T).
-SeamGraph make_seam_graph(const PreparedMesh& mesh, const Component& component);
+SeamGraph make_seam_graph(const MeasuredMesh& surface, const Component& component);
 
 // Distances along edges from a growing set of sources (Dijkstra). Adding sources later only visits what they
 // improve. Deterministic: ties fall by the order in which vertices were reached.

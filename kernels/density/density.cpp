@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/weighted_quantile.h"
@@ -100,8 +101,10 @@ Density attribute_density(const PreparedMesh& mesh, const ScalarAttribute& attri
     density.corner[h] = value == 0 ? 0.0 : value;  // -0 becomes 0
   }
   if (bad < attribute.values.size()) fail_at(attribute, kind, bad);
-  const double total = blocked_sum(triangle_masses(mesh, density));
-  if (!(total > 0))
+  bool positive = false;
+  for (std::size_t h = 0; h < density.corner.size() && !positive; ++h)
+    positive = mesh.area[h / 3] * (density.corner[h] / 3) > 0;
+  if (!positive)
     throw ItemError(Status::zero_density,
                     "the " + kind + " attribute \"" + attribute.name + "\" is zero on the whole surface");
   return density;
@@ -148,6 +151,13 @@ std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& den
     }
   });
   return mass;
+}
+
+MeshMeasure measure_of(const PreparedMesh& mesh, Density density) {
+  MeshMeasure measure;
+  measure.masses = triangle_masses(mesh, density);
+  measure.density = std::move(density);
+  return measure;
 }
 
 }  // namespace meander

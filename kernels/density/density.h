@@ -27,6 +27,12 @@ struct Density {
   bool uniform() const { return corner.empty(); }
 };
 
+// A density and its integral over each triangle: T masses, working units squared (triangle_masses).
+struct MeshMeasure {
+  Density density;
+  std::vector<double> masses;
+};
+
 // Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices (vertex_curvature), in
 // units of 1 / diagonal (1 / diagonal^2 for gaussian) so that the result depends neither on scale nor on
 // position; density = floor + (1 - floor) * min(1, curvature / quantile)^exponent, linear over triangles. The
@@ -43,6 +49,9 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
 // Integral of the density over each triangle (area x mean of the three corner values), working units squared:
 // T values.
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density);
+
+// The density with its masses. O(T).
+MeshMeasure measure_of(const PreparedMesh& mesh, Density density);
 
 // The sum of the masses in units of the file. Throws ItemError(non_finite) where it is more than double
 // holds.

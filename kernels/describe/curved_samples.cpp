@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
-#include "kernels/core/radix_sort.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/radix_sort.h"
 
 namespace meander {
 

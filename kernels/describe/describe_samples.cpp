@@ -28,10 +28,10 @@ ShapeFunction function_of(Descriptor descriptor) {
   }
 }
 
-GeodesicHistogram geodesics_of(const PolygonMesh& file, const PreparedMesh& mesh, const Samples& samples,
+GeodesicHistogram geodesics_of(const PreparedMesh& mesh, const Samples& samples,
                                const DescribeParameters& parameters, const CancelToken& cancel) {
   PointsOnMeshArrays points;
-  points.triangle = sample_triangles(file, mesh, samples);
+  points.triangle = samples.triangle;
   points.barycentric.assign(samples.barycentric.begin(), samples.barycentric.end());
   GeodesicHistogramParameters histogram;
   histogram.bins = parameters.bins;
@@ -81,8 +81,7 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
   return result;
 }
 
-std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
-                                            const Samples& samples, RandomKey key,
+std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters, const CancelToken& cancel) {
   std::vector<DescriptorRow> rows;
   for (const Descriptor descriptor : parameters.descriptors) {
@@ -94,7 +93,7 @@ std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const Prepa
       histogram.scale = parameters.scale;
       row.values = to_float(distance_histogram(samples.points, histogram).shares);
     } else if (descriptor == Descriptor::geodesic) {
-      const GeodesicHistogram geodesics = geodesics_of(file, mesh, samples, parameters, cancel);
+      const GeodesicHistogram geodesics = geodesics_of(mesh, samples, parameters, cancel);
       row.values = geodesics.share;
       rows.push_back(std::move(row));
       row = {std::string(geodesic_disconnected_name), {static_cast<float>(geodesics.disconnected_share)}};

@@ -63,17 +63,18 @@ struct DescribeParameters {
   std::uint32_t geodesic_sources = 64;          // 0: all samples
 };
 
-// The working triangle of every sample: the one of its polygon that has its corners. Throws
+// The working triangle of every sample that was read back from a store: the one of its polygon that has its
+// corners. Throws
 // std::invalid_argument when a sample's polygon is not in the mesh. O(T + N).
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples);
 
 // The rows of the descriptors asked for, in that order (geodesic has a second one): basics, or a histogram of
-// `bins` shares of sum 1 (a geodesic one without any connected pair is all 0). File and mesh may be empty
-// unless a descriptor needs_mesh. Randomness is a pure function of the key. Cost: see the kernels. Needs at
-// least 4 samples. Throws what they throw; deterministic for every thread count.
-std::vector<DescriptorRow> describe_samples(const PolygonMesh& file, const PreparedMesh& mesh,
-                                            const Samples& samples, RandomKey key,
+// `bins` shares of sum 1 (a geodesic one without any connected pair is all 0). The mesh may be
+// empty unless a descriptor needs_mesh; geodesic needs Samples::triangle too. Randomness is a pure function
+// of the key. Cost: see the kernels. Needs at least 4 samples. Throws what they throw; deterministic for
+// every thread count.
+std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters,
                                             const CancelToken& cancel = {});
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "kernels/core/parallel.h"
-#include "kernels/core/vector3.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/vector3.h"
 
 namespace meander {
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {

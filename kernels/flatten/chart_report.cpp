@@ -76,34 +76,31 @@ double finite_ratio(double large, double small) {
 
 }  // namespace
 
-namespace {
+std::vector<double> chart_edge_lengths(const MeasuredMesh& surface, const CutChart& chart) {
+  std::vector<double> length(chart.triangles.size());
+  for (std::uint32_t h = 0; h < length.size(); ++h) {
+    const std::uint32_t other = chart.opposite[h];
+    length[h] = other != no_index && other < h ? length[other] : surface.length(3 * chart.triangle_begin + h);
+  }
+  return length;
+}
 
 // Areas of space are those of the mesh, those of a metric follow from the lengths.
-ChartGeometry geometry_of(const PreparedMesh& mesh, const CutChart& chart, std::vector<double> lengths,
-                          bool in_space) {
+ChartGeometry chart_geometry(const MeasuredMesh& surface, const CutChart& chart) {
   ChartGeometry geometry;
   const std::size_t count = chart.triangle_count();
-  geometry.length = std::move(lengths);
+  geometry.length = chart_edge_lengths(surface, chart);
   geometry.area.resize(count);
   geometry.counts.resize(count);
   for (std::size_t t = 0; t < count; ++t) {
     const double* l = &geometry.length[3 * t];
     const double longest = std::max({l[0], l[1], l[2]});
-    geometry.area[t] = in_space ? mesh.area[chart.triangle_begin + t] : area_from_lengths(l[0], l[1], l[2]);
+    geometry.area[t] = surface.in_space() ? surface.mesh().area[chart.triangle_begin + t]
+                                          : area_from_lengths(l[0], l[1], l[2]);
     geometry.counts[t] = geometry.area[t] > thinnest * longest * longest;
     if (geometry.counts[t]) geometry.total_area += geometry.area[t];
   }
   return geometry;
-}
-
-}  // namespace
-
-ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart) {
-  return geometry_of(mesh, chart, chart_edge_lengths(mesh, chart), mesh.metric_length.empty());
-}
-
-ChartGeometry chart_geometry_in_space(const PreparedMesh& mesh, const CutChart& chart) {
-  return geometry_of(mesh, chart, chart_edge_lengths_in_space(mesh, chart), true);
 }
 
 std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> triangles,

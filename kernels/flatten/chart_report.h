@@ -10,7 +10,7 @@
 namespace meander {
 
 // Lengths and areas of a chart's triangles on the surface, shared by all attempts on it, in the metric of
-// PreparedMesh::length. A triangle counts when its area is above 1e-12 of its longest edge squared: thinner
+// MeasuredMesh::length. A triangle counts when its area is above 1e-12 of its longest edge squared: thinner
 // ones have no direction in double.
 struct ChartGeometry {
   std::vector<double> length;        // 3 T edge lengths, not mollified
@@ -18,9 +18,9 @@ struct ChartGeometry {
   std::vector<std::uint8_t> counts;  // T: 1 where the triangle counts
   double total_area = 0;             // of the triangles that count
 };
-ChartGeometry chart_geometry(const PreparedMesh& mesh, const CutChart& chart);
-// The same in space, whatever metric the mesh has.
-ChartGeometry chart_geometry_in_space(const PreparedMesh& mesh, const CutChart& chart);
+ChartGeometry chart_geometry(const MeasuredMesh& surface, const CutChart& chart);
+// 3 T edge lengths of the chart: MeasuredMesh::length.
+std::vector<double> chart_edge_lengths(const MeasuredMesh& surface, const CutChart& chart);
 
 // Chart triangles that count and whose UV orientation is not positive (exact sign). O(T).
 std::vector<std::uint32_t> flipped_triangles(std::span<const std::uint32_t> triangles,

@@ -21,11 +21,11 @@ constexpr std::uint32_t patience =
     2;  // attempts with too little progress in distortion before the search ends
 
 // The chart as the solvers see it, mollified.
-IntrinsicDisk intrinsic_disk(const PreparedMesh& mesh, const CutChart& cut) {
+IntrinsicDisk intrinsic_disk(const MeasuredMesh& surface, const CutChart& cut) {
   IntrinsicDisk disk;
   disk.triangles = cut.triangles;
   disk.opposite = cut.opposite;
-  disk.length = chart_edge_lengths(mesh, cut);
+  disk.length = chart_edge_lengths(surface, cut);
   disk.vertex_count = static_cast<std::uint32_t>(cut.vertex_count());
   mollify(disk.length);
   return disk;
@@ -43,7 +43,7 @@ struct Try {
 
 // Boundary first flattening of `disk`, a triangulation of the chart that is given back before the map is
 // scanned: memory is what limits how many models can be worked on at once.
-Try try_conformal(const PreparedMesh& mesh, const CutChart& cut, IntrinsicDisk disk,
+Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDisk disk,
                   const CancelToken& cancel) {
   Try attempt;
   ConformalMap map = flatten_boundary_first(disk, cancel);
@@ -56,18 +56,18 @@ Try try_conformal(const PreparedMesh& mesh, const CutChart& cut, IntrinsicDisk d
   attempt.v = std::move(map.v);
   fit_square(attempt.u, attempt.v);
   for (const double s : attempt.log_scale) attempt.least_log_scale = std::min(attempt.least_log_scale, s);
-  attempt.scan = scan_map(chart_geometry(mesh, cut), cut.triangles, attempt.u, attempt.v);
+  attempt.scan = scan_map(chart_geometry(surface, cut), cut.triangles, attempt.u, attempt.v);
   return attempt;
 }
 
 // The first attempts on a cut. In a metric most triangulations are far from Delaunay, so the intrinsic
 // Delaunay triangulation is used at once.
-Try try_cut(const PreparedMesh& mesh, const CutChart& cut, std::span<const std::uint32_t> elimination,
+Try try_cut(const MeasuredMesh& surface, const CutChart& cut, std::span<const std::uint32_t> elimination,
             const CancelToken& cancel) {
-  IntrinsicDisk disk = intrinsic_disk(mesh, cut);
-  if (!mesh.metric_length.empty()) make_intrinsic_delaunay(disk, cancel);
+  IntrinsicDisk disk = intrinsic_disk(surface, cut);
+  if (!surface.in_space()) make_intrinsic_delaunay(disk, cancel);
   disk.elimination.assign(elimination.begin(), elimination.end());
-  return try_conformal(mesh, cut, std::move(disk), cancel);
+  return try_conformal(surface, cut, std::move(disk), cancel);
 }
 
 bool is_sound(const CutChart& cut, const Try& attempt) {
@@ -115,7 +115,7 @@ std::vector<std::uint32_t> shrunken_tips(const CutChart& cut, std::span<const do
 }
 
 // Adds seams for the next attempt; 0 when there is nowhere left to cut.
-std::uint32_t add_seams(const PreparedMesh& mesh, CutChart& cut, const Try& attempt,
+std::uint32_t add_seams(const MeasuredMesh& surface, CutChart& cut, const Try& attempt,
                         const FlattenParameters& parameters, std::uint32_t most, const CancelToken& cancel) {
   std::vector<std::uint32_t> tips;
   if (attempt.least_log_scale < parameters.min_log_scale) {
@@ -127,7 +127,7 @@ std::uint32_t add_seams(const PreparedMesh& mesh, CutChart& cut, const Try& atte
   std::uint32_t added = 0;
   for (const std::uint32_t tip : tips) {
     if (added >= std::min(most, seams_per_try)) break;
-    if (add_seam(mesh, cut, tip, cancel)) ++added;
+    if (add_seam(surface, cut, tip, cancel)) ++added;
   }
   return added;
 }
@@ -149,9 +149,9 @@ struct MappedCut {
 };
 
 // Conformal attempts on cuts with more and more seams, as long as they help; the best of them.
-MappedCut best_conformal(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
+MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                          const CancelToken& cancel) {
-  Try last = try_cut(mesh, cut, {}, cancel);
+  Try last = try_cut(surface, cut, {}, cancel);
   // Seams only take vertices out of the interior: one order of elimination serves all attempts.
   const std::vector<std::uint32_t> elimination = std::move(last.elimination);
   MappedCut best{cut, last, 0};
@@ -160,11 +160,11 @@ MappedCut best_conformal(const PreparedMesh& mesh, CutChart cut, const FlattenPa
     const bool too_small = shrunk(last, parameters);
     if (!too_small && !(last.scan.capped_distortion > parameters.max_mean_distortion)) break;
     const std::uint32_t added =
-        add_seams(mesh, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
+        add_seams(surface, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
     if (added == 0) break;
     extra += added;
     last.u = last.v = {};
-    Try attempt = try_cut(mesh, cut, elimination, cancel);
+    Try attempt = try_cut(surface, cut, elimination, cancel);
     if (!attempt.finite) break;
     // Seams that bring less than half of their share of the improvement needed are counted; after two the
     // search ends.
@@ -180,9 +180,9 @@ MappedCut best_conformal(const PreparedMesh& mesh, CutChart cut, const FlattenPa
 
 // A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
 // triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
-Method repair_map(const PreparedMesh& mesh, const CutChart& cut, const ChartGeometry& geometry,
+Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
                   const FlattenParameters& parameters, Try& best, const CancelToken& cancel) {
-  const IntrinsicDisk disk = intrinsic_disk(mesh, cut);
+  const IntrinsicDisk disk = intrinsic_disk(surface, cut);
   const auto repair = [&](Try& attempt) {
     if (attempt.finite && !attempt.scan.bad.empty()) {
       attempt.repaired = repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel);
@@ -191,10 +191,10 @@ Method repair_map(const PreparedMesh& mesh, const CutChart& cut, const ChartGeom
     return is_sound(cut, attempt);
   };
   if (repair(best)) return Method::conformal;
-  if (mesh.metric_length.empty()) {
+  if (surface.in_space()) {
     IntrinsicDisk delaunay = disk;
     make_intrinsic_delaunay(delaunay, cancel);
-    Try second = try_conformal(mesh, cut, std::move(delaunay), cancel);
+    Try second = try_conformal(surface, cut, std::move(delaunay), cancel);
     if (repair(second)) {
       best = std::move(second);
       return Method::conformal;
@@ -214,16 +214,16 @@ Method repair_map(const PreparedMesh& mesh, const CutChart& cut, const ChartGeom
 
 }  // namespace
 
-FlatChart flatten_chart(const PreparedMesh& mesh, CutChart chart, const FlattenParameters& parameters,
+FlatChart flatten_chart(const MeasuredMesh& surface, CutChart chart, const FlattenParameters& parameters,
                         const CancelToken& cancel) {
-  MappedCut found = best_conformal(mesh, std::move(chart), parameters, cancel);
+  MappedCut found = best_conformal(surface, std::move(chart), parameters, cancel);
   CutChart& cut = found.cut;
   Try& best = found.map;
-  const ChartGeometry geometry = chart_geometry(mesh, cut);
+  const ChartGeometry geometry = chart_geometry(surface, cut);
   FlatChart flat;
   flat.report.method = best.scan.bad.empty() && is_sound(cut, best)
                            ? Method::conformal
-                           : repair_map(mesh, cut, geometry, parameters, best, cancel);
+                           : repair_map(surface, cut, geometry, parameters, best, cancel);
   flat.report.extra_seams = found.extra_seams;
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);

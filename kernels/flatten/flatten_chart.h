@@ -8,7 +8,7 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/status.h"
 #include "kernels/cut/cut_to_disk.h"
-#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/mesh/measured_mesh.h"
 
 namespace meander {
 
@@ -52,7 +52,7 @@ struct FlatChart {
 // cannot be flattened is returned with Method::none (the caller falls back to the direct method). The method
 // is `conformal` only without flips, or within max_flipped_share. Cost: one n x n sparse Cholesky
 // factorisation per try. Deterministic; throws timeout / RunCancelled from `cancel`.
-FlatChart flatten_chart(const PreparedMesh& mesh, CutChart cut, const FlattenParameters& parameters,
+FlatChart flatten_chart(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -162,9 +162,10 @@ TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::
 
 // Elements of all triangles, before sorting, in triangle order. Blocks are cut by triangle, so the order is
 // fixed.
-std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
+std::vector<Element> cut_all(const MeasuredMesh& surface, const Density& density,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, double limit, const CancelToken& cancel) {
+  const PreparedMesh& mesh = surface.mesh();
   const std::size_t triangles = mesh.triangle_count();
   std::vector<std::uint32_t> chart_of(triangles, no_index);
   for (std::size_t c = 0; c < charts.size(); ++c)
@@ -200,27 +201,27 @@ std::vector<Element> cut_all(const PreparedMesh& mesh, const Density& density,
       }
       const std::uint32_t sheet = hints.sheet.empty() ? 0 : hints.sheet[t];
       const std::uint32_t group = charts.empty() ? 0 : component_of[t] * 16 + sheet;
-      const std::array<Vector3, 3> shape = bisection_corners(mesh, static_cast<std::uint32_t>(t));
-      cut_triangle(source, shape, limit, wanted, !mesh.metric_length.empty(), stack,
-                   [&](const WorkPiece& piece, double mass) {
-                     const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
-                                               ? centroid(piece.weights)
-                                               : random_point(piece.weights, t, piece.path, key);
-                     const double b0 = 1 - b1 - b2;
-                     Element e;
-                     e.key = chart == no_index
-                                 ? hilbert_key_3d(b0 * source.corner[0] + b1 * source.corner[1] +
-                                                  b2 * source.corner[2])
-                                 : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
-                                             b0 * v[0] + b1 * v[1] + b2 * v[2]);
-                     e.mass = mass;
-                     e.triangle = static_cast<std::uint32_t>(t);
-                     e.path = piece.path;
-                     e.group = group;
-                     e.b1 = static_cast<float>(b1);
-                     e.b2 = static_cast<float>(b2);
-                     part.push_back(e);
-                   });
+      const std::array<Vector3, 3> shape = bisection_corners(surface, static_cast<std::uint32_t>(t));
+      cut_triangle(
+          source, shape, limit, wanted, !surface.in_space(), stack, [&](const WorkPiece& piece, double mass) {
+            const auto [b1, b2] = chart == no_index && !parameters.keep_vertices
+                                      ? centroid(piece.weights)
+                                      : random_point(piece.weights, t, piece.path, key);
+            const double b0 = 1 - b1 - b2;
+            Element e;
+            e.key =
+                chart == no_index
+                    ? hilbert_key_3d(b0 * source.corner[0] + b1 * source.corner[1] + b2 * source.corner[2])
+                    : curve_key(parameters.curve, b0 * u[0] + b1 * u[1] + b2 * u[2],
+                                b0 * v[0] + b1 * v[1] + b2 * v[2]);
+            e.mass = mass;
+            e.triangle = static_cast<std::uint32_t>(t);
+            e.path = piece.path;
+            e.group = group;
+            e.b1 = static_cast<float>(b1);
+            e.b2 = static_cast<float>(b2);
+            part.push_back(e);
+          });
     }
   });
   if (parts.size() == 1) return std::move(parts.front());
@@ -279,12 +280,13 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
 
 }  // namespace
 
-std::array<Vector3, 3> bisection_corners(const PreparedMesh& mesh, std::uint32_t triangle) {
+std::array<Vector3, 3> bisection_corners(const MeasuredMesh& surface, std::uint32_t triangle) {
+  const PreparedMesh& mesh = surface.mesh();
   const std::uint32_t h = 3 * triangle;
-  if (mesh.metric_length.empty())
+  if (surface.in_space())
     return {mesh.position(mesh.triangles[h]), mesh.position(mesh.triangles[h + 1]),
             mesh.position(mesh.triangles[h + 2])};
-  const double a = mesh.length(h), b = mesh.length(h + 1), c = mesh.length(h + 2);
+  const double a = surface.length(h), b = surface.length(h + 1), c = surface.length(h + 2);
   if (!(a > 0)) return {Vector3{}, Vector3{}, Vector3{b, 0, 0}};
   const double x = 0.5 * (a + (c - b) * (c + b) / a), y = 2 * area_from_lengths(a, b, c) / a;
   return {Vector3{}, Vector3{a, 0, 0}, Vector3{x, y, 0}};
@@ -296,18 +298,19 @@ Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path) {
   return piece.weights;
 }
 
-CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel) {
-  const double total = blocked_sum(triangle_masses(mesh, density));
+  const double total = blocked_sum(measure.masses);
   if (!(total > 0)) throw ItemError(Status::zero_density, "the density is zero everywhere on the surface");
   const double limit = total / (parameters.elements_per_sample * static_cast<double>(parameters.samples));
-  const std::vector<Element> elements = cut_all(mesh, density, charts, hints, key, parameters, limit, cancel);
+  const std::vector<Element> elements =
+      cut_all(surface, measure.density, charts, hints, key, parameters, limit, cancel);
   if (elements.size() >= no_index)
     throw ItemError(Status::too_large,
                     std::to_string(elements.size()) + " curve elements are more than 32 bits can number");
   cancel.check();
-  const std::vector<KeyIndex> order = curve_order(mesh, elements);
+  const std::vector<KeyIndex> order = curve_order(surface.mesh(), elements);
 
   CurveElements result;
   const std::size_t count = elements.size();

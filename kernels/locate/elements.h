@@ -12,7 +12,7 @@
 #include "kernels/curve/curve_key.h"
 #include "kernels/density/density.h"
 #include "kernels/flatten/flatten_chart.h"
-#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/mesh/measured_mesh.h"
 
 namespace meander {
 
@@ -39,7 +39,7 @@ struct Piece {
 Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path);
 // The triangle whose longest edge is bisected: the one in space, or, where the mesh has a metric, a flat one
 // of those lengths.
-std::array<Vector3, 3> bisection_corners(const PreparedMesh& mesh, std::uint32_t triangle);
+std::array<Vector3, 3> bisection_corners(const MeasuredMesh& surface, std::uint32_t triangle);
 
 struct ElementParameters {
   std::uint64_t samples = 2048;    // N, >= 1
@@ -56,7 +56,7 @@ struct TriangleHints {
       sheet;  // T: sheet number 0..15 of its chart; sheets are visited one after the other
 };
 
-// Bisects every triangle of positive mass by its longest edge (PreparedMesh::length) until each piece is
+// Bisects every triangle of positive mass by its longest edge (MeasuredMesh::length) until each piece is
 // light enough, and, where the mesh has a metric, no needle in it (down to 1/8 of the mass); keys every piece
 // by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key of the
 // chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when `charts` is
@@ -64,7 +64,7 @@ struct TriangleHints {
 // pieces' centroids alone. The masses of a triangle's elements sum to its exact mass. O(E log E); 40 bytes an
 // element at the peak. Throws ItemError(zero_density) when the total is zero. Deterministic for every thread
 // count.
-CurveElements build_elements(const PreparedMesh& mesh, const Density& density,
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel = {});
 

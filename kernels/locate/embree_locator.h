@@ -76,8 +76,9 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
 // the first. Components without a tree, or whose rays met nothing, keep whole triangles with their exact
 // masses, in 3-D Hilbert order. Elements are whole leaves, so CurveElements::vertex is filled and path names
 // the whole triangle (1). Throws ItemError(zero_density) when the total is zero.
-CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh, const Density& density,
-                               std::span<const FlatChart> charts, std::vector<CurveTree>& trees,
-                               const LocateParameters& parameters, const CancelToken& cancel = {});
+CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh,
+                               const MeshMeasure& measure, std::span<const FlatChart> charts,
+                               std::vector<CurveTree>& trees, const LocateParameters& parameters,
+                               const CancelToken& cancel = {});
 
 }  // namespace meander

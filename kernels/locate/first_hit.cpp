@@ -119,10 +119,12 @@ CurveVertices whole_triangles(const PreparedMesh& mesh, const Component& compone
 
 }  // namespace
 
-CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh, const Density& density,
-                               std::span<const FlatChart> charts, std::vector<CurveTree>& trees,
-                               const LocateParameters& parameters, const CancelToken& cancel) {
-  const std::vector<double> masses = triangle_masses(mesh, density);
+CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& mesh,
+                               const MeshMeasure& measure, std::span<const FlatChart> charts,
+                               std::vector<CurveTree>& trees, const LocateParameters& parameters,
+                               const CancelToken& cancel) {
+  const Density& density = measure.density;
+  const std::vector<double>& masses = measure.masses;
   const RayPlan plan = plan_rays(mesh, charts, masses, parameters);
   if (!(plan.total > 0))
     throw ItemError(Status::zero_density, "the density is zero everywhere on the surface");

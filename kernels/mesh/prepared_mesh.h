@@ -41,9 +41,6 @@ struct PreparedMesh {
       corner_slot;                     // 3 T: position in PolygonMesh::corners (vertex number, normal number)
   std::vector<std::uint32_t> polygon;  // T: polygon number of the file
   std::vector<double> area;            // T, working units squared; 0 for triangles of no area
-  // 3 T lengths of half-edges that seams, charts and pieces are measured with, both sides of an edge alike;
-  // empty: the lengths in space. Areas, masses and points are always those in space.
-  std::vector<double> metric_length;
   std::vector<Component> components;
   double total_area = 0;  // working units squared, summed in fixed blocks
   std::uint32_t unreferenced_vertices = 0;
@@ -54,9 +51,6 @@ struct PreparedMesh {
   Vector3 position(std::uint32_t vertex) const { return {x[vertex], y[vertex], z[vertex]}; }
   double length_in_space(std::uint32_t half_edge) const {
     return distance(position(triangles[half_edge]), position(triangles[next_half_edge(half_edge)]));
-  }
-  double length(std::uint32_t half_edge) const {
-    return metric_length.empty() ? length_in_space(half_edge) : metric_length[half_edge];
   }
 };
 

@@ -31,12 +31,13 @@ struct Draw {
 // Everything that placing one sample needs; const, shared by all threads.
 struct Placer {
   const PolygonMesh& file;
-  const PreparedMesh& mesh;
+  const MeasuredMesh& surface;
   const Density& density;
   const CurveElements& elements;
   RandomKey key;
   const PlaceParameters& parameters;
   const OutputFrame& frame;
+  const PreparedMesh& mesh = surface.mesh();
   ExactDivision in_units{mesh.unit};
   double scale_in_units = frame.scale / mesh.unit;
 
@@ -48,7 +49,7 @@ struct Placer {
 
   Piece piece(std::size_t element) const {
     const std::uint32_t t = elements.triangle[element];
-    return piece_of(bisection_corners(mesh, t), elements.path[element]);
+    return piece_of(bisection_corners(surface, t), elements.path[element]);
   }
 
   // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
@@ -189,12 +190,13 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
   return frame;
 }
 
-Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const Density& density,
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
   const std::uint32_t count = parameters.samples;
   if (elements.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
-  const Placer placer{file, mesh, density, elements, key, parameters, frame};
+  const PreparedMesh& mesh = surface.mesh();
+  const Placer placer{file, surface, density, elements, key, parameters, frame};
   const SampleSequence sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
   const std::vector<std::uint32_t> element = elements_of(elements, sequence.position);
   cancel.check();
@@ -249,6 +251,7 @@ Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const D
   samples.points.resize(3 * std::size_t{count});
   samples.normals.resize(3 * std::size_t{count});
   samples.face.resize(count);
+  samples.triangle.resize(count);
   samples.corners.resize(3 * std::size_t{count});
   samples.barycentric.resize(2 * std::size_t{count});
   samples.density.resize(count);
@@ -265,6 +268,7 @@ Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const D
         samples.corners[3 * i + k] = file.corners[mesh.corner_slot[3 * std::size_t{t} + k]];
       }
       samples.face[i] = mesh.polygon[t];
+      samples.triangle[i] = t;
       samples.barycentric[2 * i] = b1;
       samples.barycentric[2 * i + 1] = b2;
       samples.density[i] = static_cast<float>(placer.density_at(t, b1, b2));

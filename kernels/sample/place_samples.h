@@ -11,7 +11,7 @@
 #include "kernels/density/density.h"
 #include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
-#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/mesh/measured_mesh.h"
 #include "kernels/sample/samples.h"
 
 namespace meander {
@@ -56,7 +56,7 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 // total, at a mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same
 // stream; what stays equal after 64 redraws is counted in repairs[coincident_points]. Normals: the file's,
 // interpolated, where it gives them, else geometric. O(N + E).
-Samples place_samples(const PolygonMesh& file, const PreparedMesh& mesh, const Density& density,
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
 

@@ -19,12 +19,14 @@ constexpr std::string_view name_of(Split split) { return split_names[static_cast
 // N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
 // corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
 struct Samples {
-  std::vector<float> points;              // N x 3; file coordinates = loc + scale * point
-  std::vector<float> normals;             // N x 3 unit vectors
-  std::vector<std::uint32_t> face;        // N polygon numbers in file order
-  std::vector<std::uint32_t> corners;     // N x 3 vertex numbers of the file
-  std::vector<float> barycentric;         // N x 2 weights of corners 1 and 2
-  std::vector<float> uv;                  // N x 2 parameters in [0, 1]
+  std::vector<float> points;           // N x 3; file coordinates = loc + scale * point
+  std::vector<float> normals;          // N x 3 unit vectors
+  std::vector<std::uint32_t> face;     // N polygon numbers in file order
+  std::vector<std::uint32_t> corners;  // N x 3 vertex numbers of the file
+  std::vector<std::uint32_t>
+      triangle;                    // N triangles of the PreparedMesh; not stored, so empty once read back
+  std::vector<float> barycentric;  // N x 2 weights of corners 1 and 2
+  std::vector<float> uv;           // N x 2 parameters in [0, 1]
   std::vector<std::uint32_t> curve_rank;  // N positions along the curve, a permutation of 0 .. N - 1
   std::vector<float> density;             // N density values at the samples
   std::vector<float> tensor_direction;  // N x 3 unit vectors along the long spacing; anisotropic samples only

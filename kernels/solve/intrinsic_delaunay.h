@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kernels/core/cancel.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {

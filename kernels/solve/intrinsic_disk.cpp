@@ -9,32 +9,6 @@
 
 namespace meander {
 
-namespace {
-
-template <class LengthOf>
-std::vector<double> lengths_of(const CutChart& chart, const LengthOf& length_of) {
-  std::vector<double> length(chart.triangles.size());
-  for (std::uint32_t h = 0; h < length.size(); ++h) {
-    const std::uint32_t other = chart.opposite[h];
-    if (other != no_index && other < h) {
-      length[h] = length[other];
-      continue;
-    }
-    length[h] = length_of(3 * chart.triangle_begin + h);
-  }
-  return length;
-}
-
-}  // namespace
-
-std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart) {
-  return lengths_of(chart, [&](std::uint32_t h) { return mesh.length(h); });
-}
-
-std::vector<double> chart_edge_lengths_in_space(const PreparedMesh& mesh, const CutChart& chart) {
-  return lengths_of(chart, [&](std::uint32_t h) { return mesh.length_in_space(h); });
-}
-
 double mollify(std::span<double> length) {
   double mean = 0;
   for (const double l : length) mean += l;

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "kernels/cut/cut_to_disk.h"
 #include "kernels/mesh/prepared_mesh.h"
 
 namespace meander {
@@ -29,11 +28,6 @@ struct IntrinsicDisk {
 };
 // The same for surfaces that are not disks.
 using IntrinsicSurface = IntrinsicDisk;
-
-// Edge lengths of the chart: PreparedMesh::length.
-std::vector<double> chart_edge_lengths(const PreparedMesh& mesh, const CutChart& chart);
-// The same in space, working units.
-std::vector<double> chart_edge_lengths_in_space(const PreparedMesh& mesh, const CutChart& chart);
 
 // Adds the smallest uniform length to all edges so that every triangle inequality holds with a margin of
 // 1e-9 mean lengths (and 1e-12 of the triangle's longest edge): cotangents are finite then. Nothing happens

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "kernels/core/spelling.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/spelling.h"
 
 namespace meander {
 

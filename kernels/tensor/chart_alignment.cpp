@@ -70,7 +70,7 @@ Shares shares_of(std::span<const double> value, std::span<const double> weight,
 TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& chart,
                                      const TensorField& field, std::span<const double> u,
                                      std::span<const double> v) {
-  const ChartGeometry geometry = chart_geometry_in_space(mesh, chart);
+  const ChartGeometry geometry = chart_geometry(mesh, chart);
   const UnfoldedTriangles unfolded = unfold_triangles(geometry);
   const std::size_t count = chart.triangle_count();
   TriangleAlignment result;

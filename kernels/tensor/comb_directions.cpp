@@ -200,7 +200,7 @@ CombedDirections comb_directions(const CutChart& chart, const ChartGeometry& geo
 
 CombedDirections comb_directions(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
                                  const CombParameters& parameters, const CancelToken& cancel) {
-  const ChartGeometry geometry = chart_geometry_in_space(mesh, chart);
+  const ChartGeometry geometry = chart_geometry(mesh, chart);
   return comb_directions(chart, geometry, unfold_triangles(geometry), field, parameters, cancel);
 }
 

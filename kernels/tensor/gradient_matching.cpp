@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "kernels/flatten/chart_report.h"
-#include "kernels/solve/cotan_laplacian.h"
 #include "kernels/flatten/repair_flips.h"
+#include "kernels/solve/cotan_laplacian.h"
 
 namespace meander {
 
@@ -143,7 +143,7 @@ FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const Tensor
   FieldChart result;
   result.flat.cut = std::move(cut);
   const CutChart& chart = result.flat.cut;
-  const ChartGeometry geometry = chart_geometry_in_space(mesh, chart);
+  const ChartGeometry geometry = chart_geometry(mesh, chart);
   IntrinsicDisk space;
   space.triangles = chart.triangles;
   space.opposite = chart.opposite;

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "kernels/core/parallel.h"
-#include "kernels/cut/radix_heap.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/cut/radix_heap.h"
 #include "kernels/mesh/vertex_corners.h"
 
 namespace meander {

@@ -13,9 +13,9 @@ constexpr int most_rounds = 100;
 
 }  // namespace
 
-void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel) {
-  mesh.metric_length = metric_edge_lengths(mesh, field);
-  std::vector<double>& length = mesh.metric_length;
+std::vector<double> surface_metric(const PreparedMesh& mesh, const TensorField& field,
+                                   const CancelToken& cancel) {
+  std::vector<double> length = metric_edge_lengths(mesh, field);
   const auto change = [&](std::uint32_t h, double by) {
     length[h] += by;
     if (mesh.opposite[h] != no_index) length[mesh.opposite[h]] = length[h];
@@ -45,6 +45,7 @@ void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const Canc
       change(c, 0.250005 * excess);
     }
   }
+  return length;
 }
 
 }  // namespace meander

@@ -8,11 +8,13 @@
 
 namespace meander {
 
-// Sets mesh.metric_length to the field's lengths (metric_edge_lengths). Where a field changes much within a
-// triangle, its lengths may break the triangle inequality: the longest side is shortened by half of the
-// excess and the others are lengthened by a quarter each, in rounds over the mesh, until every triangle has a
-// margin of 1e-3 of its longest side, or for 100 rounds (flattening mollifies the rest). Triangles that have
-// no area in space are left alone. O(T) a round; deterministic. Throws timeout / RunCancelled.
-void set_surface_metric(PreparedMesh& mesh, const TensorField& field, const CancelToken& cancel = {});
+// The field's lengths of half-edges (metric_edge_lengths), 3 T, both sides of an edge alike. Where a field
+// changes much within a triangle, its lengths may break the triangle inequality: the longest side is
+// shortened by half of the excess and the others are lengthened by a quarter each, in rounds over the mesh,
+// until every triangle has a margin of 1e-3 of its longest side, or for 100 rounds (flattening mollifies the
+// rest). Triangles that have no area in space are left alone. O(T) a round; deterministic. Throws timeout /
+// RunCancelled.
+std::vector<double> surface_metric(const PreparedMesh& mesh, const TensorField& field,
+                                   const CancelToken& cancel = {});
 
 }  // namespace meander

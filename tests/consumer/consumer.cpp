@@ -1,5 +1,5 @@
 // Samples a tetrahedron given as arrays, with nothing but the installed headers and libraries.
-#include <kernels/sample_mesh.h>
+#include <kernels/model/sampler.h>
 
 #include <cmath>
 #include <cstdio>
@@ -10,7 +10,7 @@ int main() {
   const std::vector<std::uint32_t> faces = {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
   meander::SampleParameters parameters;
   meander::set_samples(parameters, 1000);
-  const meander::Row row = meander::sample_mesh(positions, faces, parameters);
+  const meander::Row row = meander::Sampler(parameters).sample(positions, faces);
   const double area = 4 * std::sqrt(3.0) / 4 * 8;
   std::printf("%s by the method %s, %zu points, area %.6f\n",
               std::string(meander::name_of(row.report.status)).c_str(),

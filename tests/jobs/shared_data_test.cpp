@@ -11,7 +11,7 @@
 #include "dirty_statuses.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -106,26 +106,25 @@ void check_masses(const std::filesystem::path& path) {
   SampleParameters parameters;
   set_samples(parameters, 2048);
   const EmbreeDevice device;
-  ModelState model;
+  Model model;
   model.file = read_shared(path);
   const PolygonMesh file = model.file;
   model.key = make_random_key(1, {});
-  prepare_model(model, parameters);
-  cut_model(model, parameters);
-  flatten_model(model, parameters);
-  build_model_curves(model, parameters);
-  locate_model(model, parameters, &device);
-  const std::size_t triangles = model.mesh.triangle_count();
+  for (const ModelStage& stage : stages_of(parameters, &device)) {
+    if (stage.name == "place_samples") break;
+    stage.run(model);
+  }
+  const std::size_t triangles = model.surface.triangle_count();
   std::vector<double> mass(triangles, 0.0);
   const CurveElements& elements = model.elements;
   for (std::size_t i = 0; i < elements.count(); ++i)
     mass[elements.triangle[i]] += elements.cumulative[i + 1] - elements.cumulative[i];
-  const long double unit = static_cast<long double>(model.mesh.unit) * model.mesh.unit;
+  const long double unit = static_cast<long double>(model.surface.unit) * model.surface.unit;
   long double total = 0, worst = 0;
   for (std::size_t t = 0; t < triangles; ++t) {
     long double p[3][3];
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = file.corners[model.mesh.corner_slot[3 * t + k]];
+      const std::uint32_t v = file.corners[model.surface.corner_slot[3 * t + k]];
       p[k][0] = file.x[v];
       p[k][1] = file.y[v];
       p[k][2] = file.z[v];

@@ -167,7 +167,7 @@ Case analytic_case(const std::string& name) {
 
 // Cells of a 4 x 4 x 4 grid around the model, against the integral of 1 / (s1 s2).
 RegionCounts grid_counts(const ChartedModel& model, const Samples& samples) {
-  const PreparedMesh& mesh = model.whole;
+  const PreparedMesh& mesh = model.state.surface;
   SampleParameters parameters = model.parameters;
   const TensorField field = make_tensor_field(model.state.file, mesh, parameters.tensor);
   Density density;
@@ -194,7 +194,8 @@ std::vector<double> seam_distances(const ChartedModel& model, const FieldSamples
   const PreparedMesh& mesh = model.state.mesh;
   // Half-edges of the whole mesh by the corner of the file they start from: the true borders.
   std::map<std::uint32_t, std::uint32_t> whole;
-  for (std::uint32_t h = 0; h < model.whole.opposite.size(); ++h) whole[model.whole.corner_slot[h]] = h;
+  for (std::uint32_t h = 0; h < model.state.surface.opposite.size(); ++h)
+    whole[model.state.surface.corner_slot[h]] = h;
   const double step = 0.3 * *std::min_element(samples.s2.begin(), samples.s2.end()) / mesh.unit + 1e-4;
   std::vector<Vector3> seam;
   for (const FlatChart& chart : model.state.charts)
@@ -202,7 +203,7 @@ std::vector<double> seam_distances(const ChartedModel& model, const FieldSamples
       if (chart.cut.opposite[h] != no_index) continue;
       const std::uint32_t of_mesh = 3 * chart.cut.triangle_begin + h;
       const auto found = whole.find(mesh.corner_slot[of_mesh]);
-      if (found == whole.end() || model.whole.opposite[found->second] == no_index) continue;
+      if (found == whole.end() || model.state.surface.opposite[found->second] == no_index) continue;
       const Vector3 a = mesh.position(mesh.triangles[of_mesh]),
                     b = mesh.position(mesh.triangles[next_half_edge(of_mesh)]);
       const auto pieces = static_cast<int>(std::ceil(distance(a, b) / step));
@@ -257,9 +258,9 @@ SurfaceFigures measure_surface(ChartedModel& model, const std::string& name, std
   WARN(name << text(
            ": accepted %.2f, chart ratio %.3f; regions: dispersion %.2f, p %.3f; axis ratio in "
            "spacings %.3f (signal %.0f); nearest %.3f; at seams %.3f +- %.3f of that (%.0f %%)",
-           model.state.anisotropy.accepted_share, model.state.anisotropy.mean_chart_ratio, figures.dispersion,
-           figures.p_value, figures.axis, dip.dip.signal_to_noise, figures.nearest, band.ratio,
-           band.standard_error,
+           model.state.segments.report.accepted_share, model.state.segments.report.mean_chart_ratio,
+           figures.dispersion, figures.p_value, figures.axis, dip.dip.signal_to_noise, figures.nearest,
+           band.ratio, band.standard_error,
            100.0 * static_cast<double>(band.in_band) / static_cast<double>(band.in_band + band.outside)));
   return figures;
 }

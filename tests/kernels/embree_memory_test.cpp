@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "kernels/locate/embree_locator.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sampler.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -29,7 +29,7 @@ Row sampled() {
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
   SampleParameters parameters;
   set_samples(parameters, 64);
-  return sample_mesh(positions, triangles_of(mesh), parameters);
+  return Sampler(parameters).sample(positions, triangles_of(mesh));
 }
 
 }  // namespace

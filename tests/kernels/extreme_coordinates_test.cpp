@@ -8,7 +8,7 @@
 
 #include "kernels/analyse/certify_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sampler.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -44,7 +44,7 @@ Row sampled(const PolygonMesh& mesh, const SampleParameters& parameters) {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  Row row = sample_mesh(positions, triangles_of(mesh), parameters);
+  Row row = Sampler(parameters).sample(positions, triangles_of(mesh));
   if (row.report.status == Status::ok && certificate_problems(parameters).empty())
     certify_samples(row, prepare_mesh(mesh, {}), {});
   return row;

@@ -7,11 +7,11 @@
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/flatten/boundary_first.h"
 #include "kernels/flatten/chart_report.h"
-#include "kernels/solve/intrinsic_delaunay.h"
 #include "kernels/flatten/mean_value.h"
 #include "kernels/flatten/orient2d.h"
 #include "kernels/flatten/repair_flips.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/solve/intrinsic_delaunay.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "kernels/analyse/box_discrepancy.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 
@@ -40,13 +40,13 @@ std::pair<double, double> unrolled(Vector3 p) {
 
 // Root mean square over seeds of the error over rotated boxes, relative to random points.
 double error_of(const ChartMap& map, LocatorKind locate, std::uint32_t samples) {
-  ModelState model;
+  Model model;
   SampleParameters parameters;
   parameters.locate = locate;
   set_samples(parameters, samples);
   model.file = spiral_ramp();
-  prepare_model(model, parameters);
-  model.charts = {hand_chart(model.mesh, model.mesh.components[0], map)};
+  charting_stages(parameters).front().run(model);
+  model.charts = {hand_chart(model.surface, model.surface.components[0], map)};
   BoxParameters box;
   box.boxes = 400;
   const auto boxes = random_boxes(model.file.x, model.file.y, model.file.z, model.file.corners, box);
@@ -55,9 +55,7 @@ double error_of(const ChartMap& map, LocatorKind locate, std::uint32_t samples) 
   constexpr int seeds = 16;
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     model.key = make_random_key(seed, {});
-    build_model_curves(model, parameters);
-    locate_model(model, parameters, &device);
-    place_model(model, parameters);
+    run_stages(placing_stages(parameters, &device), model);
     const std::vector<double> points(model.row.samples.points.begin(), model.row.samples.points.end());
     const double ratio = box_error_ratio(boxes, points);
     sum += ratio * ratio / seeds;

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "kernels/mesh/triangulate_polygon.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sampler.h"
 #include "support/sparse_memory.h"
 #include "support/test_meshes.h"
 
@@ -264,7 +264,7 @@ TEST_CASE("triangulate_polygon: a bridge to a hole and a polygon without area st
   CHECK(triangles.size() == 6);
 }
 
-TEST_CASE("sample_mesh: arrays of more corners than 32 bits can number are refused before they are copied") {
+TEST_CASE("Sampler: arrays of more corners than 32 bits can number are refused before they are copied") {
   constexpr std::size_t corners = std::size_t{3} * 1431655766;
   const SparseMemory memory(corners * sizeof(std::uint32_t));
   if (!memory) {
@@ -273,7 +273,7 @@ TEST_CASE("sample_mesh: arrays of more corners than 32 bits can number are refus
   }
   const std::vector<double> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const Row row =
-      sample_mesh(positions, {reinterpret_cast<const std::uint32_t*>(memory.data()), corners}, {}, {});
+      Sampler({}).sample(positions, {reinterpret_cast<const std::uint32_t*>(memory.data()), corners}, {});
   CHECK(row.report.status == Status::unsupported_format);
   CHECK(row.report.reason == "4294967298 corners are more than 32 bits can number");
 }

@@ -77,12 +77,12 @@ Row sampled(const PolygonMesh& mesh, const SampleParameters& parameters) {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  return sample_mesh(positions, mesh.corners, parameters);
+  return Sampler(parameters).sample(positions, mesh.corners);
 }
 
 // Root mean square of the error over boxes relative to random points.
 double box_error(ChartedModel& model, std::uint32_t n, std::uint64_t seeds) {
-  const PreparedMesh& mesh = model.whole;
+  const PreparedMesh& mesh = model.state.surface;
   const std::vector<RotatedBox> boxes = random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -187,7 +187,7 @@ TEST_CASE("anisotropic sampling: a moved, turned and scaled model has the same s
                                 {turned_tips.x[v], turned_tips.y[v], turned_tips.z[v]});
   ChartedModel still_model = charted(ball, anisotropic(), table),
                turned_model = charted(moved(ball, 3.7, 1, -2, 5), anisotropic(), turned_table);
-  REQUIRE(still_model.state.anisotropy.segments == 1);
+  REQUIRE(still_model.state.segments.report.segments == 1);
   const Samples still = draw(still_model, 1000, 1), turned = draw(turned_model, 1000, 1);
   std::size_t same = 0;
   for (std::size_t i = 0; i < 1000; ++i)
@@ -217,7 +217,7 @@ TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 /
     for (std::uint32_t c = 0; c < number; ++c)
       CHECK(std::abs(static_cast<double>(runs.counts[c]) - runs.expected[c]) <= 2);
     // By the formula, on octants of both tori.
-    const PreparedMesh& whole = model.whole;
+    const PreparedMesh& whole = model.state.surface;
     std::vector<std::uint32_t> octant(whole.triangle_count());
     std::vector<double> measure(whole.triangle_count());
     for (std::uint32_t t = 0; t < octant.size(); ++t) {
@@ -243,8 +243,8 @@ TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as t
   INFO(plain_error << " against " << equal_error);
   CHECK(equal_error == Approx(plain_error).epsilon(0.15));
   CHECK(mean_rho(equal, 1000, 4) == Approx(mean_rho(plain, 1000, 4)).epsilon(0.04));
-  CHECK(equal.state.anisotropy.mean_spacing_ratio == Approx(1));
-  CHECK(equal.state.anisotropy.accepted_share == 1);
+  CHECK(equal.state.segments.report.mean_spacing_ratio == Approx(1));
+  CHECK(equal.state.segments.report.accepted_share == 1);
 }
 
 TEST_CASE("anisotropic sampling: stored directions and spacings are those of the field") {
@@ -374,7 +374,7 @@ TEST_CASE("anisotropic sampling: attributes of the file are tensors, as a table 
                          static_cast<double>(upright.tensor_spacing[2 * i + 1]);
     CHECK(ratio < 4.001);
   }
-  CHECK(by_face.state.anisotropy.mean_spacing_ratio > 2);
+  CHECK(by_face.state.segments.report.mean_spacing_ratio > 2);
 }
 
 TEST_CASE("anisotropic sampling: geodesic descriptors know nothing of segments") {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "kernels/analyse/chi_square.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -30,13 +30,13 @@ constexpr std::uint32_t samples_per_seed = 64;
 // chance.
 constexpr double least_p = 1e-5;
 
-struct Model {
-  ModelState state;
+struct ChartedModel {
+  Model state;
   SampleParameters parameters;
 };
 
-Model flattened(const PolygonMesh& file, MethodChoice method, bool linear_density) {
-  Model model;
+ChartedModel flattened(const PolygonMesh& file, MethodChoice method, bool linear_density) {
+  ChartedModel model;
   model.state.file = file;
   model.parameters.method = method;
   if (linear_density) {
@@ -48,24 +48,20 @@ Model flattened(const PolygonMesh& file, MethodChoice method, bool linear_densit
     model.state.file.vertex_attributes.push_back(height);
   }
   set_samples(model.parameters, samples_per_seed);
-  prepare_model(model.state, model.parameters);
-  cut_model(model.state, model.parameters);
-  flatten_model(model.state, model.parameters);
+  run_stages(charting_stages(model.parameters), model.state);
   return model;
 }
 
-const Samples& sample(Model& model, std::uint64_t seed) {
+const Samples& sample(ChartedModel& model, std::uint64_t seed) {
   static const EmbreeDevice device;
   model.state.key = make_random_key(seed, {});
-  build_model_curves(model.state, model.parameters);
-  locate_model(model.state, model.parameters, &device);
-  place_model(model.state, model.parameters);
+  run_stages(placing_stages(model.parameters, &device), model.state);
   return model.state.row.samples;
 }
 
 // Expected shares of the four quarters (midpoint subdivision; 0..2 at the corners in file order, 3 in the
 // middle) of every triangle of the file: area x mean density, which is exact for a linear density.
-std::vector<double> quarter_shares(const ModelState& state, bool linear_density) {
+std::vector<double> quarter_shares(const Model& state, bool linear_density) {
   const PolygonMesh& file = state.file;
   std::vector<double> shares;
   for (std::size_t c = 0; c < file.corners.size(); c += 3) {
@@ -105,7 +101,7 @@ struct Counts {
   std::vector<std::uint64_t> all, first;  // over the seeds: all samples, the first sample only
 };
 
-Counts count_quarters(Model& model, std::uint64_t seeds) {
+Counts count_quarters(ChartedModel& model, std::uint64_t seeds) {
   Counts counts;
   counts.seeds = seeds;
   counts.cells = 4 * model.state.file.polygon_count();
@@ -203,7 +199,7 @@ void check_unbiased(const Counts& counts, const std::vector<double>& shares) {
 // By quarter, by triangle, and (with charts) along the seams: the triangles that touch a seam vertex against
 // the others, and triangle by triangle in that band.
 void check_model(const PolygonMesh& file, MethodChoice method, bool linear_density, std::uint64_t seeds) {
-  Model model = flattened(file, method, linear_density);
+  ChartedModel model = flattened(file, method, linear_density);
   const Counts quarters = count_quarters(model, seeds);
   const std::vector<double> shares = quarter_shares(model.state, linear_density);
   check_unbiased(quarters, shares);
@@ -214,13 +210,13 @@ void check_model(const PolygonMesh& file, MethodChoice method, bool linear_densi
   check_unbiased(triangles, triangle_shares);
   if (method == MethodChoice::direct) return;
 
-  std::vector<std::uint8_t> on_seam(model.state.mesh.vertex_count(), 0);
+  std::vector<std::uint8_t> on_seam(model.state.surface.vertex_count(), 0);
   for (const FlatChart& chart : model.state.charts)
     for (std::uint32_t h = 0; h < chart.cut.seam.size(); ++h)
       if (chart.cut.seam[h] != 0)
         for (const std::uint32_t corner : {h, next_half_edge(h)})
           on_seam[chart.cut.source_vertex[chart.cut.triangles[corner]]] = 1;
-  const PreparedMesh& mesh = model.state.mesh;
+  const PreparedMesh& mesh = model.state.surface;
   std::vector<std::size_t> band(triangles.cells, 0), cell_of_band(triangles.cells, 0);
   std::size_t cells = 1;  // cell 0: the interior
   for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
@@ -253,7 +249,7 @@ TEST_CASE("sampling bias: linear density, 300 seeds") {
 
 TEST_CASE("sampling bias: the sharp test sees a bias of a tenth") {
   // Expectations 10 % wrong on half of the triangles.
-  Model model = flattened(small_torus(), MethodChoice::direct, false);
+  ChartedModel model = flattened(small_torus(), MethodChoice::direct, false);
   const Counts quarters = count_quarters(model, 300);
   std::vector<double> shares = quarter_shares(model.state, false);
   for (std::size_t c = 0; c < shares.size(); ++c) shares[c] *= c < shares.size() / 2 ? 1.1 : 0.9;

@@ -1,4 +1,4 @@
-// Quality of the samples as a user gets them, through the stages of kernels/sample_mesh.h: error over rotated
+// Quality of the samples as a user gets them, through the stages of kernels/model/model.h: error over rotated
 // boxes against Monte Carlo, quality of prefixes, and the absence of bias. The cases over the shared meshes
 // with the full number of seeds are slow.
 
@@ -9,7 +9,7 @@
 
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/box_discrepancy.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -23,18 +23,16 @@ const EmbreeDevice& embree_device() {
 }
 
 // A model that is prepared, cut and flattened once; only the last stages run again for every seed.
-struct Model {
-  ModelState state;
+struct ChartedModel {
+  Model state;
   SampleParameters parameters;
 };
 
-Model flattened(PolygonMesh file, MethodChoice method) {
-  Model model;
+ChartedModel flattened(PolygonMesh file, MethodChoice method) {
+  ChartedModel model;
   model.parameters.method = method;
   model.state.file = std::move(file);
-  prepare_model(model.state, model.parameters);
-  cut_model(model.state, model.parameters);
-  flatten_model(model.state, model.parameters);
+  run_stages(charting_stages(model.parameters), model.state);
   return model;
 }
 
@@ -46,20 +44,18 @@ PolygonMesh shared_mesh(const std::string& name) {
   return read_mesh(file.bytes(), format);
 }
 
-const Samples& sample(Model& model, std::uint32_t n, std::uint64_t seed) {
+const Samples& sample(ChartedModel& model, std::uint32_t n, std::uint64_t seed) {
   set_samples(model.parameters, n);
   model.state.key = make_random_key(seed, {});
-  build_model_curves(model.state, model.parameters);
-  locate_model(model.state, model.parameters, &embree_device());
-  place_model(model.state, model.parameters);
+  run_stages(placing_stages(model.parameters, &embree_device()), model.state);
   return model.state.row.samples;
 }
 
 // The points in the working units of the prepared mesh, in the order of the file (progressive).
-std::vector<double> points_of(Model& model, std::uint32_t n, std::uint64_t seed) {
+std::vector<double> points_of(ChartedModel& model, std::uint32_t n, std::uint64_t seed) {
   const Samples& samples = sample(model, n, seed);
   const ItemReport& report = model.state.row.report;
-  const PreparedMesh& mesh = model.state.mesh;
+  const PreparedMesh& mesh = model.state.surface;
   const double centre[3] = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
   std::vector<double> points(samples.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -93,13 +89,13 @@ struct FlatMesh {
   }
 };
 
-std::vector<RotatedBox> boxes_on(const Model& model) {
-  const PreparedMesh& mesh = model.state.mesh;
+std::vector<RotatedBox> boxes_on(const ChartedModel& model) {
+  const PreparedMesh& mesh = model.state.surface;
   return random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{});
 }
 
 // Root mean square of the ratios of `seeds` sets of n points; `first` numbers the seeds.
-double rms_ratio(Model& model, std::span<const RotatedBox> boxes, std::uint32_t n, std::uint64_t seeds,
+double rms_ratio(ChartedModel& model, std::span<const RotatedBox> boxes, std::uint32_t n, std::uint64_t seeds,
                  std::uint64_t first = 1) {
   double sum = 0;
   for (std::uint64_t seed = first; seed < first + seeds; ++seed)
@@ -109,8 +105,8 @@ double rms_ratio(Model& model, std::span<const RotatedBox> boxes, std::uint32_t 
 
 // For every length: root mean square of the ratios of the first points of sets of n points, over that of
 // fresh sets of that length with other seeds.
-void check_prefixes(Model& model, std::span<const RotatedBox> boxes, std::uint32_t n, std::uint64_t seeds,
-                    double powers_within, double all_within) {
+void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std::uint32_t n,
+                    std::uint64_t seeds, double powers_within, double all_within) {
   std::vector<std::uint32_t> lengths;
   for (std::uint32_t length = 128; length < n; length *= 2) lengths.push_back(length);
   const std::size_t powers = lengths.size();
@@ -135,7 +131,7 @@ std::string label(MethodChoice method) { return method == MethodChoice::direct ?
 void check_shared_prefixes(MethodChoice method) {
   for (const char* file : {"bunny_closed.off", "maxplanck_25k.off"}) {
     INFO(file);
-    Model model = flattened(shared_mesh(file), method);
+    ChartedModel model = flattened(shared_mesh(file), method);
     const std::vector<RotatedBox> boxes = boxes_on(model);
     for (const std::uint32_t n : {2048u, 3000u, 100000u}) check_prefixes(model, boxes, n, 20, 0.10, 0.30);
   }
@@ -144,7 +140,7 @@ void check_shared_prefixes(MethodChoice method) {
 // Root mean square ratio of the samples of `file` seen on the flat mesh, where boxes tell the layers apart.
 double unfolded_ratio(const PolygonMesh& file, const FlatMesh& flat, MethodChoice method, std::uint32_t n,
                       std::uint64_t seeds) {
-  Model model = flattened(file, method);
+  ChartedModel model = flattened(file, method);
   const std::vector<RotatedBox> boxes = flat.boxes();
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed)
@@ -181,7 +177,7 @@ constexpr Limits limits[] = {{"bunny_closed.off", 0.29, 0.175, 0.105},
 TEST_CASE("sampling quality: a third of the error of random points on simple shapes") {
   for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal})
     for (const PolygonMesh& mesh : {icosphere(3), torus(40, 24), moved(torus(12, 9), 2, 1, 2, 3)}) {
-      Model model = flattened(mesh, method);
+      ChartedModel model = flattened(mesh, method);
       const double ratio = rms_ratio(model, boxes_on(model), 1000, 6);
       INFO(label(method) << ", " << mesh.polygon_count() << " faces: " << ratio);
       CHECK(ratio < 0.30);
@@ -192,7 +188,7 @@ TEST_CASE("sampling quality: a third of the error of random points on simple sha
 TEST_CASE("sampling quality: prefixes of a set on a torus") {
   for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal}) {
     INFO(label(method));
-    Model model = flattened(torus(30, 18), method);
+    ChartedModel model = flattened(torus(30, 18), method);
     // Eight seeds know a ratio to about 5 %, hence the wider limits than in the slow case.
     check_prefixes(model, boxes_on(model), 2048, 8, 0.2, 0.4);
   }
@@ -223,7 +219,7 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
   for (const Limits& limit : limits) {
     double of_method[2][3];
     for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal}) {
-      Model model = flattened(shared_mesh(limit.file), method);
+      ChartedModel model = flattened(shared_mesh(limit.file), method);
       const std::vector<RotatedBox> boxes = boxes_on(model);
       REQUIRE(boxes.size() == 1000);
       double* ratio = of_method[static_cast<std::size_t>(method)];

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "kernels/core/random.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/sampler.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -245,7 +245,7 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
     parameters.seed = seed;
     set_samples(parameters, 1024);
     parameters.place.sequence = SequenceKind::stratified;
-    const Row row = sample_mesh(positions, faces, parameters);
+    const Row row = Sampler(parameters).sample(positions, faces);
     PlanarSet set;
     for (std::size_t i = 0; i < 1024; ++i) {
       set.x.push_back(row.samples.points[3 * i]);

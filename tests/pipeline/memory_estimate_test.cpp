@@ -77,8 +77,8 @@ struct Peak {
 
 // The stage that --certify adds.
 void certify(GraphItem& item) {
-  release_curves(item.model);
-  certify_samples(item.model.row, item.model.mesh, item.model.cancel);
+  release_charts(item.model);
+  certify_samples(item.model.row, item.model.surface, item.model.cancel);
 }
 
 // One model through all stages, alone.

@@ -15,16 +15,15 @@
 #include "kernels/analyse/tangent_samples.h"
 #include "kernels/describe/describe_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 #include "kernels/tensor/vertex_tensors.h"
 
 namespace meander::test {
 
 // A model up to its charts; only the last stages run again for other samples.
 struct ChartedModel {
-  ModelState state;
+  Model state;
   SampleParameters parameters;
-  PreparedMesh whole;                 // before it was segmented
   std::vector<TangentFrame> normals;  // at its vertices
 };
 
@@ -66,12 +65,8 @@ inline ChartedModel charted(PolygonMesh file, SampleParameters parameters,
   }
   model.parameters = std::move(parameters);
   model.state.file = std::move(file);
-  prepare_model(model.state, model.parameters);
-  model.whole = model.state.mesh;
-  model.normals = vertex_frames(model.whole);
-  follow_tensor_model(model.state, model.parameters);
-  cut_model(model.state, model.parameters);
-  flatten_model(model.state, model.parameters);
+  run_stages(charting_stages(model.parameters), model.state);
+  model.normals = vertex_frames(model.state.surface);
   return model;
 }
 
@@ -82,9 +77,7 @@ inline const Samples& draw(ChartedModel& model, std::uint32_t n, std::uint64_t s
   set_samples(parameters, n);
   parameters.place.sequence = sequence;
   model.state.key = make_random_key(seed, {});
-  build_model_curves(model.state, parameters);
-  locate_model(model.state, parameters, &device);
-  place_model(model.state, parameters);
+  run_stages(placing_stages(parameters, &device), model.state);
   return model.state.row.samples;
 }
 
@@ -100,15 +93,15 @@ inline FieldSamples field_samples(const ChartedModel& model, const Samples& samp
   FieldSamples out;
   out.points.assign(samples.points.begin(), samples.points.end());
   out.axes.assign(samples.tensor_direction.begin(), samples.tensor_direction.end());
-  const std::vector<std::uint32_t> triangles = sample_triangles(model.state.file, model.whole, samples);
+  const std::vector<std::uint32_t>& triangles = samples.triangle;
   const ItemReport& report = model.state.row.report;
   const double spacing = std::sqrt(report.area / static_cast<double>(samples.count())) / report.scale;
   for (std::size_t i = 0; i < samples.count(); ++i) {
     const double b1 = samples.barycentric[2 * i], b2 = samples.barycentric[2 * i + 1];
-    const std::uint32_t* corner = &model.whole.triangles[3 * std::size_t{triangles[i]}];
+    const std::uint32_t* corner = &model.state.surface.triangles[3 * std::size_t{triangles[i]}];
     const Vector3 normal = (1 - b1 - b2) * model.normals[corner[0]].normal +
                            b1 * model.normals[corner[1]].normal + b2 * model.normals[corner[2]].normal;
-    const Vector3 flat = triangle_frame(model.whole, triangles[i]).normal;
+    const Vector3 flat = triangle_frame(model.state.surface, triangles[i]).normal;
     const Vector3 used = norm(normal) > 1e-3 ? normal : flat;
     out.normals.insert(out.normals.end(), {used.x, used.y, used.z});
     out.s1.push_back(isotropic ? spacing : static_cast<double>(samples.tensor_spacing[2 * i]));

@@ -47,7 +47,7 @@ struct GeodesicTruths {
 };
 GeodesicTruths ground_truths(const HeatGeodesics& geodesics, const HistogramModel& model,
                              const std::vector<std::uint32_t>& sources, double range) {
-  const PreparedMesh& mesh = model.charted.mesh;
+  const PreparedMesh& mesh = model.charted.surface;
   const std::size_t vertices = mesh.vertex_count(), block = 256;
   GeodesicTruths truths{std::vector<double>(histogram_bins), std::vector<double>(histogram_bins)};
   std::vector<double> distance(block * vertices);
@@ -89,7 +89,7 @@ std::vector<double> sample_shares(const HeatGeodesics& geodesics, const Prepared
 std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh& mesh,
                                             const EmbreeDevice& device) {
   const HistogramModel model(mesh, figures.seed);
-  const PreparedMesh& surface = model.charted.mesh;
+  const PreparedMesh& surface = model.charted.surface;
   const KdTree<3> tree(model.vertices);
   const HeatGeodesics geodesics(surface);
   const double range = far_distance(geodesics, surface);

@@ -17,7 +17,7 @@ namespace meander {
 
 HistogramModel::HistogramModel(const FigureMesh& mesh, std::uint64_t seed_of_all)
     : name(mesh.name), charted(staged_model(mesh, {})), seed(seed_of_all) {
-  const PreparedMesh& surface = charted.mesh;
+  const PreparedMesh& surface = charted.surface;
   creased = crease_normals(surface.x, surface.y, surface.z, surface.triangles);
   vertex_area = vertex_curvature(surface).mixed_area;
   for (std::size_t v = 0; v < surface.vertex_count(); ++v)
@@ -31,7 +31,7 @@ void HistogramModel::weigh_by_lifted_area() {
   const auto node = [](std::uint32_t i, std::uint32_t j) {  // i parts to corner 1, j parts to corner 2
     return i * (parts + 1) - i * (i + 1) / 2 + i + j;
   };
-  const PreparedMesh& mesh = charted.mesh;
+  const PreparedMesh& mesh = charted.surface;
   ScalarAttribute ratio{"lifted area / flat area", std::vector<double>(charted.file.polygon_count(), 1)};
   for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
     if (!(mesh.area[t] > 0)) continue;
@@ -64,8 +64,7 @@ void HistogramModel::weigh_by_lifted_area() {
   charted.file.face_attributes = {std::move(ratio)};
   parameters.density.kind = DensityKind::face_attribute;
   parameters.density.attribute = charted.file.face_attributes.front().name;
-  charted.density = make_density(charted.file, mesh, parameters.density);
-  charted.masses = triangle_masses(mesh, charted.density);
+  charted.measure = measure_of(mesh, make_density(charted.file, mesh, parameters.density));
 }
 
 void HistogramModel::chart_isotropic_tensor() {
@@ -102,7 +101,7 @@ const HistogramSampling& sampling_of(HistogramMethod method) {
 constexpr HistogramMethod chart_methods[] = {HistogramMethod::shifted, HistogramMethod::tensor_metric,
                                              HistogramMethod::tensor_gradient};
 
-const ModelState& charted_by(const HistogramModel& model, HistogramMethod method) {
+const Model& charted_by(const HistogramModel& model, HistogramMethod method) {
   if (!follows_tensor(method)) return model.charted;
   return model.tensor_charted.at(method == HistogramMethod::tensor_gradient);
 }
@@ -119,7 +118,7 @@ SampleParameters parameters_of(const HistogramModel& model, HistogramMethod meth
   SampleParameters parameters = model.parameters;
   parameters.place.sequence = sampling_of(method).sequence;
   if (!follows_tensor(method)) return parameters;
-  parameters.method = MethodChoice::anisotropic;
+  parameters.method = parameters_for("anisotropic").method;
   parameters.tensor.kind = TensorKind::isotropic;
   parameters.seed = model.seed;
   if (method == HistogramMethod::tensor_gradient) {
@@ -134,15 +133,14 @@ MeshSamples draw_samples(const HistogramModel& model, HistogramMethod method, st
   const auto number = static_cast<std::uint32_t>(method);
   const std::uint64_t seed = model.seed + (std::uint64_t{number} << 32) + (std::uint64_t{run} << 40);
   Row row = sampled_row(charted_by(model, method), parameters_of(model, method), count, seed, device);
-  return {sample_triangles(model.charted.file, model.charted.mesh, row.samples),
-          std::move(row.samples.barycentric)};
+  return {std::move(row.samples.triangle), std::move(row.samples.barycentric)};
 }
 
 namespace {
 
 std::vector<double> points_of(const HistogramModel& model, const MeshSamples& samples,
                               std::span<const double> normals) {
-  const PreparedMesh& mesh = model.charted.mesh;
+  const PreparedMesh& mesh = model.charted.surface;
   return lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, samples.triangle, samples.barycentric);
 }
 
@@ -465,8 +463,8 @@ Table tensor_chart_table() {
 
 void add_tensor_charts(Table& table, const HistogramModel& model) {
   for (const HistogramMethod method : tensor_histogram_methods) {
-    const ModelState& charted = charted_by(model, method);
-    const AnisotropyReport& found = charted.anisotropy;
+    const Model& charted = charted_by(model, method);
+    const AnisotropyReport& found = charted.segments.report;
     table.rows.push_back({model.name, sampling_of(method).charts, found.segments, found.accepted_share,
                           found.mean_chart_ratio, charted.row.report.overlap, charted.row.report.flips});
   }

@@ -39,7 +39,7 @@ ModelHistograms draw_one_model(FigureSet& figures, const FigureMesh& mesh, const
   HistogramModel model(mesh, figures.seed);
   model.chart_isotropic_tensor();
   add_tensor_charts(tensor_charts, model);
-  const std::size_t vertices = model.charted.mesh.vertex_count();
+  const std::size_t vertices = model.charted.surface.vertex_count();
   const KdTree<3> tree(model.vertices);
 
   // The ground truths, all over the bins of the vertices' largest distance.
@@ -96,7 +96,7 @@ ModelHistograms draw_one_model(FigureSet& figures, const FigureMesh& mesh, const
       all.push_back(std::move(*errors));
   }
 
-  const double range = bins.range * model.charted.mesh.unit;
+  const double range = bins.range * model.charted.surface.unit;
   const Plot histograms = histogram_plot(mesh.name + fmt::format(": distances, {} samples", shown_points),
                                          "distance", shown, range);
   figures.plot("figure22_histograms_" + mesh.name, histograms,

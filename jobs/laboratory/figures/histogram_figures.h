@@ -20,9 +20,9 @@ inline constexpr std::uint32_t histogram_bins = 32;  // the survey's
 // A model whose samples are counted. Positions are in working units of the prepared mesh.
 struct HistogramModel {
   std::string name;
-  ModelState charted;
+  Model charted;
   // By the method anisotropic with the isotropic tensor: in its metric, along its directions.
-  std::vector<ModelState> tensor_charted;
+  std::vector<Model> tensor_charted;
   std::vector<double> creased;      // 9 T corner normals, split at creases
   SampleParameters parameters;      // but for points, sequence and seed
   std::vector<double> vertices;     // 3 W

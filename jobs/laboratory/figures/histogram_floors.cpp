@@ -83,7 +83,7 @@ void draw_histogram_floors(FigureSet& figures) {
     by_area.weigh_by_lifted_area();
     DistanceHistogramParameters bins;
     bins.bins = histogram_bins;
-    bins.range = shape.range / model.charted.mesh.unit;
+    bins.range = shape.range / model.charted.surface.unit;
     const std::string truth = "closed form";
     std::vector<HistogramErrors> all;
     for (const HistogramMethod method : {HistogramMethod::shifted, HistogramMethod::random}) {

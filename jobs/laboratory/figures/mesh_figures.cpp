@@ -20,14 +20,13 @@ namespace meander {
 namespace {
 
 void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
-  SampleParameters conformal, direct, vertex, random;
-  direct.method = MethodChoice::direct;
+  SampleParameters conformal, direct = parameters_for("direct"), vertex, random;
   vertex.locate = LocatorKind::first_hit;
   vertex.place.place = PlaceKind::vertex;
   vertex.locator.curve.leaves_per_sample = 64;
   random.place.sequence = SequenceKind::random;
-  const ModelState charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct);
-  const PreparedMesh& surface = charted.mesh;
+  const Model charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct);
+  const PreparedMesh& surface = charted.surface;
   std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
   for (std::size_t t = 0; t < surface.polygon.size(); ++t)
     triangle_of[surface.polygon[t]] = static_cast<std::uint32_t>(t);
@@ -47,7 +46,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
 
   std::vector<ErrorSeries> box_errors, ring_errors;
   const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
-  const auto measure = [&](const char* name, const ModelState& model, const SampleParameters& parameters) {
+  const auto measure = [&](const char* name, const Model& model, const SampleParameters& parameters) {
     figures.note(fmt::format("  {}", name));
     ErrorSeries by_boxes{name, {}, {}}, by_rings{name, {}, {}};
     for (const std::uint32_t count : survey_counts(most, 32)) {

@@ -9,8 +9,8 @@
 #include "jobs/laboratory/figures/figure_set.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/spectrum.h"
+#include "kernels/model/sampler.h"
 #include "kernels/pointset/planar_points.h"
-#include "kernels/sample_mesh.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface.h"
 
@@ -130,8 +130,8 @@ void draw_mesh_differences(FigureSet& figures, const FigureMesh& mesh) {
       if (sequence == SequenceKind::shifted && s >= sets) continue;
       parameters.seed = figures.seed + s;
       parameters.place.sequence = sequence;
-      parameters.method = sequence == SequenceKind::random ? MethodChoice::direct : MethodChoice::conformal;
-      const Row row = sample_mesh(mesh.positions, mesh.faces, parameters);
+      parameters.method = parameters_for(sequence == SequenceKind::random ? "direct" : "conformal").method;
+      const Row row = Sampler(parameters).sample(mesh.positions, mesh.faces);
       if (row.report.status != Status::ok) throw ItemError(row.report.status, row.report.reason);
       const std::vector<double> points(row.samples.points.begin(), row.samples.points.end()),
           normals(row.samples.normals.begin(), row.samples.normals.end());

@@ -6,9 +6,9 @@
 
 namespace meander {
 
-ModelState staged_model(const FigureMesh& mesh, const SampleParameters& parameters,
-                        std::shared_ptr<const TensorTable> table) {
-  ModelState model;
+Model staged_model(const FigureMesh& mesh, const SampleParameters& parameters,
+                   std::shared_ptr<const TensorTable> table) {
+  Model model;
   model.tensor_table = std::move(table);
   for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
     model.file.x.push_back(mesh.positions[i]);
@@ -18,22 +18,17 @@ ModelState staged_model(const FigureMesh& mesh, const SampleParameters& paramete
   model.file.corners = mesh.faces;
   for (std::size_t f = 0; f <= mesh.faces.size(); f += 3)
     model.file.polygon_begin.push_back(static_cast<std::uint32_t>(f));
-  prepare_model(model, parameters);
-  follow_tensor_model(model, parameters);
-  cut_model(model, parameters);
-  flatten_model(model, parameters);
+  run_stages(charting_stages(parameters), model);
   return model;
 }
 
-Row sampled_row(const ModelState& staged, SampleParameters parameters, std::uint32_t count,
-                std::uint64_t seed, const EmbreeDevice& device) {
+Row sampled_row(const Model& staged, SampleParameters parameters, std::uint32_t count, std::uint64_t seed,
+                const EmbreeDevice& device) {
   set_samples(parameters, count);
   parameters.seed = seed;
-  ModelState model = staged;
+  Model model = staged;
   model.key = make_random_key(seed, {});
-  build_model_curves(model, parameters);
-  locate_model(model, parameters, &device);
-  place_model(model, parameters);
+  run_stages(placing_stages(parameters, &device), model);
   return std::move(model.row);
 }
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "jobs/laboratory/figures/figure_set.h"
-#include "kernels/sample_mesh.h"
+#include "kernels/model/model.h"
 
 namespace meander {
 
@@ -13,11 +13,11 @@ class EmbreeDevice;
 
 // Prepared, and with field, segments, cuts and charts as far as the method has them. `table`: of the tensor
 // kind table. Throws ItemError.
-ModelState staged_model(const FigureMesh& mesh, const SampleParameters& parameters,
+Model staged_model(const FigureMesh& mesh, const SampleParameters& parameters,
                         std::shared_ptr<const TensorTable> table = nullptr);
 
 // Samples from a copy of it; everything but the number, the seed and the sequence as it was staged with.
-Row sampled_row(const ModelState& staged, SampleParameters parameters, std::uint32_t count,
+Row sampled_row(const Model& staged, SampleParameters parameters, std::uint32_t count,
                 std::uint64_t seed, const EmbreeDevice& device);
 
 }  // namespace meander

@@ -14,6 +14,7 @@
 #include "jobs/laboratory/figures/staged_model.h"
 #include "kernels/analyse/curve_chains.h"
 #include "kernels/locate/embree_locator.h"
+#include "kernels/model/sampler.h"
 #include "kernels/render/bitmap_font.h"
 #include "kernels/render/surface_picture.h"
 #include "kernels/tensor/singularities.h"
@@ -55,8 +56,7 @@ SurfacePictureParameters picture_of(const FigureSet& figures) {
 
 // Samples of every figure here: those of `meander run --method anisotropic`.
 SampleParameters anisotropic_parameters() {
-  SampleParameters parameters;
-  parameters.method = MethodChoice::anisotropic;
+  SampleParameters parameters = parameters_for("anisotropic");
   return parameters;
 }
 
@@ -129,18 +129,13 @@ SrgbColour singularity_colour(std::int32_t half_turns) {
 void draw_one_field(FigureSet& figures, const FigureMesh& mesh, unsigned smoothing) {
   SampleParameters parameters = anisotropic_parameters();
   parameters.tensor.smoothing = smoothing;
-  ModelState model;
-  {
-    SampleParameters isotropic;
-    isotropic.method = MethodChoice::direct;
-    model = staged_model(mesh, isotropic);
-  }
+  const Model model = staged_model(mesh, parameters_for("direct"));
   TensorFieldReport report;
-  const TensorField field = make_tensor_field(model.file, model.mesh, parameters.tensor, {}, &report);
-  const std::vector<Singularity> singularities = find_singularities(model.mesh, field);
+  const TensorField field = make_tensor_field(model.file, model.surface, parameters.tensor, {}, &report);
+  const std::vector<Singularity> singularities = find_singularities(model.surface, field);
   set_samples(parameters, figures.quick ? 1200 : 6000);
   parameters.seed = figures.seed;
-  const Row row = sample_mesh(mesh.positions, mesh.faces, parameters);
+  const Row row = Sampler(parameters).sample(mesh.positions, mesh.faces);
   if (row.report.status != Status::ok) throw ItemError(row.report.status, row.report.reason);
 
   SurfaceScene scene{mesh.positions, mesh.faces, {}};
@@ -152,7 +147,7 @@ void draw_one_field(FigureSet& figures, const FigureMesh& mesh, unsigned smoothi
   std::vector<float> indices;
   Table table{{{"kind"}, {"index"}, {"x"}, {"y"}, {"z"}}, {}};
   for (const Singularity& s : singularities) {
-    const Vector3 p = file_point(model.mesh, s.position);
+    const Vector3 p = file_point(model.surface, s.position);
     half_turns += s.half_turns;
     ++(s.half_turns > 0 ? wedges : trisectors);
     scene.dots.push_back({p, figures.quick ? 4.0 : 5.5, singularity_colour(s.half_turns)});
@@ -188,8 +183,8 @@ struct FileNumbers {
   std::vector<std::set<std::uint32_t>> neighbours;    // by segment
 };
 
-FileNumbers file_numbers(const ModelState& model) {
-  const PreparedMesh& mesh = model.mesh;
+FileNumbers file_numbers(const Model& model) {
+  const PreparedMesh& mesh = model.segments.mesh;
   FileNumbers result;
   result.segment.assign(model.file.polygon_count(), no_index);
   result.neighbours.resize(mesh.components.size());
@@ -284,8 +279,9 @@ void draw_one_segmentation(FigureSet& figures, const FigureMesh& mesh, Alignment
   parameters.tensor_charts.segment.count = form == AlignmentForm::gradient ? 16 : 8;
   set_samples(parameters, figures.quick ? 512 : 2048);
   parameters.locator.curve.leaves_per_sample = 1;
-  ModelState model = staged_model(mesh, parameters);
-  build_model_curves(model, parameters);
+  Model model = staged_model(mesh, parameters);
+  model.trees = build_curves(model.segments.mesh, model.charts, model.segments.measure.masses,
+                             parameters.locator, model.cancel);
 
   const FileNumbers numbers = file_numbers(model);
   const std::vector<SrgbColour> colours = segment_colours(numbers);
@@ -300,17 +296,17 @@ void draw_one_segmentation(FigureSet& figures, const FigureMesh& mesh, Alignment
     scene.lines.push_back({vertex(edge[0]), vertex(edge[1]), figures.quick ? 1.2 : 1.8, {30, 30, 30}});
   const char* const name = form == AlignmentForm::gradient ? "gradient" : "metric";
   const std::string stem = fmt::format("figure13_{}_{}", mesh.name, name);
-  const AnisotropyReport& report = model.anisotropy;
+  const AnisotropyReport& report = model.segments.report;
   figures.picture(stem + "_segments", surface_picture(scene, picture_of(figures)),
-                  fmt::format("{}, {}: {} segments", mesh.name, name, model.mesh.components.size()));
+                  fmt::format("{}, {}: {} segments", mesh.name, name, model.segments.mesh.components.size()));
   figures.data(stem + "_segments.ply", coloured_mesh_ply(mesh.positions, mesh.faces, scene.face_colours));
 
   // The curve of every chart, on paper and on the surface.
   std::vector<std::uint32_t> largest(model.charts.size());
   for (std::uint32_t c = 0; c < largest.size(); ++c) largest[c] = c;
   std::sort(largest.begin(), largest.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return model.mesh.components[a].area != model.mesh.components[b].area
-               ? model.mesh.components[a].area > model.mesh.components[b].area
+    return model.segments.mesh.components[a].area != model.segments.mesh.components[b].area
+               ? model.segments.mesh.components[a].area > model.segments.mesh.components[b].area
                : a < b;
   });
   scene.face_colours.clear();
@@ -322,18 +318,19 @@ void draw_one_segmentation(FigureSet& figures, const FigureMesh& mesh, Alignment
   for (const std::uint32_t c : largest) {
     const CurveTree empty;
     const CurveTree& tree = c < model.trees.size() ? model.trees[c] : empty;
-    const std::vector<CurveChain> chains = curve_chains(model.mesh, model.charts[c], tree, 12);
+    const std::vector<CurveChain> chains = curve_chains(model.segments.mesh, model.charts[c], tree, 12);
     const double leaves = static_cast<double>(std::max<std::size_t>(1, tree.leaf_count()));
     chains_in_all += chains.size();
     charts_with_curve += chains.empty() ? 0 : 1;
-    const Component& component = model.mesh.components[c];
-    const double share = component.area / model.mesh.total_area;
+    const Component& component = model.segments.mesh.components[c];
+    const double share = component.area / model.segments.mesh.total_area;
     table.rows.push_back({c, share, component.triangle_end - component.triangle_begin, tree.leaf_count(),
                           chains.size(), name_of(model.charts[c].report.method)});
     for (const CurveChain& chain : chains)
       for (std::size_t i = 0; i + 1 < chain.position.size(); ++i)
-        scene.lines.push_back({file_point(model.mesh, chain.position[i]),
-                               file_point(model.mesh, chain.position[i + 1]), figures.quick ? 1.2 : 1.6,
+        scene.lines.push_back({file_point(model.segments.mesh, chain.position[i]),
+                               file_point(model.segments.mesh, chain.position[i + 1]),
+                               figures.quick ? 1.2 : 1.6,
                                srgb(map_colour(ColourMap::lagoon, 0.78 * chain.along[i] / leaves))});
     if (drawings.size() == most_charts || chains.empty()) continue;
     PlanarDrawing drawing;
@@ -367,7 +364,7 @@ void draw_one_sampling(FigureSet& figures, const FigureMesh& mesh) {
   SampleParameters parameters = anisotropic_parameters();
   set_samples(parameters, figures.quick ? 800 : 5000);
   parameters.seed = figures.seed;
-  const Row row = sample_mesh(mesh.positions, mesh.faces, parameters);
+  const Row row = Sampler(parameters).sample(mesh.positions, mesh.faces);
   if (row.report.status != Status::ok) throw ItemError(row.report.status, row.report.reason);
   const Samples& samples = row.samples;
   SurfaceScene scene{mesh.positions, mesh.faces, {}};

@@ -39,8 +39,7 @@ FigureMesh made_square(std::uint32_t n) {
 }
 
 SampleParameters anisotropic_parameters(SequenceKind sequence) {
-  SampleParameters parameters;
-  parameters.method = MethodChoice::anisotropic;
+  SampleParameters parameters = parameters_for("anisotropic");
   parameters.place.sequence = sequence;
   return parameters;
 }
@@ -207,7 +206,7 @@ std::vector<LabelledMap> draw_constant_fields(FigureSet& figures, const EmbreeDe
     SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
     parameters.tensor.kind = TensorKind::constant;
     parameters.tensor.constant = constant_spacing(ratio);
-    const ModelState staged = staged_model(square, parameters);
+    const Model staged = staged_model(square, parameters);
     MapPair area, spacings;
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random})
       for (std::uint32_t s = 0; s < (sequence == SequenceKind::random ? 4 * sets : sets); ++s) {
@@ -316,7 +315,7 @@ void draw_swirl(FigureSet& figures, const EmbreeDevice& device) {
   SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
   parameters.tensor.kind = TensorKind::table;
   parameters.tensor.table = table;
-  const ModelState staged = staged_model(square, parameters, table);
+  const Model staged = staged_model(square, parameters, table);
   ClassMaps maps;
   for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random})
     for (std::uint32_t s = 0; s < (sequence == SequenceKind::random ? 4 * sets : sets); ++s) {
@@ -334,7 +333,7 @@ void draw_swirl(FigureSet& figures, const EmbreeDevice& device) {
 void draw_mesh_field(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
   const std::uint32_t sets = figures.quick ? 2 : 8, count = figures.quick ? 1000 : 3000;
   SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
-  const ModelState staged = staged_model(mesh, parameters);
+  const Model staged = staged_model(mesh, parameters);
   ClassMaps maps;
   for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random})
     for (std::uint32_t s = 0; s < (sequence == SequenceKind::random ? 4 * sets : sets); ++s) {
@@ -388,7 +387,7 @@ void draw_tensor_discrepancy(FigureSet& figures) {
     SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
     parameters.tensor.kind = TensorKind::constant;
     parameters.tensor.constant = constant_spacing(ratio);
-    const ModelState staged = staged_model(square, parameters);
+    const Model staged = staged_model(square, parameters);
     const TangentTensor log_spacing = tensor_of(
         {0.5 * std::log(ratio), -0.5 * std::log(ratio), std::cos(plane_angle), std::sin(plane_angle)});
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random}) {

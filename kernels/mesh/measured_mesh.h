@@ -1,0 +1,33 @@
+// A mesh with the lengths that it is measured by: those in space, or those of a metric on it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/mesh/prepared_mesh.h"
+
+namespace meander {
+
+// What seams, charts and curve elements are measured by; areas, masses and points are always those in space.
+// A view: mesh and lengths must outlive it.
+class MeasuredMesh {
+ public:
+  // In space. Implicit, so that whatever measures a mesh takes a PreparedMesh too.
+  MeasuredMesh(const PreparedMesh& surface) : mesh_(&surface) {}
+  MeasuredMesh(PreparedMesh&&) = delete;
+  // metric_length: 3 T lengths of half-edges, both sides of an edge alike; empty: in space.
+  MeasuredMesh(const PreparedMesh& surface, std::span<const double> metric_length)
+      : mesh_(&surface), metric_length_(metric_length) {}
+
+  const PreparedMesh& mesh() const { return *mesh_; }
+  bool in_space() const { return metric_length_.empty(); }
+  double length(std::uint32_t half_edge) const {
+    return in_space() ? mesh_->length_in_space(half_edge) : metric_length_[half_edge];
+  }
+
+ private:
+  const PreparedMesh* mesh_;
+  std::span<const double> metric_length_;
+};
+
+}  // namespace meander

@@ -1,0 +1,59 @@
+// One model on its way from a mesh to a row, and the stages that take it there.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/curve/curve_tree.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/model/sample_parameters.h"
+#include "kernels/model/tensor_segments.h"
+
+namespace meander {
+
+// What goes in, and what each stage has made of it. A stage makes its own members and reads earlier ones.
+struct Model {
+  PolygonMesh file;
+  RandomKey key;
+  CancelToken cancel;
+  std::shared_ptr<const TensorTable> tensor_table;  // of the tensor kind table, where it comes with the model
+
+  PreparedMesh surface;           // prepare_mesh
+  MeshMeasure measure;         // prepare_mesh; without masses where samples follow a tensor
+  TensorSegments segments;        // follow_tensor, chart_segments
+  std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them
+  std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
+  std::vector<CurveTree> trees;   // build_curve; locate_vertices refines them
+  CurveElements elements;         // locate_vertices
+  Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
+};
+
+// One step of a method. Throws ItemError, RunCancelled or std::bad_alloc.
+struct ModelStage {
+  std::string_view name;
+  std::function<void(Model&)> run;
+};
+using ModelStages = std::vector<ModelStage>;
+
+// All stages of the method, in order; no stage is idle. The parameters are copied. `device`: null unless
+// casts_rays; it must outlive the stages.
+ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
+
+// Its two halves. Up to the charts nothing depends on number, seed and sequence of the samples, so a model
+// charted once can be copied and sampled many times with parameters that differ in those.
+ModelStages charting_stages(const SampleParameters& parameters);
+ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
+
+void run_stages(const ModelStages& stages, Model& model);
+
+// Frees segments, charts, curves and elements: what samples are placed with. For stages that need the surface
+// and the samples alone.
+void release_charts(Model& model);
+
+}  // namespace meander

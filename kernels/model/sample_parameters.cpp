@@ -1,0 +1,73 @@
+#include "kernels/model/sample_parameters.h"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "kernels/core/check_range.h"
+
+namespace meander {
+
+SampleParameters parameters_for(std::string_view method) {
+  SampleParameters parameters;
+  for (const SamplingMethod& known : sampling_methods) {
+    if (known.name != method) continue;
+    parameters.method = known.choice;
+    return parameters;
+  }
+  throw std::invalid_argument("there is no sampling method `" + std::string(method) + "`");
+}
+
+std::vector<std::string> validate(const SampleParameters& p) {
+  std::vector<std::string> problems;
+  check_range(problems, "samples", p.place.samples, 1, 2147483648.0);
+  check_range(problems, "jitter", p.place.jitter, 0.0, 1.0);
+  check_range(problems, "elements per sample", p.elements.elements_per_sample, 1.0, 64.0);
+  check_range(problems, "leaves per sample", p.locator.curve.leaves_per_sample, 1.0, 256.0);
+  check_range(problems, "curve depth", p.locator.curve.max_depth, 1, 31);
+  check_range(problems, "sheets", p.locator.max_sheets, 1, 16);
+  check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
+  check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
+  check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
+  check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
+  check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);
+  const bool wants_attribute =
+      p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
+  if (wants_attribute && p.density.attribute.empty())
+    problems.push_back("the density needs the name of an attribute");
+  if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
+    problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
+  check_range(problems, "descriptor bins", p.describe.bins, 8, 1024);
+  check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
+  if (!p.describe.descriptors.empty() && p.place.samples < 4)
+    problems.push_back("descriptors need at least 4 samples");
+  if (method_of(p).follows_tensor) {
+    // Tables may come with each model (Model::tensor_table).
+    TensorParameters tensor = p.tensor;
+    if (tensor.kind == TensorKind::table && !tensor.table) tensor.table = std::make_shared<TensorTable>();
+    for (const std::string& problem : validate(tensor)) problems.push_back(problem);
+  }
+  check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
+  check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
+  check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
+  if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
+    problems.push_back("the stages disagree about the number of samples (see set_samples)");
+  return problems;
+}
+
+bool casts_rays(const SampleParameters& parameters) {
+  return method_of(parameters).makes_charts && parameters.locate != LocatorKind::elements;
+}
+
+double elements_per_sample(const SampleParameters& parameters) {
+  const double asked = parameters.elements.elements_per_sample;
+  return method_of(parameters).follows_tensor ? std::max(asked, tensor_elements_per_sample) : asked;
+}
+
+void set_samples(SampleParameters& parameters, std::uint32_t samples) {
+  parameters.place.samples = samples;
+  parameters.elements.samples = samples;
+  parameters.locator.samples = samples;
+}
+
+}  // namespace meander

@@ -1,0 +1,85 @@
+// Everything that decides the samples of a model, and the registry of the methods.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/density/density.h"
+#include "kernels/describe/describe_samples.h"
+#include "kernels/flatten/flatten_chart.h"
+#include "kernels/locate/embree_locator.h"
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/samples.h"
+#include "kernels/segment/segment_mesh.h"
+#include "kernels/tensor/chart_alignment.h"
+#include "kernels/tensor/make_tensor_field.h"
+
+namespace meander {
+
+enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
+enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
+
+// The least number of elements per sample of anisotropic sampling, whatever ElementParameters ask for:
+// triangles that are round in space are needles in a metric, and unless elements are small relative to a
+// sample's cell, samples are less anisotropic than requested (docs/ANISOTROPIC.md has the numbers).
+inline constexpr double tensor_elements_per_sample = 16;
+
+// How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).
+struct TensorChartParameters {
+  AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
+  SegmentParameters segment = {1, 20, {}};
+  std::uint32_t max_bisections = 6;  // rounds in which segments whose chart fails are halved; 0..16
+  AlignmentLimits limits;
+};
+
+// Everything that decides the points of a model. The defaults are those of `meander run`.
+struct SampleParameters {
+  MethodChoice method = MethodChoice::conformal;
+  LocatorKind locate = LocatorKind::embree;
+  std::uint64_t seed = 1;
+  CutParameters cut;
+  FlattenParameters flatten;
+  LocateParameters locator;
+  ElementParameters elements;
+  DensityParameters density;
+  PlaceParameters place;
+  bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
+  DescribeParameters describe;
+  TensorParameters tensor;  // of the method anisotropic, as is the next one
+  TensorChartParameters tensor_charts;
+};
+
+// All problems of the parameters, one sentence each; empty when they are valid.
+std::vector<std::string> validate(const SampleParameters& parameters);
+
+// A method as the rest of the program knows it; the stages of each are in stages_of.cpp.
+struct SamplingMethod {
+  MethodChoice choice;
+  std::string_view name;  // on the command line and in stores
+  bool makes_charts;      // cuts and flattens the surface: has a curve and a locator to choose
+  bool follows_tensor;    // samples under a tensor field: has segments, and rows of AnisotropyReport
+};
+inline constexpr std::array<SamplingMethod, 3> sampling_methods = {
+    {{MethodChoice::conformal, "conformal", true, false},
+     {MethodChoice::direct, "direct", false, false},
+     {MethodChoice::anisotropic, "anisotropic", true, true}}};
+constexpr const SamplingMethod& method_of(const SampleParameters& parameters) {
+  return sampling_methods[static_cast<std::size_t>(parameters.method)];
+}
+// The default parameters with the method of that name; std::invalid_argument when there is none.
+SampleParameters parameters_for(std::string_view method);
+
+// Whether the parameters cast rays: only then do the stages need an Embree device.
+bool casts_rays(const SampleParameters& parameters);
+
+// elements.elements_per_sample, or tensor_elements_per_sample where that is more and the method is
+// anisotropic.
+double elements_per_sample(const SampleParameters& parameters);
+
+// Sets the number of samples wherever the stages need it.
+void set_samples(SampleParameters& parameters, std::uint32_t samples);
+
+}  // namespace meander

@@ -1,0 +1,47 @@
+// Sampling meshes from a C++ program: no files, no store, no graph.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "kernels/core/cancel.h"
+#include "kernels/model/sample_parameters.h"
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+// Samples meshes with one set of parameters. Holds what all of them share: the stages of the method and, for
+// methods that cast rays, one Embree device. sample() may be called from any number of threads at a time.
+//
+//   SampleParameters parameters;
+//   set_samples(parameters, 2048);
+//   const Sampler sampler(parameters);
+//   const Row row = sampler.sample(positions, faces);
+class Sampler {
+ public:
+  // Throws std::invalid_argument with all that validate() finds.
+  explicit Sampler(const SampleParameters& parameters);
+  ~Sampler();
+  Sampler(Sampler&&) noexcept;
+  Sampler& operator=(Sampler&&) noexcept;
+
+  const SampleParameters& parameters() const;
+
+  // Samples a mesh given as arrays.
+  //   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model
+  //   (randomness is a pure function of (seed, content, index); pass the same bytes to get the same points).
+  // Returns the row that `meander run` would store for a file with these bytes. A mesh that cannot be sampled
+  // does not throw: the status of the row says why, report.reason in words. Throws std::invalid_argument when
+  // a length is no multiple of 3, RunCancelled when `cancel` is set, std::bad_alloc for lack of memory before
+  // any stage. Deterministic for every thread count. Cost: the README has the rates; O((F + N) log (F + N))
+  // for the method direct.
+  Row sample(std::span<const double> positions, std::span<const std::uint32_t> faces,
+             std::span<const std::uint8_t> content = {}, const CancelToken& cancel = {}) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace meander

@@ -1,0 +1,275 @@
+// The stages of every method. A method is a list; what is shared between lists is a function.
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <stdexcept>
+#include <utility>
+
+#include "kernels/describe/curved_samples.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/model/charts.h"
+#include "kernels/model/model.h"
+#include "kernels/sample/point_frames.h"
+
+namespace meander {
+
+namespace {
+
+// ---- up to the charts
+
+void report_file(const PolygonMesh& file, ItemReport& report) {
+  report.vertices = file.vertex_count();
+  report.faces = file.polygon_count();
+  report.repairs = file.repairs;
+}
+
+void report_surface(const PreparedMesh& mesh, ItemReport& report) {
+  report.repairs = mesh.repairs;
+  report.components = static_cast<std::uint32_t>(mesh.components.size());
+  for (const Component& c : mesh.components) {
+    report.genus += c.genus;
+    report.boundaries += c.boundary_loops;
+  }
+  report.bbox = mesh.bbox;
+  report.area = file_area(mesh, mesh.total_area);
+}
+
+void prepare_surface(Model& model, const DensityParameters& density) {
+  report_file(model.file, model.row.report);
+  model.surface = prepare_mesh(model.file, model.cancel);
+  report_surface(model.surface, model.row.report);
+  model.measure.density = make_density(model.file, model.surface, density, model.cancel);
+}
+
+void measure_surface(Model& model) {
+  model.measure = measure_of(model.surface, std::move(model.measure.density));
+  model.row.report.measure = file_measure(model.surface, model.measure.masses);
+}
+
+ModelStages charting_direct(const SampleParameters& p) {
+  return {{"prepare_mesh", [density = p.density](Model& model) {
+             prepare_surface(model, density);
+             measure_surface(model);
+             model.row.report.method = Method::direct;
+           }}};
+}
+
+ModelStages charting_conformal(const SampleParameters& p) {
+  return {{"prepare_mesh",
+           [density = p.density](Model& model) {
+             prepare_surface(model, density);
+             measure_surface(model);
+           }},
+          {"cut_to_disk",
+           [cut = p.cut](Model& model) { model.cuts = cut_components(model.surface, cut, model.cancel); }},
+          {"flatten_chart", [flatten = p.flatten](Model& model) {
+             model.charts = flatten_components(model.surface, std::move(model.cuts), flatten, model.cancel);
+             report_charts(model.surface.components, model.charts, model.row.report);
+           }}};
+}
+
+ModelStages charting_anisotropic(const SampleParameters& p) {
+  return {{"prepare_mesh", [density = p.density](Model& model) { prepare_surface(model, density); }},
+          {"follow_tensor",
+           [wanted = p.tensor_charts, tensor = p.tensor](Model& model) {
+             TensorParameters own = tensor;
+             if (model.tensor_table) own.table = model.tensor_table;
+             model.segments = make_tensor_segments(model.file, model.surface, model.measure.density, own,
+                                                   wanted, model.cancel);
+             model.row.report.measure = model.segments.file_measure;
+           }},
+          {"chart_segments", [p](Model& model) {
+             model.charts = chart_segments(model.segments, p, model.cancel);
+             report_charts(model.segments.mesh.components, model.charts, model.row.report);
+           }}};
+}
+
+// ---- from the charts to the samples
+
+// What is sampled: the surface, or its segments under a tensor field.
+struct Domain {
+  MeasuredMesh mesh;
+  const MeshMeasure& measure;
+};
+Domain surface_domain(const Model& model) { return {model.surface, model.measure}; }
+Domain segments_domain(const Model& model) { return {model.segments.measured(), model.segments.measure}; }
+using DomainOf = Domain (*)(const Model&);
+
+ElementParameters element_parameters(const SampleParameters& p) {
+  ElementParameters elements = p.elements;
+  elements.elements_per_sample = elements_per_sample(p);
+  elements.keep_vertices = p.place.place == PlaceKind::vertex;
+  elements.curve = p.locator.curve.kind;
+  return elements;
+}
+
+// Elements in the order of the charts, or without any in that of space.
+ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
+  return {{"locate_vertices", [elements = element_parameters(p), domain_of](Model& model) {
+             const Domain domain = domain_of(model);
+             model.elements = build_elements(domain.mesh, domain.measure, model.charts, {}, model.key,
+                                             elements, model.cancel);
+           }}};
+}
+
+ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
+  ModelStages stages = {{"build_curve", [locator = p.locator, domain_of](Model& model) {
+                           const Domain domain = domain_of(model);
+                           model.trees = build_curves(domain.mesh.mesh(), model.charts, domain.measure.masses,
+                                                      locator, model.cancel);
+                         }}};
+  if (p.locate == LocatorKind::first_hit) {
+    stages.push_back({"locate_vertices", [locator = p.locator, device, domain_of](Model& model) {
+                        const Domain domain = domain_of(model);
+                        model.elements = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
+                                                          model.charts, model.trees, locator, model.cancel);
+                      }});
+  } else {
+    stages.push_back({"locate_vertices", [locator = p.locator, elements = element_parameters(p), device,
+                                          domain_of](Model& model) {
+                        const Domain domain = domain_of(model);
+                        const Located located = locate_with_embree(*device, domain.mesh.mesh(), model.charts,
+                                                                   domain.measure.masses, model.trees,
+                                                                   model.key, locator, model.cancel);
+                        model.elements =
+                            build_elements(domain.mesh, domain.measure, model.charts,
+                                           {located.hits, located.sheet}, model.key, elements, model.cancel);
+                      }});
+  }
+  return stages;
+}
+
+ModelStages locating(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
+  if (!casts_rays(p)) return locating_elements(p, domain_of);
+  if (device == nullptr) throw std::invalid_argument("the locator needs an Embree device");
+  return locating_rays(p, device, domain_of);
+}
+
+void place(Model& model, const PlaceParameters& parameters, const Domain& domain) {
+  ItemReport& report = model.row.report;
+  const OutputFrame frame = output_frame(model.surface, parameters.normalize);
+  report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
+  report.scale = frame.scale;
+  model.row.samples = place_samples(model.file, domain.mesh, domain.measure.density, model.elements,
+                                    model.key, parameters, frame, report.repairs, model.cancel);
+}
+
+// Moves the samples from the chords to the smooth surface that the vertex normals describe.
+void lift(Model& model) {
+  const PreparedMesh& mesh = model.surface;
+  Samples& samples = model.row.samples;
+  const ItemReport& report = model.row.report;
+  const std::vector<double> normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
+  const std::vector<double> lifted =
+      lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, samples.triangle, samples.barycentric);
+  samples.points = stored_points(lifted, mesh, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
+}
+
+ModelStages placing_on_surface(const SampleParameters& p) {
+  return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
+             place(model, parameters, surface_domain(model));
+             if (curved) lift(model);
+             model.row.report.status = Status::ok;
+           }}};
+}
+
+ModelStages placing_on_segments(const SampleParameters& p) {
+  return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
+             place(model, parameters, segments_domain(model));
+             Samples& samples = model.row.samples;
+             add_sample_tensors(model.segments, model.row.report.scale, samples);
+             for (std::uint32_t& triangle : samples.triangle)
+               triangle = model.segments.source_triangle[triangle];
+             if (curved) lift(model);
+             model.row.report.status = Status::ok;
+           }}};
+}
+
+// ---- descriptors
+
+void describe(Model& model, const DescribeParameters& parameters) {
+  release_charts(model);
+  // A store names the triangle of a sample by its polygon and corners. A polygon that visits the same three
+  // corners twice has two such triangles; this takes the one that `describe` will find in the store.
+  const std::vector<Descriptor>& wanted = parameters.descriptors;
+  if (std::find(wanted.begin(), wanted.end(), Descriptor::geodesic) != wanted.end())
+    model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples);
+  model.row.descriptors =
+      describe_samples(model.surface, model.row.samples, model.key, parameters, model.cancel);
+}
+
+ModelStages describing(const SampleParameters& p) {
+  if (p.describe.descriptors.empty()) return {};
+  return {{"describe_shape", [parameters = p.describe](Model& model) { describe(model, parameters); }}};
+}
+
+ModelStages describing_anisotropy(const SampleParameters& p) {
+  return {{"describe_shape", [parameters = p.describe](Model& model) {
+             const AnisotropyReport report = model.segments.report;
+             describe(model, parameters);
+             for (DescriptorRow& row : anisotropy_rows(report))
+               model.row.descriptors.push_back(std::move(row));
+           }}};
+}
+
+// ---- the lists
+
+ModelStages joined(std::initializer_list<ModelStages> lists) {
+  ModelStages all;
+  for (const ModelStages& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+ModelStages sampling_conformal(const SampleParameters& p, const EmbreeDevice* device) {
+  return joined({locating(p, device, surface_domain), placing_on_surface(p), describing(p)});
+}
+
+ModelStages sampling_direct(const SampleParameters& p, const EmbreeDevice*) {
+  return joined({locating_elements(p, surface_domain), placing_on_surface(p), describing(p)});
+}
+
+ModelStages sampling_anisotropic(const SampleParameters& p, const EmbreeDevice* device) {
+  return joined({locating(p, device, segments_domain), placing_on_segments(p), describing_anisotropy(p)});
+}
+
+struct MethodStages {
+  MethodChoice choice;
+  ModelStages (*charting)(const SampleParameters&);
+  ModelStages (*sampling)(const SampleParameters&, const EmbreeDevice*);
+};
+constexpr std::array<MethodStages, sampling_methods.size()> stages_by_method = {
+    {{MethodChoice::conformal, charting_conformal, sampling_conformal},
+     {MethodChoice::direct, charting_direct, sampling_direct},
+     {MethodChoice::anisotropic, charting_anisotropic, sampling_anisotropic}}};
+
+const MethodStages& registered(const SampleParameters& p) {
+  return stages_by_method[static_cast<std::size_t>(p.method)];
+}
+
+}  // namespace
+
+ModelStages charting_stages(const SampleParameters& parameters) {
+  return registered(parameters).charting(parameters);
+}
+
+ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device) {
+  return registered(parameters).sampling(parameters, device);
+}
+
+ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device) {
+  return joined({charting_stages(parameters), placing_stages(parameters, device)});
+}
+
+void run_stages(const ModelStages& stages, Model& model) {
+  for (const ModelStage& stage : stages) stage.run(model);
+}
+
+void release_charts(Model& model) {
+  model.segments = {};
+  model.cuts = {};
+  model.charts = {};
+  model.trees = {};
+  model.elements = {};
+}
+
+}  // namespace meander
