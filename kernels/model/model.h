@@ -25,7 +25,7 @@ struct Model {
   std::shared_ptr<const TensorTable> tensor_table;  // of the tensor kind table, where it comes with the model
 
   PreparedMesh surface;           // prepare_mesh
-  MeshMeasure measure;         // prepare_mesh; without masses where samples follow a tensor
+  MeshMeasure measure;            // prepare_mesh; without masses where samples follow a tensor
   TensorSegments segments;        // follow_tensor, chart_segments
   std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them
   std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
@@ -45,8 +45,9 @@ using ModelStages = std::vector<ModelStage>;
 // casts_rays; it must outlive the stages.
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
 
-// Its two halves. Up to the charts nothing depends on number, seed and sequence of the samples, so a model
-// charted once can be copied and sampled many times with parameters that differ in those.
+// Its first two thirds; descriptors are the last. Up to the charts nothing depends on number, seed and
+// sequence of the samples, so a model charted once can be sampled many times with parameters that differ in
+// those.
 ModelStages charting_stages(const SampleParameters& parameters);
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
 

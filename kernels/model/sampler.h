@@ -20,7 +20,8 @@ namespace meander {
 //   const Row row = sampler.sample(positions, faces);
 class Sampler {
  public:
-  // Throws std::invalid_argument with all that validate() finds.
+  // Throws std::invalid_argument with all that validate() finds, ItemError(out_of_memory) when Embree cannot
+  // be started.
   explicit Sampler(const SampleParameters& parameters);
   ~Sampler();
   Sampler(Sampler&&) noexcept;

@@ -220,27 +220,28 @@ ModelStages joined(std::initializer_list<ModelStages> lists) {
   return all;
 }
 
-ModelStages sampling_conformal(const SampleParameters& p, const EmbreeDevice* device) {
-  return joined({locating(p, device, surface_domain), placing_on_surface(p), describing(p)});
+ModelStages placing_conformal(const SampleParameters& p, const EmbreeDevice* device) {
+  return joined({locating(p, device, surface_domain), placing_on_surface(p)});
 }
 
-ModelStages sampling_direct(const SampleParameters& p, const EmbreeDevice*) {
-  return joined({locating_elements(p, surface_domain), placing_on_surface(p), describing(p)});
+ModelStages placing_direct(const SampleParameters& p, const EmbreeDevice*) {
+  return joined({locating_elements(p, surface_domain), placing_on_surface(p)});
 }
 
-ModelStages sampling_anisotropic(const SampleParameters& p, const EmbreeDevice* device) {
-  return joined({locating(p, device, segments_domain), placing_on_segments(p), describing_anisotropy(p)});
+ModelStages placing_anisotropic(const SampleParameters& p, const EmbreeDevice* device) {
+  return joined({locating(p, device, segments_domain), placing_on_segments(p)});
 }
 
 struct MethodStages {
   MethodChoice choice;
   ModelStages (*charting)(const SampleParameters&);
-  ModelStages (*sampling)(const SampleParameters&, const EmbreeDevice*);
+  ModelStages (*placing)(const SampleParameters&, const EmbreeDevice*);
+  ModelStages (*describing)(const SampleParameters&);
 };
 constexpr std::array<MethodStages, sampling_methods.size()> stages_by_method = {
-    {{MethodChoice::conformal, charting_conformal, sampling_conformal},
-     {MethodChoice::direct, charting_direct, sampling_direct},
-     {MethodChoice::anisotropic, charting_anisotropic, sampling_anisotropic}}};
+    {{MethodChoice::conformal, charting_conformal, placing_conformal, describing},
+     {MethodChoice::direct, charting_direct, placing_direct, describing},
+     {MethodChoice::anisotropic, charting_anisotropic, placing_anisotropic, describing_anisotropy}}};
 
 const MethodStages& registered(const SampleParameters& p) {
   return stages_by_method[static_cast<std::size_t>(p.method)];
@@ -253,11 +254,12 @@ ModelStages charting_stages(const SampleParameters& parameters) {
 }
 
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device) {
-  return registered(parameters).sampling(parameters, device);
+  return registered(parameters).placing(parameters, device);
 }
 
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device) {
-  return joined({charting_stages(parameters), placing_stages(parameters, device)});
+  return joined({charting_stages(parameters), placing_stages(parameters, device),
+                 registered(parameters).describing(parameters)});
 }
 
 void run_stages(const ModelStages& stages, Model& model) {

@@ -1,5 +1,5 @@
 // The whole program with failures put into its stages, for tests that need a real process to die.
-//   MEANDER_TEST_FAULT=segv:ID | abort:ID    dies in flatten_chart of the item whose id contains ID
+//   MEANDER_TEST_FAULT=segv:ID | abort:ID    dies in place_samples of the item whose id contains ID
 //   MEANDER_TEST_FAULT=slow:MILLISECONDS     every item takes that long on top (so that kills hit items in
 //   flight)
 #include <chrono>
@@ -18,7 +18,7 @@ void add_fault(meander::GraphStages& stages) {
   const std::string fault = text, kind = fault.substr(0, fault.find(':')),
                     argument = fault.substr(fault.find(':') + 1);
   for (meander::GraphStage& stage : stages) {
-    if (stage.name != "flatten_chart") continue;
+    if (stage.name != "place_samples") continue;
     stage.body = [body = stage.body, kind, argument](meander::GraphItem& item) {
       if (kind == "slow") std::this_thread::sleep_for(std::chrono::milliseconds(std::stoi(argument)));
       const bool hit = kind != "slow" && item.plan->id.find(argument) != std::string::npos;

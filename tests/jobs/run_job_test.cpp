@@ -130,7 +130,7 @@ TEST_CASE("run: an item that crashes the process is found, told apart from its n
     for (std::uint64_t row = 0; row < reader.rows(); ++row) {
       const bool crashed = reader.id(row) == "torus/5.ply";
       CHECK(reader.report(row).status == (crashed ? Status::crashed : expected.at(reader.id(row))));
-      if (crashed) CHECK(reader.report(row).reason.find("flatten_chart") != std::string::npos);
+      if (crashed) CHECK(reader.report(row).reason.find("place_samples") != std::string::npos);
     }
     // Mended: the row is done again, and the store is that of a run that never crashed.
     REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--retry", "crashed"})).exit_code ==

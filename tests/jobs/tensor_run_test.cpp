@@ -10,7 +10,7 @@
 #include <set>
 
 #include "io/store/store.h"
-#include "kernels/model/sample_parameters.h"
+#include "kernels/model/tensor_segments.h"
 #include "support/collection.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

@@ -191,7 +191,7 @@ RegionCounts grid_counts(const ChartedModel& model, const Samples& samples) {
 
 // Metric distance from every sample to the nearest seam or border between charts.
 std::vector<double> seam_distances(const ChartedModel& model, const FieldSamples& samples) {
-  const PreparedMesh& mesh = model.state.mesh;
+  const PreparedMesh& mesh = model.state.segments.mesh;
   // Half-edges of the whole mesh by the corner of the file they start from: the true borders.
   std::map<std::uint32_t, std::uint32_t> whole;
   for (std::uint32_t h = 0; h < model.state.surface.opposite.size(); ++h)

@@ -54,15 +54,24 @@ RTCError rtcGetDeviceError(RTCDevice device) {
 
 }  // extern "C"
 
-TEST_CASE("Embree out of memory is the status out_of_memory, for the device and for a scene") {
+TEST_CASE("Embree out of memory: a scene is the status of its model, a device the error of the Sampler") {
   CHECK(sampled().report.status == Status::ok);
-  for (const Fails what : {Fails::device, Fails::commit}) {
-    fails = what;
-    const Row row = sampled();
-    fails = Fails::nothing;
-    INFO(row.report.reason);
-    CHECK(row.report.status == Status::out_of_memory);
-    CHECK(row.report.reason.find("Embree") != std::string::npos);
-    CHECK(row.samples.count() == 0);
+  fails = Fails::commit;
+  const Row row = sampled();
+  fails = Fails::nothing;
+  INFO(row.report.reason);
+  CHECK(row.report.status == Status::out_of_memory);
+  CHECK(row.report.reason.find("Embree") != std::string::npos);
+  CHECK(row.samples.count() == 0);
+
+  fails = Fails::device;
+  try {
+    sampled();
+    FAIL("a Sampler without a device");
+  } catch (const ItemError& error) {
+    CHECK(error.status() == Status::out_of_memory);
+    CHECK(std::string(error.what()).find("Embree") != std::string::npos);
   }
+  fails = Fails::nothing;
+  CHECK(sampled().report.status == Status::ok);
 }

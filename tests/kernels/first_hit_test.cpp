@@ -51,7 +51,8 @@ Found first_hit(const PolygonMesh& file, const ChartMap& map, std::uint64_t samp
   parameters.curve.leaves_per_sample = 64;
   found.masses = triangle_masses(found.mesh, density);
   found.trees = build_curves(found.mesh, found.charts, found.masses, parameters);
-  found.elements = locate_first_hit(device, found.mesh, density, found.charts, found.trees, parameters);
+  found.elements = locate_first_hit(device, found.mesh, measure_of(found.mesh, density), found.charts,
+                                    found.trees, parameters);
   return found;
 }
 

@@ -30,7 +30,7 @@ Density linear_density(const PreparedMesh& mesh) {
 CurveElements direct_elements(const PreparedMesh& mesh, const Density& density, std::uint64_t samples) {
   ElementParameters parameters;
   parameters.samples = samples;
-  return build_elements(mesh, density, {}, {}, test_key, parameters);
+  return build_elements(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
 }
 
 Samples place(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
@@ -43,8 +43,9 @@ Samples place(const PolygonMesh& file, std::uint32_t n, PlaceParameters paramete
   element.keep_vertices = true;
   const RandomKey key = make_random_key(seed, {});
   RepairCounts repairs;
-  return place_samples(file, mesh, density, build_elements(mesh, density, {}, {}, key, element), key,
-                       parameters, output_frame(mesh, parameters.normalize), repairs);
+  return place_samples(file, mesh, density,
+                       build_elements(mesh, measure_of(mesh, density), {}, {}, key, element), key, parameters,
+                       output_frame(mesh, parameters.normalize), repairs);
 }
 
 }  // namespace
@@ -74,7 +75,8 @@ TEST_CASE("build_elements: hints ask for more elements and never change the mass
   const std::vector<std::uint32_t> hits(mesh.triangle_count(), 37);
   ElementParameters parameters;
   parameters.samples = 1;
-  const CurveElements elements = build_elements(mesh, {}, {}, {hits, {}}, test_key, parameters);
+  const CurveElements elements =
+      build_elements(mesh, measure_of(mesh, {}), {}, {hits, {}}, test_key, parameters);
   CHECK(elements.count() == 64 * mesh.triangle_count());
   CHECK(elements.total() == Approx(mesh.total_area).epsilon(1e-13));
 }

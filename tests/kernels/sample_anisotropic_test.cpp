@@ -11,6 +11,7 @@
 #include "kernels/analyse/certify_samples.h"
 #include "kernels/analyse/region_counts.h"
 #include "kernels/analyse/spacing.h"
+#include "kernels/model/sampler.h"
 #include "support/anisotropic_models.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
@@ -204,16 +205,17 @@ TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 /
     ChartedModel model = charted(mesh, anisotropic(TensorKind::table, form), around_torus(mesh));
     constexpr std::uint32_t n = 1500;
     // By the stages' own masses: components (segments) are runs of the curve.
-    std::vector<std::uint32_t> of_component(model.state.mesh.triangle_count());
+    std::vector<std::uint32_t> of_component(model.state.segments.mesh.triangle_count());
     std::uint32_t number = 0;
-    for (const Component& component : model.state.mesh.components) {
+    for (const Component& component : model.state.segments.mesh.components) {
       for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t)
         of_component[t] = number;
       ++number;
     }
     const Samples& samples = draw(model, n, 5);
-    const auto triangles = sample_triangles(model.state.file, model.state.mesh, samples);
-    const RegionCounts runs = region_counts(of_component, model.state.masses, triangles, number);
+    const auto triangles = sample_triangles(model.state.file, model.state.segments.mesh, samples);
+    const RegionCounts runs =
+        region_counts(of_component, model.state.segments.measure.masses, triangles, number);
     for (std::uint32_t c = 0; c < number; ++c)
       CHECK(std::abs(static_cast<double>(runs.counts[c]) - runs.expected[c]) <= 2);
     // By the formula, on octants of both tori.
@@ -227,8 +229,7 @@ TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 /
       octant[t] = (p.x < 0 ? 1u : 0u) + (p.y < 0 ? 2u : 0u) + (p.z < 0 ? 4u : 0u) + (p.x > 2 ? 8u : 0u);
       measure[t] = whole.area[t] / std::pow(torus_size(p.x), 2);
     }
-    const RegionCounts octants =
-        region_counts(octant, measure, sample_triangles(model.state.file, whole, samples), 16);
+    const RegionCounts octants = region_counts(octant, measure, samples.triangle, 16);
     INFO("dispersion " << octants.dispersion << " worst " << octants.worst);
     CHECK(octants.dispersion < 0.6);
     CHECK(octants.worst < 2);

@@ -320,7 +320,7 @@ TEST_CASE("connect_singularities: two wedges are joined, one goes to the boundar
   CHECK(!can_be_combed(mesh, two, {}));
   CHECK(can_be_combed(mesh, two, cuts));
   double length = 0;
-  for (const std::uint32_t h : cuts) length += mesh.unit * mesh.length(h);
+  for (const std::uint32_t h : cuts) length += mesh.unit * mesh.length_in_space(h);
   CHECK(length > 0.4 - 0.06);
   CHECK(length < 0.62);  // together, or each 0.3 to the boundary
 
@@ -330,7 +330,7 @@ TEST_CASE("connect_singularities: two wedges are joined, one goes to the boundar
   const std::vector<std::uint32_t> cut =
       connect_singularities(mesh, one, find_singularities(mesh, one, false), {0});
   length = 0;
-  for (const std::uint32_t h : cut) length += mesh.unit * mesh.length(h);
+  for (const std::uint32_t h : cut) length += mesh.unit * mesh.length_in_space(h);
   CHECK(length == Approx(0.21).margin(0.026));
   CHECK(can_be_combed(mesh, one, cut));
   CHECK(connect_singularities(mesh, one, {}).empty());

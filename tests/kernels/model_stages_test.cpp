@@ -1,0 +1,185 @@
+// The lists of stages, and the Sampler that runs them.
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "kernels/density/density.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/model/model.h"
+#include "kernels/model/sampler.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+
+namespace {
+
+std::atomic<int> prepared{0}, measured{0};
+
+}  // namespace
+
+// The linker sends all calls of prepare_mesh and measure_of through these (see CMakeLists.txt).
+extern "C" {
+// NOLINTBEGIN(bugprone-reserved-identifier)
+PreparedMesh real_prepare(const PolygonMesh&, const CancelToken&) __asm__(
+    "__real__ZN7meander12prepare_meshERKNS_11PolygonMeshERKNS_11CancelTokenE");
+PreparedMesh counted_prepare(const PolygonMesh& mesh, const CancelToken& cancel) __asm__(
+    "__wrap__ZN7meander12prepare_meshERKNS_11PolygonMeshERKNS_11CancelTokenE");
+MeshMeasure real_measure(const PreparedMesh&,
+                         Density) __asm__("__real__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityE");
+MeshMeasure counted_measure(const PreparedMesh& mesh, Density density) __asm__(
+    "__wrap__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityE");
+// NOLINTEND(bugprone-reserved-identifier)
+}
+PreparedMesh counted_prepare(const PolygonMesh& mesh, const CancelToken& cancel) {
+  ++prepared;
+  return real_prepare(mesh, cancel);
+}
+MeshMeasure counted_measure(const PreparedMesh& mesh, Density density) {
+  ++measured;
+  return real_measure(mesh, std::move(density));
+}
+
+namespace {
+
+std::vector<double> positions_of(const PolygonMesh& mesh) {
+  std::vector<double> positions;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
+  return positions;
+}
+
+SampleParameters small(std::string_view method) {
+  SampleParameters parameters = parameters_for(method);
+  set_samples(parameters, 256);
+  parameters.density.kind = DensityKind::mean;
+  parameters.describe.descriptors = {Descriptor::d2, Descriptor::geodesic, Descriptor::basics};
+  parameters.curved = true;
+  return parameters;
+}
+
+std::vector<std::string> names_of(const SampleParameters& parameters, const EmbreeDevice& device) {
+  std::vector<std::string> names;
+  for (const ModelStage& stage : stages_of(parameters, &device)) names.emplace_back(stage.name);
+  return names;
+}
+
+bool same_samples(const Row& a, const Row& b) {
+  return a.report.points_crc32c == b.report.points_crc32c && a.samples.points == b.samples.points &&
+         a.samples.triangle == b.samples.triangle;
+}
+
+}  // namespace
+
+TEST_CASE("Stages: every method has its own list, without stages that do nothing") {
+  const EmbreeDevice device;
+  using Names = std::vector<std::string>;
+  CHECK(names_of(parameters_for("direct"), device) ==
+        Names{"prepare_mesh", "locate_vertices", "place_samples"});
+  CHECK(names_of(parameters_for("conformal"), device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart",
+                                                               "build_curve", "locate_vertices",
+                                                               "place_samples"});
+  CHECK(names_of(parameters_for("anisotropic"), device) ==
+        Names{"prepare_mesh", "follow_tensor", "chart_segments", "build_curve", "locate_vertices",
+              "place_samples", "describe_shape"});
+  SampleParameters elements = parameters_for("conformal");
+  elements.locate = LocatorKind::elements;
+  elements.describe.descriptors = {Descriptor::d2};
+  CHECK(names_of(elements, device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart", "locate_vertices",
+                                            "place_samples", "describe_shape"});
+  CHECK_THROWS_AS(stages_of(parameters_for("conformal"), nullptr), std::invalid_argument);
+  CHECK_THROWS_AS(parameters_for("conformall"), std::invalid_argument);
+}
+
+TEST_CASE("Stages: mesh and masses are made once a model, by every method") {
+  const PolygonMesh mesh = test::torus(40, 20);
+  for (const SamplingMethod& method : sampling_methods) {
+    INFO(method.name);
+    const Sampler sampler(small(method.name));
+    prepared = measured = 0;
+    const Row row = sampler.sample(positions_of(mesh), mesh.corners);
+    REQUIRE(row.report.status == Status::ok);
+    CHECK(prepared == 1);
+    CHECK(measured == 1);
+  }
+}
+
+TEST_CASE("Stages: a charted model sampled again equals one sampled from the start") {
+  const EmbreeDevice device;
+  const PolygonMesh mesh = test::torus(40, 20);
+  for (const SamplingMethod& method : sampling_methods) {
+    INFO(method.name);
+    SampleParameters parameters = small(method.name);
+    Model charted;
+    charted.file = mesh;
+    run_stages(charting_stages(parameters), charted);
+    for (const std::uint64_t seed : {1u, 2u}) {
+      parameters.seed = seed;
+      parameters.place.sequence = seed == 1 ? SequenceKind::shifted : SequenceKind::stratified;
+      Model again = charted;
+      again.key = make_random_key(seed, {});
+      run_stages(placing_stages(parameters, &device), again);
+      CHECK(same_samples(again.row, Sampler(parameters).sample(positions_of(mesh), mesh.corners)));
+    }
+  }
+}
+
+TEST_CASE("Stages: the triangle of a sample is the one that a store names by polygon and corners") {
+  const PolygonMesh mesh = test::merged(test::cube(), test::moved(test::icosphere(2), 1, 4, 0, 0));
+  for (const SamplingMethod& method : sampling_methods) {
+    INFO(method.name);
+    SampleParameters parameters = parameters_for(method.name);
+    set_samples(parameters, 500);
+    parameters.tensor_charts.segment.count = 5;
+    const EmbreeDevice device;
+    Model model;
+    model.file = mesh;
+    run_stages(stages_of(parameters, &device), model);
+    CHECK(model.row.samples.triangle == sample_triangles(mesh, model.surface, model.row.samples));
+  }
+}
+
+TEST_CASE("Sampler: one object serves many threads, with the same samples as one thread") {
+  const Sampler sampler(small("conformal"));
+  std::vector<PolygonMesh> meshes;
+  for (int i = 0; i < 8; ++i) meshes.push_back(test::torus(20 + i, 10));
+  std::vector<Row> alone, together(meshes.size());
+  for (const PolygonMesh& mesh : meshes) alone.push_back(sampler.sample(positions_of(mesh), mesh.corners));
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    threads.emplace_back(
+        [&, i] { together[i] = sampler.sample(positions_of(meshes[i]), meshes[i].corners); });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    REQUIRE(together[i].report.status == Status::ok);
+    CHECK(same_samples(together[i], alone[i]));
+    CHECK(together[i].descriptors.front().values == alone[i].descriptors.front().values);
+  }
+}
+
+TEST_CASE("Sampler: bad arrays and parameters are refused, bad meshes and lack of time are statuses") {
+  SampleParameters parameters = parameters_for("direct");
+  parameters.place.jitter = 2;
+  CHECK_THROWS_AS(Sampler(parameters), std::invalid_argument);
+  const Sampler sampler(parameters_for("direct"));
+  const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 2, 0, 0};
+  const std::vector<std::uint32_t> face = {0, 1, 2}, two = {0, 1}, outside = {0, 1, 7};
+  CHECK_THROWS_AS(sampler.sample(corners, two), std::invalid_argument);
+  const Row flat = sampler.sample(corners, face);
+  CHECK(flat.report.status == Status::zero_area);
+  CHECK_FALSE(flat.report.reason.empty());
+  CHECK(flat.samples.count() == 0);
+  CHECK(sampler.sample(corners, outside).report.status == Status::index_out_of_range);
+
+  const PolygonMesh mesh = test::icosphere(5);
+  CancelToken late;
+  late.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  CHECK(sampler.sample(positions_of(mesh), mesh.corners, {}, late).report.status == Status::timeout);
+  std::atomic<bool> stop{true};
+  CancelToken stopped;
+  stopped.cancelled = &stop;
+  CHECK_THROWS_AS(sampler.sample(positions_of(mesh), mesh.corners, {}, stopped), RunCancelled);
+}
