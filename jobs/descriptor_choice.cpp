@@ -1,7 +1,6 @@
 #include "jobs/descriptor_choice.h"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -31,27 +30,27 @@ std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_v
   return chosen;
 }
 
-void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
-                                  DescribeParameters& describe, const std::string& group) {
-  const auto told = [](bool& given) { return [&given](const std::string&) { given = true; }; };
+void add_descriptor_shape_options(Command& command, DescriptorShapeTexts& texts, DescribeParameters& describe,
+                                  const std::string& group) {
+  const auto told = [](bool& given) { return [&given] { given = true; }; };
   command.add_option("--bins", describe.bins, "Bins of histograms, 8 to 1024")
-      ->capture_default_str()
-      ->each(told(texts.bins_given))
-      ->group(group);
+      .show_default()
+      .on_given(told(texts.bins_given))
+      .group(group);
   command
       .add_option(
           "--descriptor-scale", texts.scale,
           "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
-      ->capture_default_str()
-      ->check(OneOf({"mean", "largest"}))
-      ->each(told(texts.scale_given))
-      ->group(group);
+      .show_default()
+      .one_of({"mean", "largest"})
+      .on_given(told(texts.scale_given))
+      .group(group);
   command
       .add_option("--geodesic-sources", describe.geodesic_sources,
                   "Samples that geodesic distances start from (0: all)")
-      ->capture_default_str()
-      ->each(told(texts.sources_given))
-      ->group(group);
+      .show_default()
+      .on_given(told(texts.sources_given))
+      .group(group);
 }
 
 void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,

@@ -9,11 +9,9 @@
 #include "io/store/store.h"
 #include "kernels/describe/describe_samples.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
+
+class Command;
 
 // "d2,geodesic,...": each once, in that order. Unknown names are added to the problems, with the option's
 // name and the nearest descriptor.
@@ -25,8 +23,8 @@ struct DescriptorShapeTexts {
   std::string scale = "mean";
   bool bins_given = false, scale_given = false, sources_given = false;
 };
-void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
-                                  DescribeParameters& describe, const std::string& group);
+void add_descriptor_shape_options(Command& command, DescriptorShapeTexts& texts, DescribeParameters& describe,
+                                  const std::string& group);
 // After the descriptors are known: the scale, and a problem for an option that shapes none of them.
 void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
                               std::vector<std::string>& problems);

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "jobs/command_line.h"
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/retrieve/descriptor_distance.h"
@@ -50,10 +49,10 @@ inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1}
                                                         {"cosine", DistanceKind::cosine}};
 
 template <class Enum, std::size_t N>
-OneOf one_of(const Word<Enum> (&words)[N]) {
+std::vector<std::string> all_words(const Word<Enum> (&words)[N]) {
   std::vector<std::string> texts;
   for (const auto& word : words) texts.push_back(word.text);
-  return OneOf(texts);
+  return texts;
 }
 
 template <class Enum, std::size_t N>

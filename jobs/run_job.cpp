@@ -293,7 +293,7 @@ class RunJob {
 
 }  // namespace
 
-JobFunction add_run_job(CLI::App& program, const Laboratory* laboratory, StageHook hook) {
+JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook) {
   auto options = std::make_shared<RunOptions>();
   auto texts = std::make_shared<RunOptionTexts>();
   add_run_command(program, *options, *texts);

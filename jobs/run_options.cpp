@@ -14,6 +14,7 @@
 #include "jobs/option_words.h"
 #include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
+#include "jobs/units.h"
 
 namespace meander {
 
@@ -58,144 +59,144 @@ std::string density_text(const DensityParameters& density) {
 
 }  // namespace
 
-void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts) {
-  CLI::App& command = *program.add_subcommand("run", "Sample every model of the input into one store");
+void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts) {
+  Command command = program.add_subcommand("run", "Sample every model of the input into one store");
   command
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
-      ->required();
-  command.add_option("-o,--output", options.store, "The store to write (HDF5)")->required();
+      .required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
   const char* points = "Points";
   command.add_option("-n,--samples", texts.samples, "Points per model, 1 to 2^31")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 2147483648.0))
-      ->group(points);
+      .show_default()
+      .range(1.0, 2147483648.0)
+      .group(points);
   command
       .add_option("--method", texts.method,
                   "Order of the surface: a curve over a conformal chart, 3-D Hilbert order, or a curve over "
                   "a chart conformal in the metric of a tensor field")
-      ->capture_default_str()
-      ->check(one_of(method_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(method_words))
+      .group(points);
   command
       .add_option("--density", texts.density,
                   "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME")
-      ->capture_default_str()
-      ->group(points);
+      .show_default()
+      .group(points);
   command
       .add_option("--density-floor", options.sample.density.floor,
                   "Density of flat parts for curvature densities, 1e-6 to 1")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_density = true; })
-      ->group(points);
+      .show_default()
+      .on_given([&texts] { texts.shapes_density = true; })
+      .group(points);
   command
       .add_option("--density-exponent", options.sample.density.exponent,
                   "Exponent of curvature densities, 0.25 to 4")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_density = true; })
-      ->group(points);
+      .show_default()
+      .on_given([&texts] { texts.shapes_density = true; })
+      .group(points);
   command
       .add_option("--locate", texts.locate,
                   "Point location: Embree rays with sheets, elements alone, the survey's first hit")
-      ->capture_default_str()
-      ->check(one_of(locate_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(locate_words))
+      .group(points);
   command
       .add_option("--place", texts.place,
                   "Where samples lie in a curve element (default element; vertex for first-hit)")
-      ->check(one_of(place_words))
-      ->group(points);
+      .one_of(all_words(place_words))
+      .group(points);
   command.add_option("--sequence", texts.sequence, "The 1-D sample set")
-      ->capture_default_str()
-      ->check(one_of(sequence_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(sequence_words))
+      .group(points);
   command
       .add_option("--order", texts.order, "Order in the file: every prefix well spread, or along the curve")
-      ->capture_default_str()
-      ->check(one_of(order_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(order_words))
+      .group(points);
   command.add_option("--curve", texts.curve, "The space-filling curve")
-      ->capture_default_str()
-      ->check(one_of(curve_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(curve_words))
+      .group(points);
   command.add_option("--seed", options.sample.seed, "Seed, 0 to 2^64 - 1")
-      ->capture_default_str()
-      ->check(WholeNumber())
-      ->group(points);
+      .show_default()
+      .whole_number()
+      .group(points);
   command.add_option("--normalize", texts.normalize, "Stored coordinates (loc and scale undo it)")
-      ->capture_default_str()
-      ->check(one_of(normalize_words))
-      ->group(points);
+      .show_default()
+      .one_of(all_words(normalize_words))
+      .group(points);
   add_tensor_options(command, texts.tensor, options.sample);
   command
       .add_flag(
           "--curved", options.sample.curved,
           "Lift the points from the flat triangles to the smooth surface that the vertex normals define")
-      ->group(points);
+      .group(points);
   const char* collection = "Collection";
   command
       .add_option(
           "--describe", texts.describe,
           "Descriptors to store: none, or one or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas")
-      ->capture_default_str()
-      ->group(collection);
+      .show_default()
+      .group(collection);
   add_descriptor_shape_options(command, texts.descriptor_shape, options.sample.describe, collection);
   command
       .add_flag("--certify", options.certify,
                 "Measure the samples of every model: error over rotated boxes, rho (/certificate)")
-      ->group(collection);
+      .group(collection);
   add_list_options(command, options.collect, collection);
   add_label_options(command, options.collect, collection);
   command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
-      ->capture_default_str()
-      ->check(OneOf({"default", "none"}))
-      ->group(collection);
+      .show_default()
+      .one_of({"default", "none"})
+      .group(collection);
   const char* running = "Running";
   command.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1024))
-      ->group(running);
+      .show_default()
+      .range(0, 1024)
+      .group(running);
   command.add_option("--memory", texts.memory, "Memory budget of the whole process")
-      ->capture_default_str()
-      ->group(running);
+      .show_default()
+      .group(running);
   command
       .add_flag("--allow-oversize", options.allow_oversize,
                 "Process a model that exceeds the memory budget, on its own")
-      ->group(running);
+      .group(running);
   command
       .add_option("--timeout", texts.timeout,
                   "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
-      ->capture_default_str()
-      ->group(running);
+      .show_default()
+      .group(running);
   command
       .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
-      ->default_str("no limit")
-      ->group(running);
+      .show_default("no limit")
+      .group(running);
   command
       .add_option("--retry", texts.retry,
                   "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
                   "(remove the rows)")
-      ->delimiter(',')
-      ->group(running);
+      .separator(',')
+      .group(running);
   command
       .add_option("--reuse", options.reuse, "Copy rows of equal content and parameters from this older store")
-      ->group(running);
-  add_trust_option(command, options.check)->group(running);
+      .group(running);
+  add_trust_option(command, options.check).group(running);
   command
       .add_flag("--fresh", options.fresh,
                 "Start anew: discard an unfinished run; a store of this name is replaced at the end")
-      ->group(running);
-  command.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing")->group(running);
+      .group(running);
+  command.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing").group(running);
   const char* report = "Report";
   command
       .add_option("--progress", options.progress,
                   "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      ->capture_default_str()
-      ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
-      ->group(report);
-  command.add_flag("--json", options.json, "The summary as JSON on standard output")->group(report);
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"})
+      .group(report);
+  command.add_flag("--json", options.json, "The summary as JSON on standard output").group(report);
   command.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph")
-      ->group(report);
+      .group(report);
 }
 
 bool add_retry_word(const std::string& word, RetryOptions& retry) {
@@ -260,12 +261,12 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
   try {
     options.memory_bytes = parse_bytes(texts.memory);
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }
   try {
     options.timeout_seconds = parse_seconds(texts.timeout);
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     problems.push_back(std::string("--timeout: ") + error.what());
   }
   for (const std::string& word : texts.retry)

@@ -11,11 +11,9 @@
 #include "jobs/tensor_options.h"
 #include "kernels/sample_mesh.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
+
+class Command;
 
 class Laboratory;
 
@@ -64,7 +62,7 @@ struct RunOptionTexts {
 };
 
 // Adds the subcommand with its options.
-void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts);
+void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
 

@@ -1,6 +1,5 @@
 // meander surface: samples of parametric surfaces, in a store.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
@@ -15,12 +14,14 @@
 #include "io/json_writer.h"
 #include "io/mesh/mapped_file.h"
 #include "io/store/store.h"
+#include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/surface_sources.h"
+#include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
@@ -267,8 +268,8 @@ int sample_surfaces(SurfaceOptions& options) {
 
 }  // namespace
 
-JobFunction add_surface_job(CLI::App& program) {
-  CLI::App* command =
+JobFunction add_surface_job(Command& program) {
+  Command command =
       program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
   auto options = std::make_shared<SurfaceOptions>();
   SurfaceSampleParameters& sample = options->sample;
@@ -279,69 +280,67 @@ JobFunction add_surface_job(CLI::App& program) {
   for (const ExpressionPreset& preset : expression_presets())
     presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
   command
-      ->add_option("SURFACE", options->surfaces,
-                   "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
-      ->required();
-  command->add_option("-o,--output", options->store, "The store to write (HDF5)")->required();
-  command->add_option("-n,--samples", sample.samples, "Points per surface, 1 to 2^31")->capture_default_str();
+      .add_option("SURFACE", options->surfaces,
+                  "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
+      .required();
+  command.add_option("-o,--output", options->store, "The store to write (HDF5)").required();
+  command.add_option("-n,--samples", sample.samples, "Points per surface, 1 to 2^31").show_default();
   command
-      ->add_option("--density", options->density,
-                   "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
-                       presets + ")")
-      ->capture_default_str();
+      .add_option("--density", options->density,
+                  "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
+                      presets + ")")
+      .show_default();
   command
-      ->add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 1e-6 to 1")
-      ->capture_default_str();
-  command->add_option("--density-exponent", sample.density.exponent, "Exponent of curvatures, 0.25 to 4")
-      ->capture_default_str();
-  command->add_option("--curve", options->curve, "The space-filling curve")
-      ->capture_default_str()
-      ->check(one_of(curve_words));
-  command->add_option("--sequence", options->sequence, "The 1-D sample set")
-      ->capture_default_str()
-      ->check(one_of(sequence_words));
+      .add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 1e-6 to 1")
+      .show_default();
+  command.add_option("--density-exponent", sample.density.exponent, "Exponent of curvatures, 0.25 to 4")
+      .show_default();
+  command.add_option("--curve", options->curve, "The space-filling curve")
+      .show_default()
+      .one_of(all_words(curve_words));
+  command.add_option("--sequence", options->sequence, "The 1-D sample set")
+      .show_default()
+      .one_of(all_words(sequence_words));
   command
-      ->add_option("--order", options->order,
-                   "Order of the points: every prefix well spread, or along the curve")
-      ->capture_default_str()
-      ->check(one_of(order_words));
-  command->add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")
-      ->capture_default_str()
-      ->check(one_of(place_words));
-  command->add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1")
-      ->capture_default_str()
-      ->check(WholeNumber());
-  command->add_option("--tolerance", sample.tolerance, "Relative error of the measures, 1e-8 to 0.1")
-      ->capture_default_str();
+      .add_option("--order", options->order,
+                  "Order of the points: every prefix well spread, or along the curve")
+      .show_default()
+      .one_of(all_words(order_words));
+  command.add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")
+      .show_default()
+      .one_of(all_words(place_words));
+  command.add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1").show_default().whole_number();
+  command.add_option("--tolerance", sample.tolerance, "Relative error of the measures, 1e-8 to 0.1")
+      .show_default();
   command
-      ->add_option("--leaves-per-sample", sample.leaves_per_sample,
-                   "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)")
-      ->capture_default_str();
-  command->add_option("--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31")->capture_default_str();
-  command->add_flag("--reparameterise", sample.reparameterise,
-                    "Lay the curve over the square warped by area x density, for extreme stretch");
-  command->add_option("--height-scale", options->height_field.scale, "Height of white in a PNG height field")
-      ->capture_default_str();
-  command->add_option("--height-width", options->height_field.extent_x, "Extent of a height field in x, > 0")
-      ->capture_default_str();
-  command->add_option("--height-depth", options->height_field.extent_y, "Extent of a height field in y, > 0")
-      ->capture_default_str();
-  command->add_option("--compress", options->compress, "shuffle + deflate + checksum, or checksum only")
-      ->capture_default_str()
-      ->check(OneOf({"default", "none"}));
-  command->add_flag("--fresh", options->fresh, "Replace the store if it exists");
-  command->add_flag("--json", options->json, "The summary as JSON");
+      .add_option("--leaves-per-sample", sample.leaves_per_sample,
+                  "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)")
+      .show_default();
+  command.add_option("--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31").show_default();
+  command.add_flag("--reparameterise", sample.reparameterise,
+                   "Lay the curve over the square warped by area x density, for extreme stretch");
+  command.add_option("--height-scale", options->height_field.scale, "Height of white in a PNG height field")
+      .show_default();
+  command.add_option("--height-width", options->height_field.extent_x, "Extent of a height field in x, > 0")
+      .show_default();
+  command.add_option("--height-depth", options->height_field.extent_y, "Extent of a height field in y, > 0")
+      .show_default();
+  command.add_option("--compress", options->compress, "shuffle + deflate + checksum, or checksum only")
+      .show_default()
+      .one_of({"default", "none"});
+  command.add_flag("--fresh", options->fresh, "Replace the store if it exists");
+  command.add_flag("--json", options->json, "The summary as JSON");
   return [options, command] {
     const bool pictures = std::any_of(
         options->surfaces.begin(), options->surfaces.end(),
         [](const std::string& surface) { return surface_kind(surface) == SurfaceKind::height_field; });
     for (const char* name : {"--height-scale", "--height-width", "--height-depth"})
-      if (!pictures && command->count(name) > 0)
+      if (!pictures && command.given(name))
         throw UsageError(std::string(name) + " applies to height fields, and no surface is a .png file");
     const bool curvature =
         options->density == "mean" || options->density == "gaussian" || options->density == "max";
     for (const char* name : {"--density-floor", "--density-exponent"})
-      if (!curvature && command->count(name) > 0)
+      if (!curvature && command.given(name))
         throw UsageError(std::string(name) +
                          " applies to curvature densities: --density mean, gaussian or max");
     return sample_surfaces(*options);

@@ -62,57 +62,57 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
 
 }  // namespace
 
-void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters) {
+void add_tensor_options(Command& command, TensorOptionTexts& texts, SampleParameters& parameters) {
   const char* const group = "Anisotropic";
   const auto note = [&texts](const char* name) {
-    return [&texts, name](const std::string&) {
+    return [&texts, name] {
       if (texts.given.empty()) texts.given = name;
     };
   };
   command
       .add_option("--tensor", texts.tensor, fmt::format("Wanted spacings of --method anisotropic: {}", kinds))
-      ->capture_default_str()
-      ->each(note("--tensor"))
-      ->group(group);
+      .show_default()
+      .on_given(note("--tensor"))
+      .group(group);
   command.add_option("--tensor-form", texts.form, "Six numbers are spacings S, or a metric G = S^-2")
-      ->capture_default_str()
-      ->check(one_of(form_words))
-      ->each(note("--tensor-form"))
-      ->group(group);
+      .show_default()
+      .one_of(all_words(form_words))
+      .on_given(note("--tensor-form"))
+      .group(group);
   command
       .add_option("--tensor-ratio", parameters.tensor.max_ratio, "Largest ratio of the two spacings, 1 to 64")
-      ->capture_default_str()
-      ->each(note("--tensor-ratio"))
-      ->group(group);
+      .show_default()
+      .on_given(note("--tensor-ratio"))
+      .group(group);
   command
       .add_option("--tensor-density", texts.density,
                   "curvature: keep the density (only shapes vary), or follow the curvature")
-      ->capture_default_str()
-      ->check(OneOf({"keep", "follow"}))
-      ->each(note("--tensor-density"))
-      ->group(group);
+      .show_default()
+      .one_of({"keep", "follow"})
+      .on_given(note("--tensor-density"))
+      .group(group);
   command
       .add_option("--tensor-smoothing", parameters.tensor.smoothing,
                   "curvature: rounds of smoothing, 0 to 64")
-      ->capture_default_str()
-      ->each(note("--tensor-smoothing"))
-      ->group(group);
+      .show_default()
+      .on_given(note("--tensor-smoothing"))
+      .group(group);
   command
       .add_option("--parameterisation", texts.parameterisation,
                   "Charts conformal in the tensor's metric, or along its directions (gradient)")
-      ->capture_default_str()
-      ->check(one_of(parameterisation_words))
-      ->each(note("--parameterisation"))
-      ->group(group);
+      .show_default()
+      .one_of(all_words(parameterisation_words))
+      .on_given(note("--parameterisation"))
+      .group(group);
   command
       .add_option(
           "--segments", parameters.tensor_charts.segment.count,
           "Initial number of segments (random walks), at least one per component; default: 1, gradient 16")
-      ->each([&texts, mark = note("--segments")](const std::string& text) {
-        mark(text);
+      .on_given([&texts, mark = note("--segments")] {
+        mark();
         texts.chooses_segments = true;
       })
-      ->group(group);
+      .group(group);
 }
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,

@@ -7,11 +7,9 @@
 #include "kernels/sample_mesh.h"
 #include "pipeline/sampling_graph.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
+
+class Command;
 
 struct TensorOptionTexts {
   std::string tensor = "curvature", form = "spacing", density = "keep", parameterisation = "metric";
@@ -20,7 +18,7 @@ struct TensorOptionTexts {
 };
 
 // Adds the options of the group "Anisotropic".
-void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters);
+void add_tensor_options(Command& command, TensorOptionTexts& texts, SampleParameters& parameters);
 
 // Fills parameters.tensor and adds what is wrong to `problems`, also options that the method does not take.
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
