@@ -11,11 +11,6 @@ namespace meander {
 
 // ---- Option ----------------------------------------------------------------------------------------------
 
-Option& Option::group(const std::string& name) {
-  option_->group(name);
-  return *this;
-}
-
 Option& Option::show_default() {
   option_->capture_default_str();
   return *this;
@@ -99,11 +94,13 @@ Command Command::add_hidden_subcommand(const std::string& name) {
   return Command(command);
 }
 
+Command Command::under(const std::string& heading) const { return Command(command_, heading); }
+
 void Command::require_subcommand() { command_->require_subcommand(1); }
 
 template <class Value>
 Option Command::add_option(const std::string& names, Value& variable, const std::string& help) {
-  return Option(command_->add_option(names, variable, help));
+  return Option(command_->add_option(names, variable, help)->group(heading_));
 }
 
 template Option Command::add_option(const std::string&, std::string&, const std::string&);
@@ -115,15 +112,15 @@ template Option Command::add_option(const std::string&, std::vector<std::string>
 
 Option Command::add_option(const std::string& names, std::function<void(const std::string&)> function,
                            const std::string& help) {
-  return Option(command_->add_option_function<std::string>(names, function, help));
+  return Option(command_->add_option_function<std::string>(names, function, help)->group(heading_));
 }
 
 Option Command::add_flag(const std::string& names, bool& variable, const std::string& help) {
-  return Option(command_->add_flag(names, variable, help));
+  return Option(command_->add_flag(names, variable, help)->group(heading_));
 }
 
 Option Command::add_flag(const std::string& names, std::function<void()> function, const std::string& help) {
-  return Option(command_->add_flag_callback(names, std::move(function), help));
+  return Option(command_->add_flag_callback(names, std::move(function), help)->group(heading_));
 }
 
 bool Command::chose(const std::string& subcommand) const { return command_->got_subcommand(subcommand); }

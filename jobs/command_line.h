@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -21,8 +22,6 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  // The heading that the option has in the help.
-  Option& group(const std::string& name);
   // Shows the present value of the variable, or `text`, as the default in the help.
   Option& show_default();
   Option& show_default(const std::string& text);
@@ -53,11 +52,14 @@ class Option {
 // A handle of the program or of a subcommand, valid as long as its CommandLine.
 class Command {
  public:
-  explicit Command(CLI::App* command) : command_(command) {}
+  explicit Command(CLI::App* command, std::string heading = "Options")
+      : command_(command), heading_(std::move(heading)) {}
 
   Command add_subcommand(const std::string& name, const std::string& help);
   // A subcommand that the help does not show and that accepts any arguments.
   Command add_hidden_subcommand(const std::string& name);
+  // The same command; options added by the handle returned are under this heading of the help.
+  Command under(const std::string& heading) const;
   // Exactly one subcommand must be given.
   void require_subcommand();
 
@@ -78,6 +80,7 @@ class Command {
 
  private:
   CLI::App* command_;
+  std::string heading_;
 };
 
 class CommandLine {

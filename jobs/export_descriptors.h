@@ -29,7 +29,7 @@ struct DescriptorExport {
 
 bool is_descriptor_format(const std::string& format);
 
-void add_descriptor_export_options(Command& command, DescriptorExport& options);
+void add_descriptor_export_options(const Command& command, DescriptorExport& options);
 // Throws UsageError when the options do not fit together.
 void check_descriptor_export(const DescriptorExport& options, const std::string& format,
                              const std::string& output);

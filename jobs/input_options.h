@@ -12,9 +12,9 @@ namespace meander {
 class Command;
 
 // --root and --null.
-void add_list_options(Command& command, InputOptions& options, const std::string& group);
+void add_list_options(Command& command, InputOptions& options);
 // --layout, --labels and --label-from-folder.
-void add_label_options(Command& command, InputOptions& options, const std::string& group);
+void add_label_options(Command& command, InputOptions& options);
 
 // The root of the ids of lists when `store` was made, from STORE.run.json; empty where it does not say.
 std::string remembered_root(const std::filesystem::path& store);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "io/store/store.h"
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/retrieve/descriptor_distance.h"
@@ -42,6 +43,8 @@ inline constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::u
                                                       {"gaussian", DensityKind::gaussian},
                                                       {"max", DensityKind::max}};
 
+inline constexpr Word<Compression> compression_words[] = {{"default", Compression::standard},
+                                                          {"none", Compression::none}};
 inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1},
                                                         {"l2", DistanceKind::l2},
                                                         {"emd", DistanceKind::emd},

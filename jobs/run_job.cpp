@@ -33,7 +33,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs, const L
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
-  header.parameters_json = parameters_json(options);
+  header.parameters_json = options.parameters_json;
   header.label_names = inputs.label_names;
   header.descriptors = schemas_of(options.sample.describe);
   if (options.sample.method == MethodChoice::anisotropic) {

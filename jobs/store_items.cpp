@@ -9,8 +9,8 @@
 
 namespace meander {
 
-Option add_trust_option(Command& command, StoreCheck& check) {
-  return command.add_flag(
+void add_trust_option(Command& command, StoreCheck& check) {
+  command.add_flag(
       "--trust", [&check] { check = StoreCheck::none; },
       "Do not verify the checksum of stores before reading them (verifying reads the whole file once, at "
       "about 5 GB/s from the page cache, else at the speed of the disk); a damaged store may then give wrong "

@@ -9,10 +9,9 @@
 namespace meander {
 
 class Command;
-class Option;
 
 // Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
-Option add_trust_option(Command& command, StoreCheck& check);
+void add_trust_option(Command& command, StoreCheck& check);
 
 // The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
 // Throws UsageError.

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "jobs/inputs.h"
+#include "jobs/parameter_table.h"
 #include "jobs/units.h"
 #include "kernels/core/spelling.h"
 
@@ -102,6 +103,29 @@ TEST_CASE("command line: a hidden subcommand takes any arguments") {
   Example example;
   CHECK(example.parse({"secret", "--help", "--anything", "b"}));
   CHECK(example.line.program().chose("secret"));
+}
+
+TEST_CASE("parameter table: one line is an option and a member of the JSON") {
+  CommandLine line("example", "An example", "1", "");
+  Command program = line.program();
+  ParameterTable table, more;
+  CurveKind curve = CurveKind::hilbert;
+  double share = 0.5;
+  bool bold = false;
+  const int depth = 3;
+  table.add(program, "curve_kind", "--curve", curve, curve_words, "The curve");
+  table.add(program, "curves", "--share", share, "How much");
+  table.add(program, "bold", "--bold", bold, "Thick");
+  more.record("curve_depth", depth);
+  more.compute("area", [&share] { return 2 * share; });
+  std::string name = "example", words = "--curve=peano", flag = "--bold";
+  std::vector<char*> arguments = {name.data(), words.data(), flag.data()};
+  REQUIRE(line.parse(3, arguments.data()));
+  CHECK(curve == CurveKind::peano);
+  CHECK(table.json() == R"({"bold":true,"curves":0.5,"curve_kind":"peano"})");
+  share = 0.75;
+  table.append(more);
+  CHECK(table.json() == R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano"})");
 }
 
 TEST_CASE("command line: bytes, seconds and the nearest word") {
