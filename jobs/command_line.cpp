@@ -1,92 +1,185 @@
 #include "jobs/command_line.h"
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+
+#include "jobs/inputs.h"
+#include "kernels/core/spelling.h"
 
 namespace meander {
 
-namespace {
+// ---- Option ----------------------------------------------------------------------------------------------
 
-// A positive number and the unit behind it.
-std::pair<double, std::string> number_and_unit(const std::string& text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || !std::isfinite(number) || number < 0)
-    throw CLI::ValidationError(text, "is not a number with a unit");
-  std::string unit(end, text.data() + text.size());
-  std::transform(unit.begin(), unit.end(), unit.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return {number, unit};
+Option& Option::show_default() {
+  option_->capture_default_str();
+  return *this;
 }
 
-}  // namespace
-
-std::uint64_t parse_bytes(const std::string& text) {
-  auto [number, unit] = number_and_unit(text);
-  if (unit.ends_with("ib")) unit.resize(unit.size() - 2);
-  if (unit.ends_with('b')) unit.resize(unit.size() - 1);
-  const std::string_view prefixes = "kmgt";
-  if (!unit.empty()) {
-    const std::size_t power = unit.size() == 1 ? prefixes.find(unit[0]) : std::string_view::npos;
-    if (power == std::string_view::npos)
-      throw CLI::ValidationError(text, "has an unknown unit; use K, M, G or T (powers of 1024)");
-    number = std::ldexp(number, 10 * (static_cast<int>(power) + 1));
-  }
-  if (number >= 0x1p63) throw CLI::ValidationError(text, "is too large");
-  return static_cast<std::uint64_t>(number);
+Option& Option::show_default(const std::string& text) {
+  option_->default_str(text);
+  return *this;
 }
 
-double parse_seconds(const std::string& text) {
-  const auto [number, unit] = number_and_unit(text);
-  if (unit.empty() || unit == "s") return number;
-  if (unit == "ms") return number / 1000;
-  if (unit == "m" || unit == "min") return number * 60;
-  if (unit == "h") return number * 3600;
-  throw CLI::ValidationError(text, "has an unknown unit; use ms, s, m or h");
+Option& Option::required() {
+  option_->required();
+  return *this;
 }
 
-OneOf::OneOf(std::vector<std::string> words) {
+Option& Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+Option& Option::needs(const Option& other) {
+  option_->needs(other.option_);
+  return *this;
+}
+
+Option& Option::separator(char character) {
+  option_->delimiter(character);
+  return *this;
+}
+
+Option& Option::one_of(const std::vector<std::string>& words) {
   std::string list;
   for (const std::string& word : words) list += (list.empty() ? "" : "|") + word;
-  desc_function_ = [list] { return list; };
-  func_ = [words = std::move(words), list](std::string& input) -> std::string {
+  const auto problem = [words, list](const std::string& input) -> std::string {
     if (std::find(words.begin(), words.end(), input) != words.end()) return {};
     const std::string near = nearest(input, words);
     return "`" + input + "` is none of " + list + (near.empty() ? "" : "; did you mean `" + near + "`?");
   };
+  option_->check(problem, list);
+  return *this;
 }
 
-WholeNumber::WholeNumber() {
-  func_ = [](std::string& input) -> std::string {
+Option& Option::range(int low, int high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::range(std::uint64_t low, std::uint64_t high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::range(double low, double high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::whole_number() {
+  option_->check([](const std::string& input) -> std::string {
     const bool digits = !input.empty() && input.find_first_not_of("0123456789") == std::string::npos;
     return digits ? std::string() : "`" + input + "` is not a whole number";
-  };
+  });
+  return *this;
 }
 
-std::string explain(const CLI::App& app, const CLI::ParseError& error) {
-  const CLI::App* at = &app;
-  while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
-  std::string text;
-  for (const std::string& word : app.remaining(true)) {
-    if (!word.starts_with("-")) {
-      text += (text.empty() ? "" : "; ") + ("`" + word + "` was not expected");
-      std::vector<std::string> commands;
-      for (const CLI::App* command : at->get_subcommands({})) commands.push_back(command->get_name());
-      const std::string near = nearest(word, commands);
-      if (!near.empty()) text += ", did you mean `" + near + "`?";
-      continue;
-    }
-    std::vector<std::string> names;
-    for (const CLI::Option* option : at->get_options())
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    const std::string bare = word.substr(0, word.find('='));
-    const std::string near = nearest(bare, names);
-    text += (text.empty() ? "" : "; ") + ("unknown option `" + bare + "`") +
-            (near.empty() ? "" : ", did you mean `" + near + "`?");
+Option& Option::on_given(std::function<void()> function) {
+  option_->each([function = std::move(function)](const std::string&) { function(); });
+  return *this;
+}
+
+// ---- Command ---------------------------------------------------------------------------------------------
+
+Command Command::add_subcommand(const std::string& name, const std::string& help) {
+  return Command(command_->add_subcommand(name, help));
+}
+
+Command Command::add_hidden_subcommand(const std::string& name) {
+  CLI::App* command = command_->add_subcommand(name)->group("");
+  command->set_help_flag();
+  command->prefix_command();
+  return Command(command);
+}
+
+Command Command::under(const std::string& heading) const { return Command(command_, heading); }
+
+void Command::require_subcommand() { command_->require_subcommand(1); }
+
+template <class Value>
+Option Command::add_option(const std::string& names, Value& variable, const std::string& help) {
+  return Option(command_->add_option(names, variable, help)->group(heading_));
+}
+
+template Option Command::add_option(const std::string&, std::string&, const std::string&);
+template Option Command::add_option(const std::string&, int&, const std::string&);
+template Option Command::add_option(const std::string&, std::uint32_t&, const std::string&);
+template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&);
+template Option Command::add_option(const std::string&, double&, const std::string&);
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const std::string&);
+
+Option Command::add_option(const std::string& names, std::function<void(const std::string&)> function,
+                           const std::string& help) {
+  return Option(command_->add_option_function<std::string>(names, function, help)->group(heading_));
+}
+
+Option Command::add_flag(const std::string& names, bool& variable, const std::string& help) {
+  return Option(command_->add_flag(names, variable, help)->group(heading_));
+}
+
+Option Command::add_flag(const std::string& names, std::function<void()> function, const std::string& help) {
+  return Option(command_->add_flag_callback(names, std::move(function), help)->group(heading_));
+}
+
+bool Command::chose(const std::string& subcommand) const { return command_->got_subcommand(subcommand); }
+
+bool Command::given(const std::string& option) const { return command_->count(option) > 0; }
+
+// ---- CommandLine -----------------------------------------------------------------------------------------
+
+namespace {
+
+// One argument that no option or positional argument of the subcommand takes.
+std::string explain_extra(const CLI::App& command, const std::string& word) {
+  std::vector<std::string> candidates;
+  if (!word.starts_with("-")) {
+    for (const CLI::App* subcommand : command.get_subcommands({}))
+      candidates.push_back(subcommand->get_name());
+    const std::string near = nearest(word, candidates);
+    return "`" + word + "` was not expected" + (near.empty() ? "" : ", did you mean `" + near + "`?");
   }
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
+  const std::string bare = word.substr(0, word.find('='));
+  const std::string near = nearest(bare, candidates);
+  return "unknown option `" + bare + "`" + (near.empty() ? "" : ", did you mean `" + near + "`?");
+}
+
+std::string explain(const CLI::App& program, const CLI::ParseError& error) {
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
+  const CLI::App* command = &program;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  std::string text;
+  for (const std::string& word : program.remaining(true))
+    text += (text.empty() ? "" : "; ") + explain_extra(*command, word);
   return text.empty() ? std::string(error.what()) : text;
+}
+
+}  // namespace
+
+CommandLine::CommandLine(const std::string& name, const std::string& help, const std::string& version,
+                         const std::string& footer)
+    : app_(std::make_unique<CLI::App>(help, name)) {
+  app_->set_version_flag("--version", version);
+  app_->footer(footer);
+}
+
+CommandLine::~CommandLine() = default;
+
+Command CommandLine::program() { return Command(app_.get()); }
+
+bool CommandLine::parse(int argc, char** argv) {
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    app_->exit(help);  // prints it
+    return false;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(explain(*app_, error));
+  }
+  return true;
 }
 
 }  // namespace meander

@@ -1,36 +1,102 @@
-// Parsing options: every mistake is an error with a suggestion.
+// The command line: subcommands and the variables that their options set. Every mistake is an error with a
+// suggestion. command_line.cpp is the only source that includes CLI11, whose header takes seconds to compile.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "kernels/core/spelling.h"  // nearest: the candidate that was meant
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace meander {
 
-// Bytes from "512M", "4G", "1.5GiB", "100000": powers of 1024. Throws CLI::ValidationError.
-std::uint64_t parse_bytes(const std::string& text);
-// Seconds from "120", "120s", "2m", "1.5h". Throws CLI::ValidationError.
-double parse_seconds(const std::string& text);
-
-// Accepts one of a list of words; anything else is an error that names the nearest word and all of them.
-class OneOf : public CLI::Validator {
+// A handle of an option or a positional argument, valid as long as its CommandLine. All functions but the
+// checks may be called in any order; checks and `on_given` run in the order in which they were added.
+class Option {
  public:
-  explicit OneOf(std::vector<std::string> words);
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  // Shows the present value of the variable, or `text`, as the default in the help.
+  Option& show_default();
+  Option& show_default(const std::string& text);
+  Option& required();
+  // Neither may be given together with the other.
+  Option& excludes(const Option& other);
+  // May be given only together with the other.
+  Option& needs(const Option& other);
+  // A list may also be given as one argument, its members separated by this character.
+  Option& separator(char character);
+
+  // Checks of each value. One of the words; the error names all words and the nearest one.
+  Option& one_of(const std::vector<std::string>& words);
+  // From `low` to `high`, both included.
+  Option& range(int low, int high);
+  Option& range(std::uint64_t low, std::uint64_t high);
+  Option& range(double low, double high);
+  // Digits only: with a minus sign, an unsigned number would become a huge one.
+  Option& whole_number();
+
+  // Called for each value that is given, not for the default.
+  Option& on_given(std::function<void()> function);
+
+ private:
+  CLI::Option* option_;
 };
 
-// Accepts digits alone: a minus sign before a number without sign would be read as a huge one.
-class WholeNumber : public CLI::Validator {
+// A handle of the program or of a subcommand, valid as long as its CommandLine.
+class Command {
  public:
-  WholeNumber();
+  explicit Command(CLI::App* command, std::string heading = "Options")
+      : command_(command), heading_(std::move(heading)) {}
+
+  Command add_subcommand(const std::string& name, const std::string& help);
+  // A subcommand that the help does not show and that accepts any arguments.
+  Command add_hidden_subcommand(const std::string& name);
+  // The same command; options added by the handle returned are under this heading of the help.
+  Command under(const std::string& heading) const;
+  // Exactly one subcommand must be given.
+  void require_subcommand();
+
+  // An option ("-o,--output") or a positional argument ("STORE") with a value. Value is std::string, int,
+  // std::uint32_t, std::uint64_t, double, or std::vector<std::string>, which takes several.
+  template <class Value>
+  Option add_option(const std::string& names, Value& variable, const std::string& help);
+  // The same with a function that takes the value, after the checks.
+  Option add_option(const std::string& names, std::function<void(const std::string&)> function,
+                    const std::string& help);
+  // An option without a value, which sets the variable or calls the function.
+  Option add_flag(const std::string& names, bool& variable, const std::string& help);
+  Option add_flag(const std::string& names, std::function<void()> function, const std::string& help);
+
+  // After parsing: whether this subcommand, or this option of the command, was given.
+  bool chose(const std::string& subcommand) const;
+  bool given(const std::string& option) const;
+
+ private:
+  CLI::App* command_;
+  std::string heading_;
 };
 
-// The sentence for an error of the parser; for unknown options it names the nearest known one of the
-// subcommand.
-std::string explain(const CLI::App& app, const CLI::ParseError& error);
+class CommandLine {
+ public:
+  // `version` is what --version prints; the help of the program and of its subcommands ends with `footer`.
+  CommandLine(const std::string& name, const std::string& help, const std::string& version,
+              const std::string& footer);
+  ~CommandLine();
+
+  Command program();
+  // True: the variables are set. False: the help or the version was printed, and there is nothing else to do.
+  // Throws UsageError with one sentence; for unknown options it names the nearest one of the subcommand.
+  bool parse(int argc, char** argv);
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
 
 }  // namespace meander

@@ -3,7 +3,6 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -19,6 +18,7 @@
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "io/store/store.h"
+#include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
@@ -30,6 +30,7 @@
 #include "jobs/output_guard.h"
 #include "jobs/progress.h"
 #include "jobs/store_items.h"
+#include "jobs/units.h"
 #include "jobs/working_process.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -51,7 +52,7 @@ struct DescribeOptions {
   std::uint64_t memory_bytes = 0;
   std::uint64_t model_bytes = 0;  // of memory_bytes
   double timeout_seconds = 0;
-  DescriptorShapeTexts shape;
+  DescriptorShapeOptions shape;
   bool replace = false, fresh = false, allow_oversize = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };
@@ -75,15 +76,15 @@ void resolve(DescribeOptions& options) {
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
         fmt::format("{} need no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
-  if (problems.empty()) resolve_descriptor_shape(options.shape, describe, problems);
+  if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
   try {
     options.memory_bytes = parse_bytes(options.memory);
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     problems.push_back(std::string("--memory: ") + error.what());
   }
   try {
     options.timeout_seconds = parse_seconds(options.timeout);
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     problems.push_back(std::string("--timeout: ") + error.what());
   }
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
@@ -666,46 +667,38 @@ class DescribeJob {
 
 }  // namespace
 
-JobFunction add_describe_job(CLI::App& program) {
-  CLI::App* command =
+JobFunction add_describe_job(Command& program) {
+  Command command =
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
   auto options = std::make_shared<DescribeOptions>();
-  command->add_option("STORE", options->store, "The store; it is replaced as a whole at the end")->required();
-  command->add_option("INPUT", options->inputs,
-                      "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
-  command->add_option("--descriptors", options->descriptors,
-                      "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
-  command->add_option("-o,--output", options->output, "Write to this store instead");
-  add_descriptor_shape_options(*command, options->shape, options->describe, "Options");
-  command->add_flag("--replace", options->replace, "Recompute descriptors that the store already has");
-  add_list_options(*command, options->collect, "Options");
-  const char* running = "Running";
-  command
-      ->add_flag("--fresh", options->fresh, "Discard the unfinished work of an earlier describe (and OUTPUT)")
-      ->group(running);
-  add_trust_option(*command, options->check)->group(running);
-  command->add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1024))
-      ->group(running);
-  command->add_option("--memory", options->memory, "Memory budget of the whole process")
-      ->capture_default_str()
-      ->group(running);
-  command
-      ->add_flag("--allow-oversize", options->allow_oversize,
-                 "Process a model that exceeds the memory budget, on its own")
-      ->group(running);
-  command->add_option("--timeout", options->timeout, "Time limit per model; 0: none")
-      ->capture_default_str()
-      ->group(running);
-  const char* report = "Report";
-  command
-      ->add_option("--progress", options->progress,
-                   "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      ->capture_default_str()
-      ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
-      ->group(report);
-  command->add_flag("--json", options->json, "The summary as JSON on standard output")->group(report);
+  command.add_option("STORE", options->store, "The store; it is replaced as a whole at the end").required();
+  command.add_option("INPUT", options->inputs,
+                     "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
+  command.add_option("--descriptors", options->descriptors,
+                     "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
+  command.add_option("-o,--output", options->output, "Write to this store instead");
+  ParameterTable unused;  // the new header takes its parameters from those of the store
+  add_descriptor_shape_options(command, unused, options->shape, options->describe);
+  command.add_flag("--replace", options->replace, "Recompute descriptors that the store already has");
+  add_list_options(command, options->collect);
+  Command running = command.under("Running");
+  running.add_flag("--fresh", options->fresh,
+                   "Discard the unfinished work of an earlier describe (and OUTPUT)");
+  add_trust_option(running, options->check);
+  running.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  running.add_option("--memory", options->memory, "Memory budget of the whole process").show_default();
+  running.add_flag("--allow-oversize", options->allow_oversize,
+                   "Process a model that exceeds the memory budget, on its own");
+  running.add_option("--timeout", options->timeout, "Time limit per model; 0: none").show_default();
+  Command report = command.under("Report");
+  report
+      .add_option("--progress", options->progress,
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"});
+  report.add_flag("--json", options->json, "The summary as JSON on standard output");
   return [options] {
     resolve(*options);
     return DescribeJob(*options).run();

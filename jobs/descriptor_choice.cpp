@@ -1,12 +1,10 @@
 #include "jobs/descriptor_choice.h"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 
-#include "jobs/command_line.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -31,40 +29,32 @@ std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_v
   return chosen;
 }
 
-void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
-                                  DescribeParameters& describe, const std::string& group) {
-  const auto told = [](bool& given) { return [&given](const std::string&) { given = true; }; };
-  command.add_option("--bins", describe.bins, "Bins of histograms, 8 to 1024")
-      ->capture_default_str()
-      ->each(told(texts.bins_given))
-      ->group(group);
-  command
-      .add_option(
-          "--descriptor-scale", texts.scale,
-          "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
-      ->capture_default_str()
-      ->check(OneOf({"mean", "largest"}))
-      ->each(told(texts.scale_given))
-      ->group(group);
-  command
-      .add_option("--geodesic-sources", describe.geodesic_sources,
-                  "Samples that geodesic distances start from (0: all)")
-      ->capture_default_str()
-      ->each(told(texts.sources_given))
-      ->group(group);
+void add_descriptor_shape_options(Command& command, ParameterTable& table, DescriptorShapeOptions& given,
+                                  DescribeParameters& describe) {
+  static constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
+                                                         {"largest", HistogramScale::largest}};
+  table.add(command, "descriptor_bins", "--bins", describe.bins, "Bins of histograms, 8 to 1024")
+      .on_given([&given] { given.bins_given = true; });
+  table
+      .add(command, "descriptor_scale", "--descriptor-scale", describe.scale, scale_words,
+           "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
+      .on_given([&given] { given.scale_given = true; });
+  table
+      .add(command, "geodesic_sources", "--geodesic-sources", describe.geodesic_sources,
+           "Samples that geodesic distances start from (0: all)")
+      .on_given([&given] { given.sources_given = true; });
 }
 
-void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
-                              std::vector<std::string>& problems) {
-  describe.scale = texts.scale == "mean" ? HistogramScale::mean : HistogramScale::largest;
+void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeParameters& describe,
+                            std::vector<std::string>& problems) {
   const auto none_is = [&](bool (*shaped)(Descriptor)) {
     return std::none_of(describe.descriptors.begin(), describe.descriptors.end(), shaped);
   };
-  if (texts.bins_given && none_is(has_bins))
+  if (given.bins_given && none_is(has_bins))
     problems.push_back("--bins applies to histograms only, and basics is not a histogram");
-  if (texts.scale_given && none_is(takes_scale))
+  if (given.scale_given && none_is(takes_scale))
     problems.push_back("--descriptor-scale applies to the descriptors d2 and geodesic only");
-  if (texts.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
+  if (given.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
     problems.push_back("--geodesic-sources applies to the descriptor geodesic only");
 }
 

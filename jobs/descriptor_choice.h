@@ -7,11 +7,8 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "jobs/parameter_table.h"
 #include "kernels/describe/describe_samples.h"
-
-namespace CLI {
-class App;
-}
 
 namespace meander {
 
@@ -20,16 +17,15 @@ namespace meander {
 std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
                                           std::vector<std::string>& problems);
 
-// The options --bins, --descriptor-scale and --geodesic-sources, as given.
-struct DescriptorShapeTexts {
-  std::string scale = "mean";
+// Which of the options --bins, --descriptor-scale and --geodesic-sources were given.
+struct DescriptorShapeOptions {
   bool bins_given = false, scale_given = false, sources_given = false;
 };
-void add_descriptor_shape_options(CLI::App& command, DescriptorShapeTexts& texts,
-                                  DescribeParameters& describe, const std::string& group);
-// After the descriptors are known: the scale, and a problem for an option that shapes none of them.
-void resolve_descriptor_shape(const DescriptorShapeTexts& texts, DescribeParameters& describe,
-                              std::vector<std::string>& problems);
+void add_descriptor_shape_options(Command& command, ParameterTable& table, DescriptorShapeOptions& given,
+                                  DescribeParameters& describe);
+// After the descriptors are known: a problem for every option given that applies to none of them.
+void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeParameters& describe,
+                            std::vector<std::string>& problems);
 
 // Names, widths and the attributes that explain the values, of the rows of the descriptors in their order.
 std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters);

@@ -274,35 +274,30 @@ bool is_descriptor_format(const std::string& format) {
   return format == "csv" || format == "fbin" || format == "ann-hdf5";
 }
 
-void add_descriptor_export_options(CLI::App& command, DescriptorExport& options) {
-  const auto given = [&options](const std::string&) { options.shapes_split = true; };
-  const char* group = "Descriptors";
-  command
-      .add_option("--descriptors", options.descriptors,
-                  "Write these descriptors, NAME or NAME+NAME, with --format csv, fbin or ann-hdf5")
-      ->group(group);
-  command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-9, 0.999999))
-      ->each(given)
-      ->group(group);
+void add_descriptor_export_options(const Command& whole, DescriptorExport& options) {
+  const auto given = [&options] { options.shapes_split = true; };
+  Command command = whole.under("Descriptors");
+  command.add_option("--descriptors", options.descriptors,
+                     "Write these descriptors, NAME or NAME+NAME, with --format csv, fbin or ann-hdf5");
+  const Option share =
+      command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
+          .show_default()
+          .range(1e-9, 0.999999)
+          .on_given(given);
   command.add_option("--queries", options.queries, "ann-hdf5: number of rows that are queries")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}))
-      ->each(given)
-      ->excludes("--test-share")
-      ->group(group);
+      .range(std::uint64_t{1}, std::uint64_t{1000000000})
+      .on_given(given)
+      .excludes(share);
   command
       .add_option("--neighbours", options.neighbours,
                   "ann-hdf5: exact neighbours per query (at most the number of rows searched)")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000))
-      ->each([&options](const std::string&) { options.shapes_split = options.wants_neighbours = true; })
-      ->group(group);
+      .show_default()
+      .range(1, 1000000)
+      .on_given([&options] { options.shapes_split = options.wants_neighbours = true; });
   command.add_option("--distance", options.distance, "ann-hdf5: l2 (euclidean) or cosine (angular)")
-      ->capture_default_str()
-      ->check(OneOf({"l2", "cosine"}))
-      ->each(given)
-      ->group(group);
+      .show_default()
+      .one_of({"l2", "cosine"})
+      .on_given(given);
 }
 
 void check_descriptor_export(const DescriptorExport& options, const std::string& format,

@@ -8,11 +8,9 @@
 #include "io/store/store.h"
 #include "jobs/output_guard.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
+
+class Command;
 
 struct DescriptorExport {
   std::string descriptors;  // names joined by `+`
@@ -31,7 +29,7 @@ struct DescriptorExport {
 
 bool is_descriptor_format(const std::string& format);
 
-void add_descriptor_export_options(CLI::App& command, DescriptorExport& options);
+void add_descriptor_export_options(const Command& command, DescriptorExport& options);
 // Throws UsageError when the options do not fit together.
 void check_descriptor_export(const DescriptorExport& options, const std::string& format,
                              const std::string& output);

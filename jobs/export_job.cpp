@@ -148,40 +148,42 @@ int export_store(const ExportOptions& options, const Laboratory* laboratory) {
 
 }  // namespace
 
-JobFunction add_export_job(CLI::App& program, const Laboratory* laboratory) {
-  CLI::App* command = program.add_subcommand(
+JobFunction add_export_job(Command& program, const Laboratory* laboratory) {
+  Command command = program.add_subcommand(
       "export",
       "Points of a store as PLY, OFF or XYZ files, PointNet shards or a picture; descriptors as CSV, fbin or "
       "HDF5");
   auto options = std::make_shared<ExportOptions>();
-  command->add_option("STORE", options->store, "The store")->required();
-  command->add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
-  auto* output = command->add_option("-o,--output", options->output,
-                                     "Output folder, created if missing; with --descriptors the output file");
-  auto* format =
-      command->add_option("--format", options->format, "Of the point files, or of the file of descriptors")
-          ->capture_default_str()
-          ->check(OneOf({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"}));
-  auto* pointnet = command
-                       ->add_flag("--pointnet", options->pointnet,
-                                  "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
-                                  "training and test rows in separate files")
-                       ->excludes(format);
-  command->add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000))
-      ->needs(pointnet);
-  auto* picture = command->add_option("--picture", options->picture, "PNG file: a sheet of sampled models")
-                      ->excludes(format)
-                      ->excludes(pointnet)
-                      ->excludes(output);
-  command->add_option("--models", options->picture_models, "Models on the sheet, 1 to 400")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 400))
-      ->needs(picture);
-  command->add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
-  add_descriptor_export_options(*command, options->descriptors);
-  add_trust_option(*command, options->check);
+  command.add_option("STORE", options->store, "The store").required();
+  command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
+  const Option output =
+      command.add_option("-o,--output", options->output,
+                         "Output folder, created if missing; with --descriptors the output file");
+  const Option format =
+      command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
+          .show_default()
+          .one_of({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"});
+  const Option pointnet = command
+                              .add_flag("--pointnet", options->pointnet,
+                                        "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
+                                        "training and test rows in separate files")
+                              .excludes(format);
+  command.add_option("--shard-rows", options->shard_rows, "Rows per PointNet shard, 1 to 1000000")
+      .show_default()
+      .range(1, 1000000)
+      .needs(pointnet);
+  const Option picture =
+      command.add_option("--picture", options->picture, "PNG file: a sheet of sampled models")
+          .excludes(format)
+          .excludes(pointnet)
+          .excludes(output);
+  command.add_option("--models", options->picture_models, "Models on the sheet, 1 to 400")
+      .show_default()
+      .range(1, 400)
+      .needs(picture);
+  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
+  add_descriptor_export_options(command, options->descriptors);
+  add_trust_option(command, options->check);
   return [options, laboratory] {
     check_descriptor_export(options->descriptors, options->format, options->output);
     if (options->picture.empty() && options->output.empty())

@@ -1,6 +1,5 @@
 // meander info: what a store holds, as a whole or for one item.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -8,6 +7,7 @@
 
 #include "io/json_writer.h"
 #include "io/store/store.h"
+#include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -161,14 +161,14 @@ int info(const InfoOptions& options) {
 
 }  // namespace
 
-JobFunction add_info_job(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
+JobFunction add_info_job(Command& program) {
+  Command command = program.add_subcommand("info", "What a store holds, as a whole or for one item");
   auto options = std::make_shared<InfoOptions>();
-  command->add_option("STORE", options->store, "The store")->required();
-  command->add_option("ITEM", options->item, "An id or a row number: everything about this item");
-  command->add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
-  command->add_flag("--json", options->json, "As JSON");
-  add_trust_option(*command, options->check);
+  command.add_option("STORE", options->store, "The store").required();
+  command.add_option("ITEM", options->item, "An id or a row number: everything about this item");
+  command.add_flag("--failed", options->failed, "One line per failed item: id: status: reason");
+  command.add_flag("--json", options->json, "As JSON");
+  add_trust_option(command, options->check);
   return [options] {
     if (options->failed && (options->json || !options->item.empty()))
       throw UsageError("--failed lists all failed items as text: leave ITEM and --json out");

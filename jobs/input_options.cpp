@@ -1,11 +1,11 @@
 #include "jobs/input_options.h"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "io/item_id.h"
 #include "io/parameters_text.h"
 #include "io/store/posix_file.h"
+#include "jobs/command_line.h"
 #include "jobs/option_words.h"
 
 namespace meander {
@@ -29,36 +29,27 @@ std::string text_of_json(const std::string& json) {
 
 }  // namespace
 
-void add_list_options(CLI::App& command, InputOptions& options, const std::string& group) {
-  command
-      .add_option("--root", options.root,
-                  "Folder that the ids of lists are relative to (default: that of the run that made the "
-                  "store, else the longest folder common to all paths)")
-      ->group(group);
-  command
-      .add_flag("-0,--null", options.null_lists,
-                "Paths of lists end with a NUL byte, as find -print0 writes them")
-      ->group(group);
+void add_list_options(Command& command, InputOptions& options) {
+  command.add_option("--root", options.root,
+                     "Folder that the ids of lists are relative to (default: that of the run that made the "
+                     "store, else the longest folder common to all paths)");
+  command.add_flag("-0,--null", options.null_lists,
+                   "Paths of lists end with a NUL byte, as find -print0 writes them");
 }
 
-void add_label_options(CLI::App& command, InputOptions& options, const std::string& group) {
+void add_label_options(Command& command, InputOptions& options) {
   command
-      .add_option_function<std::string>(
+      .add_option(
           "--layout", [&options](const std::string& word) { options.layout = value_of(layout_words, word); },
           "Class and split from folders: modelnet (chair/train/x.off, train/chair/x.off), shapenet "
           "(synset/id/models/x.obj), flat (neither); auto: modelnet or shapenet where all items fit, else "
           "flat")
-      ->default_str("auto")
-      ->check(one_of(layout_words))
-      ->group(group);
-  command
-      .add_option("--labels", options.labels,
-                  "CSV file of classes and splits: id,class[,split] (train, test, validation)")
-      ->group(group);
-  command
-      .add_flag("--label-from-folder", options.label_from_folder,
-                "Class = name of the parent folder, for items that have none yet")
-      ->group(group);
+      .show_default("auto")
+      .one_of(all_words(layout_words));
+  command.add_option("--labels", options.labels,
+                     "CSV file of classes and splits: id,class[,split] (train, test, validation)");
+  command.add_flag("--label-from-folder", options.label_from_folder,
+                   "Class = name of the parent folder, for items that have none yet");
 }
 
 std::string remembered_root(const std::filesystem::path& store) {

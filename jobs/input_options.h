@@ -7,16 +7,14 @@
 #include "io/json_writer.h"
 #include "jobs/inputs.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
 
+class Command;
+
 // --root and --null.
-void add_list_options(CLI::App& command, InputOptions& options, const std::string& group);
+void add_list_options(Command& command, InputOptions& options);
 // --layout, --labels and --label-from-folder.
-void add_label_options(CLI::App& command, InputOptions& options, const std::string& group);
+void add_label_options(Command& command, InputOptions& options);
 
 // The root of the ids of lists when `store` was made, from STORE.run.json; empty where it does not say.
 std::string remembered_root(const std::filesystem::path& store);

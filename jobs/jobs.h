@@ -6,11 +6,9 @@
 
 #include "pipeline/sampling_graph.h"
 
-namespace CLI {
-class App;
-}
-
 namespace meander {
+
+class Command;
 
 using JobFunction = std::function<int()>;
 
@@ -20,13 +18,13 @@ class Laboratory;  // jobs/laboratory.h; null where it may be left out
 // process.
 using StageHook = std::function<void(GraphStages&)>;
 
-JobFunction add_run_job(CLI::App& program, const Laboratory* laboratory, StageHook hook = {});
-JobFunction add_verify_job(CLI::App& program);
-JobFunction add_info_job(CLI::App& program);
-JobFunction add_export_job(CLI::App& program, const Laboratory* laboratory);
-JobFunction add_surface_job(CLI::App& program);
-JobFunction add_retrieve_job(CLI::App& program, const Laboratory* laboratory);
-JobFunction add_describe_job(CLI::App& program);
+JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook = {});
+JobFunction add_verify_job(Command& program);
+JobFunction add_info_job(Command& program);
+JobFunction add_export_job(Command& program, const Laboratory* laboratory);
+JobFunction add_surface_job(Command& program);
+JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
+JobFunction add_describe_job(Command& program);
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});

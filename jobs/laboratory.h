@@ -21,8 +21,8 @@ class Laboratory {
   virtual ~Laboratory() = default;
 
   // Subcommands, as in jobs.h.
-  virtual JobFunction add_measure_job(CLI::App& program) const = 0;
-  virtual JobFunction add_figures_job(CLI::App& program) const = 0;
+  virtual JobFunction add_measure_job(Command& program) const = 0;
+  virtual JobFunction add_figures_job(Command& program) const = 0;
 
   // `run --certify`: why these parameters rule it out (one sentence each), its columns, and its stage, which
   // goes behind all others.

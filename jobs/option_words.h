@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "jobs/command_line.h"
+#include "io/store/store.h"
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/retrieve/descriptor_distance.h"
@@ -43,6 +43,8 @@ inline constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::u
                                                       {"gaussian", DensityKind::gaussian},
                                                       {"max", DensityKind::max}};
 
+inline constexpr Word<Compression> compression_words[] = {{"default", Compression::standard},
+                                                          {"none", Compression::none}};
 inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1},
                                                         {"l2", DistanceKind::l2},
                                                         {"emd", DistanceKind::emd},
@@ -50,10 +52,10 @@ inline constexpr Word<DistanceKind> distance_words[] = {{"l1", DistanceKind::l1}
                                                         {"cosine", DistanceKind::cosine}};
 
 template <class Enum, std::size_t N>
-OneOf one_of(const Word<Enum> (&words)[N]) {
+std::vector<std::string> all_words(const Word<Enum> (&words)[N]) {
   std::vector<std::string> texts;
   for (const auto& word : words) texts.push_back(word.text);
-  return OneOf(texts);
+  return texts;
 }
 
 template <class Enum, std::size_t N>

@@ -36,22 +36,20 @@ int end_output(int status) {
 }
 
 // A command of the laboratory in a program without it: known, hidden, and refused whatever its arguments are.
-JobFunction add_missing_command(CLI::App& program, const char* name) {
-  CLI::App* command = program.add_subcommand(name, "Not in this build")->group("");
-  command->set_help_flag();
-  command->prefix_command();
+JobFunction add_missing_command(Command& program, const char* name) {
+  program.add_hidden_subcommand(name);
   return [name]() -> int {
     require_laboratory(nullptr, name);
     return exit_usage;
   };
 }
 
-struct Command {
+struct Subcommand {
   const char* name;
   JobFunction run;
 };
 
-std::vector<Command> add_commands(CLI::App& program, const Laboratory* laboratory, StageHook hook) {
+std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* laboratory, StageHook hook) {
   return {{"run", add_run_job(program, laboratory, std::move(hook))},
           {"verify", add_verify_job(program)},
           {"info", add_info_job(program)},
@@ -70,22 +68,15 @@ std::vector<Command> add_commands(CLI::App& program, const Laboratory* laborator
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
-  CLI::App program("Low-discrepancy sampling of whole collections of surfaces", "meander");
-  program.set_version_flag("--version", std::string("meander ") + meander_version);
-  program.require_subcommand(1);
-  program.footer(footer);
-  const std::vector<Command> commands = add_commands(program, laboratory, std::move(hook));
-  for (CLI::App* command : program.get_subcommands({})) command->footer(footer);
+  CommandLine line("meander", "Low-discrepancy sampling of whole collections of surfaces",
+                   std::string("meander ") + meander_version, footer);
+  Command program = line.program();
+  program.require_subcommand();
+  const std::vector<Subcommand> subcommands = add_subcommands(program, laboratory, std::move(hook));
   try {
-    program.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return program.exit(help);
-  } catch (const CLI::ParseError& error) {
-    return say(exit_usage, explain(program, error));
-  }
-  try {
-    for (const Command& command : commands)
-      if (program.got_subcommand(command.name)) return end_output(command.run());
+    if (!line.parse(argc, argv)) return exit_done;
+    for (const Subcommand& subcommand : subcommands)
+      if (program.chose(subcommand.name)) return end_output(subcommand.run());
   } catch (const UsageError& error) {
     return say(exit_usage, error.what());
   } catch (const RunError& error) {
@@ -96,7 +87,7 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
   } catch (const std::bad_alloc&) {
-    const bool resumable = program.got_subcommand("run") || program.got_subcommand("describe");
+    const bool resumable = program.chose("run") || program.chose("describe");
     return say(resumable ? exit_stopped : exit_usage,
                resumable
                    ? "out of memory: what is done is kept, the same command continues when there is more"

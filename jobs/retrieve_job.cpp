@@ -1,6 +1,5 @@
 // meander retrieve: similar models of a store by their descriptors, and how well that finds classes.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
 #include "io/whole_file.h"
+#include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -208,14 +208,14 @@ int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
   return exit_done;
 }
 
-void add_common_options(CLI::App& command, RetrieveOptions& options) {
-  command.add_option("STORE", options.store, "The store")->required();
+void add_common_options(Command& command, RetrieveOptions& options) {
+  command.add_option("STORE", options.store, "The store").required();
   command.add_option("--descriptor", options.descriptor,
                      "Its name in the store; several as a+b, each scaled by its mean distance (default: the "
                      "first of the store)");
   command.add_option("--distance", options.distance, "Between descriptors")
-      ->capture_default_str()
-      ->check(one_of(distance_words));
+      .show_default()
+      .one_of(all_words(distance_words));
   command.add_flag("--json", options.json, "As JSON");
   command.add_option("--csv", options.csv, "The table as a CSV file as well");
   add_trust_option(command, options.check);
@@ -223,35 +223,32 @@ void add_common_options(CLI::App& command, RetrieveOptions& options) {
 
 }  // namespace
 
-JobFunction add_retrieve_job(CLI::App& program, const Laboratory* laboratory) {
-  CLI::App* command = program.add_subcommand(
+JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
+  Command command = program.add_subcommand(
       "retrieve", "Similar models of a store by their descriptors, and how well that finds classes");
-  command->require_subcommand(1);
+  command.require_subcommand();
   auto options = std::make_shared<RetrieveOptions>();
-  CLI::App* ask = command->add_subcommand("query", "The models most similar to one of the store");
-  add_common_options(*ask, *options);
-  ask->add_option("ITEM", options->item, "An id or a row number")->required();
-  ask->add_option("-k,--count", options->k, "How many, 1 to 1000000")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000));
-  CLI::App* judge =
-      command->add_subcommand("evaluate", "Every model as a query: scores, precision over recall, confusion");
-  add_common_options(*judge, *options);
-  judge->add_option("--classes", options->classes,
-                    "Princeton .cla file (default: the labels of the store); its order is that of --matrix");
-  judge->add_flag("--psb-compat", options->psb_compat,
-                  "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
-  judge->add_flag("--per-class", options->per_class, "A line for every class, in the picture too");
-  judge->add_option("--matrix", options->matrix,
-                    "File for all distances: N x N float32 without header, row by row");
-  judge->add_option("--picture", options->picture, "SVG file: precision over recall");
-  judge->add_option("--confusion", options->confusion,
-                    "SVG or PNG file: classes of the nearest models by class of the query");
-  const JobFunction select = add_select_command(*command);
-  const CLI::App* choose = command->get_subcommand("select");
-  return [options, laboratory, ask, choose, select] {
-    if (choose->parsed()) return select();
-    return ask->parsed() ? query(*options) : evaluate(*options, laboratory);
+  Command ask = command.add_subcommand("query", "The models most similar to one of the store");
+  add_common_options(ask, *options);
+  ask.add_option("ITEM", options->item, "An id or a row number").required();
+  ask.add_option("-k,--count", options->k, "How many, 1 to 1000000").show_default().range(1, 1000000);
+  Command judge =
+      command.add_subcommand("evaluate", "Every model as a query: scores, precision over recall, confusion");
+  add_common_options(judge, *options);
+  judge.add_option("--classes", options->classes,
+                   "Princeton .cla file (default: the labels of the store); its order is that of --matrix");
+  judge.add_flag("--psb-compat", options->psb_compat,
+                 "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
+  judge.add_flag("--per-class", options->per_class, "A line for every class, in the picture too");
+  judge.add_option("--matrix", options->matrix,
+                   "File for all distances: N x N float32 without header, row by row");
+  judge.add_option("--picture", options->picture, "SVG file: precision over recall");
+  judge.add_option("--confusion", options->confusion,
+                   "SVG or PNG file: classes of the nearest models by class of the query");
+  const JobFunction select = add_select_command(command);
+  return [options, laboratory, command, select] {
+    if (command.chose("query")) return query(*options);
+    return command.chose("evaluate") ? evaluate(*options, laboratory) : select();
   };
 }
 

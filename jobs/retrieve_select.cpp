@@ -1,7 +1,6 @@
 #include "jobs/retrieve_select.h"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
 #include "io/whole_file.h"
+#include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
@@ -248,36 +248,36 @@ int select(const SelectOptions& options) {
 
 }  // namespace
 
-JobFunction add_select_command(CLI::App& retrieve) {
-  CLI::App* command = retrieve.add_subcommand(
+JobFunction add_select_command(Command& retrieve) {
+  Command command = retrieve.add_subcommand(
       "select", "All combinations of descriptors under all distances: scores, and the choice among them");
   auto options = std::make_shared<SelectOptions>();
-  command->add_option("STORE", options->store, "The store")->required();
-  CLI::Option* listed = command->add_option("--descriptors", options->descriptors,
-                                            "Combinations with commas, as d2,d2+geodesic (default: all "
-                                            "combinations of the store's histograms)");
-  listed->delimiter(',');
-  command->add_option("--most", options->most, "Largest combination of the default, 1 to 10")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10))
-      ->excludes(listed);
-  command->add_option("--distances", options->distances, "With commas (default: l1,l2,emd,chi2,cosine)")
-      ->delimiter(',')
-      ->check(one_of(distance_words));
+  command.add_option("STORE", options->store, "The store").required();
+  const Option listed = command
+                            .add_option("--descriptors", options->descriptors,
+                                        "Combinations with commas, as d2,d2+geodesic (default: all "
+                                        "combinations of the store's histograms)")
+                            .separator(',');
+  command.add_option("--most", options->most, "Largest combination of the default, 1 to 10")
+      .show_default()
+      .range(1, 10)
+      .excludes(listed);
+  command.add_option("--distances", options->distances, "With commas (default: l1,l2,emd,chi2,cosine)")
+      .separator(',')
+      .one_of(all_words(distance_words));
   command
-      ->add_option("--criterion", options->criterion,
-                   "What the best is best in; nn+ft: the mean of NN and 1st tier")
-      ->capture_default_str()
-      ->check(one_of(criterion_words));
-  command->add_option("--classes", options->classes,
-                      "Princeton .cla file (default: the labels of the store)");
-  command->add_flag("--psb-compat", options->psb_compat,
-                    "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
-  command->add_option("--show", options->show, "How many settings to print; 0: all. Files have all")
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "As JSON");
-  command->add_option("--csv", options->csv, "The table of settings as a CSV file as well");
-  add_trust_option(*command, options->check);
+      .add_option("--criterion", options->criterion,
+                  "What the best is best in; nn+ft: the mean of NN and 1st tier")
+      .show_default()
+      .one_of(all_words(criterion_words));
+  command.add_option("--classes", options->classes, "Princeton .cla file (default: the labels of the store)");
+  command.add_flag("--psb-compat", options->psb_compat,
+                   "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
+  command.add_option("--show", options->show, "How many settings to print; 0: all. Files have all")
+      .show_default();
+  command.add_flag("--json", options->json, "As JSON");
+  command.add_option("--csv", options->csv, "The table of settings as a CSV file as well");
+  add_trust_option(command, options->check);
   return [options] { return select(*options); };
 }
 

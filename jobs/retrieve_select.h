@@ -6,6 +6,6 @@
 namespace meander {
 
 // Adds `select` to the parser of `retrieve`; the returned function runs it.
-JobFunction add_select_command(CLI::App& retrieve);
+JobFunction add_select_command(Command& retrieve);
 
 }  // namespace meander

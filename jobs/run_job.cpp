@@ -34,7 +34,7 @@ StoreHeader make_header(const RunOptions& options, const Inputs& inputs, const L
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
-  header.parameters_json = parameters_json(options);
+  header.parameters_json = options.parameters_json;
   header.label_names = inputs.label_names;
   header.descriptors = schemas_of(options.sample.describe);
   if (method_of(options.sample).follows_tensor) {
@@ -294,7 +294,7 @@ class RunJob {
 
 }  // namespace
 
-JobFunction add_run_job(CLI::App& program, const Laboratory* laboratory, StageHook hook) {
+JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook) {
   auto options = std::make_shared<RunOptions>();
   auto texts = std::make_shared<RunOptionTexts>();
   add_run_command(program, *options, *texts);

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "io/json_writer.h"
-#include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
@@ -14,6 +12,7 @@
 #include "jobs/option_words.h"
 #include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
+#include "jobs/units.h"
 
 namespace meander {
 
@@ -42,160 +41,184 @@ void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& descri
                          std::vector<std::string>& problems) {
   if (texts.describe != "none")
     describe.descriptors = parse_descriptors("--describe", texts.describe, problems);
-  const DescriptorShapeTexts& shape = texts.descriptor_shape;
+  const DescriptorShapeOptions& shape = texts.descriptor_shape;
   if (!describe.descriptors.empty())
-    resolve_descriptor_shape(shape, describe, problems);
+    check_descriptor_shape(shape, describe, problems);
   else if (shape.bins_given || shape.scale_given || shape.sources_given)
     problems.push_back(
         "--bins, --descriptor-scale and --geodesic-sources apply to descriptors: see --describe");
 }
 
-std::string density_text(const DensityParameters& density) {
-  if (density.kind == DensityKind::vertex_attribute) return "attribute:" + density.attribute;
-  if (density.kind == DensityKind::face_attribute) return "face-attribute:" + density.attribute;
-  return text_of(density_words, density.kind);
+void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts) {
+  ParameterTable& table = texts.table;
+  SampleParameters& sample = options.sample;
+  const auto shapes_density = [&texts] { texts.shapes_density = true; };
+  table.add(points, "samples", "-n,--samples", texts.samples, "Points per model, 1 to 2^31")
+      .range(1.0, 2147483648.0);
+  table.add(points, "method", "--method", sample.method, method_words,
+            "Order of the surface: a curve over a conformal chart, 3-D Hilbert order, or a curve over "
+            "a chart conformal in the metric of a tensor field");
+  table.add(points, "density", "--density", texts.density,
+            "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
+  table
+      .add(points, "density_floor", "--density-floor", sample.density.floor,
+           "Density of flat parts for curvature densities, 1e-6 to 1")
+      .on_given(shapes_density);
+  table
+      .add(points, "density_exponent", "--density-exponent", sample.density.exponent,
+           "Exponent of curvature densities, 0.25 to 4")
+      .on_given(shapes_density);
+  table.add(points, "locate", "--locate", sample.locate, locate_words,
+            "Point location: Embree rays with sheets, elements alone, the survey's first hit");
+  table
+      .add(points, "place", "--place", sample.place.place, place_words,
+           "Where samples lie in a curve element (default element; vertex for first-hit)")
+      .show_default("")
+      .on_given([&texts] { texts.chooses_place = true; });
+  table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, "The 1-D sample set");
+  table.add(points, "order", "--order", sample.place.order, order_words,
+            "Order in the file: every prefix well spread, or along the curve");
+  table.add(points, "curve", "--curve", sample.locator.curve.kind, curve_words, "The space-filling curve");
+  table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
+  table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
+            "Stored coordinates (loc and scale undo it)");
+  add_tensor_options(points, texts.tensor_table, texts.tensor, sample);
+  points.add_flag(
+      "--curved", sample.curved,
+      "Lift the points from the flat triangles to the smooth surface that the vertex normals define");
+}
+
+void add_collection_options(Command collection, RunOptions& options, RunOptionTexts& texts) {
+  ParameterTable& table = texts.table;
+  DescribeParameters& describe = options.sample.describe;
+  collection
+      .add_option(
+          "--describe", texts.describe,
+          "Descriptors to store: none, or one or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas")
+      .show_default();
+  table.compute("describe", [&describe] {
+    std::string names;
+    for (const Descriptor d : describe.descriptors)
+      names += (names.empty() ? "" : ",") + std::string(name_of(d));
+    return names.empty() ? "none" : names;
+  });
+  add_descriptor_shape_options(collection, table, texts.descriptor_shape, describe);
+  table.add(collection, "certify", "--certify", options.certify,
+            "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
+  add_list_options(collection, options.collect);
+  add_label_options(collection, options.collect);
+  table.add(collection, "compress", "--compress", options.compression, compression_words,
+            "shuffle + deflate + checksum, or checksum only");
+}
+
+void add_running_options(Command running, RunOptions& options, RunOptionTexts& texts) {
+  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  running.add_option("--memory", texts.memory, "Memory budget of the whole process").show_default();
+  running.add_flag("--allow-oversize", options.allow_oversize,
+                   "Process a model that exceeds the memory budget, on its own");
+  running
+      .add_option("--timeout", texts.timeout,
+                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
+      .show_default();
+  running
+      .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
+      .show_default("no limit");
+  running
+      .add_option("--retry", texts.retry,
+                  "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
+                  "(remove the rows)")
+      .separator(',');
+  running.add_option("--reuse", options.reuse,
+                     "Copy rows of equal content and parameters from this older store");
+  add_trust_option(running, options.check);
+  running.add_flag("--fresh", options.fresh,
+                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+  running.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing");
+}
+
+void add_report_options(Command report, RunOptions& options) {
+  report
+      .add_option("--progress", options.progress,
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"});
+  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+  report.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph");
+}
+
+// Parameters of the method that no option changes directly.
+void record_constants(const SampleParameters& sample, ParameterTable& table) {
+  table.record("curve_max_depth", sample.locator.curve.max_depth);
+  table.record("density_quantile", sample.density.quantile);
+  table.compute("elements_per_sample", [&sample] { return elements_per_sample(sample); });
+  table.record("extremity_seams", sample.cut.extremity_seams);
+  table.record("jitter", sample.place.jitter);
+  table.record("leaves_per_sample", sample.locator.curve.leaves_per_sample);
+  table.record("max_extra_seams", sample.flatten.max_extra_seams);
+  table.record("max_mean_distortion", sample.flatten.max_mean_distortion);
+  table.record("max_sheets", sample.locator.max_sheets);
+  table.record("min_component_samples", sample.locator.min_component_samples);
+  table.record("min_log_scale", sample.flatten.min_log_scale);
+  table.record("min_sheet_samples", sample.locator.min_sheet_samples);
+}
+
+// Members that only some runs record.
+std::string parameters_json(const RunOptions& options, const RunOptionTexts& texts) {
+  ParameterTable table = texts.table;
+  if (options.sample.curved) table.record("curved", options.sample.curved);
+  if (method_of(options.sample).follows_tensor) table.append(texts.tensor_table);
+  return table.json();
+}
+
+// The place of samples, and what depends on several options.
+void resolve_sampling(SampleParameters& sample, const RunOptionTexts& texts) {
+  const bool first_hit = sample.locate == LocatorKind::first_hit;
+  if (!texts.chooses_place) sample.place.place = first_hit ? PlaceKind::vertex : PlaceKind::element;
+  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
+  // 7.4).
+  if (first_hit) sample.locator.curve.leaves_per_sample = 64;
+  if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
+  sample.elements.curve = sample.locator.curve.kind;
+  set_samples(sample, texts.samples);
+}
+
+void resolve_budgets(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
+  try {
+    options.memory_bytes = parse_bytes(texts.memory);
+  } catch (const UsageError& error) {
+    problems.push_back(std::string("--memory: ") + error.what());
+  }
+  try {
+    options.timeout_seconds = parse_seconds(texts.timeout);
+  } catch (const UsageError& error) {
+    problems.push_back(std::string("--timeout: ") + error.what());
+  }
+}
+
+void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
+  for (const std::string& word : texts.retry)
+    if (!add_retry_word(word, options.retry))
+      problems.push_back("--retry: `" + word + "` is neither a status of a failed item (" +
+                         fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
+                         ") nor `changed` nor `vanished`");
 }
 
 }  // namespace
 
-void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts) {
-  CLI::App& command = *program.add_subcommand("run", "Sample every model of the input into one store");
+void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts) {
+  Command command = program.add_subcommand("run", "Sample every model of the input into one store");
   command
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
-      ->required();
-  command.add_option("-o,--output", options.store, "The store to write (HDF5)")->required();
-  const char* points = "Points";
-  command.add_option("-n,--samples", texts.samples, "Points per model, 1 to 2^31")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 2147483648.0))
-      ->group(points);
-  command
-      .add_option("--method", texts.method,
-                  "Order of the surface: a curve over a conformal chart, 3-D Hilbert order, or a curve over "
-                  "a chart conformal in the metric of a tensor field")
-      ->capture_default_str()
-      ->check(one_of(method_words))
-      ->group(points);
-  command
-      .add_option("--density", texts.density,
-                  "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME")
-      ->capture_default_str()
-      ->group(points);
-  command
-      .add_option("--density-floor", options.sample.density.floor,
-                  "Density of flat parts for curvature densities, 1e-6 to 1")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_density = true; })
-      ->group(points);
-  command
-      .add_option("--density-exponent", options.sample.density.exponent,
-                  "Exponent of curvature densities, 0.25 to 4")
-      ->capture_default_str()
-      ->each([&texts](const std::string&) { texts.shapes_density = true; })
-      ->group(points);
-  command
-      .add_option("--locate", texts.locate,
-                  "Point location: Embree rays with sheets, elements alone, the survey's first hit")
-      ->capture_default_str()
-      ->check(one_of(locate_words))
-      ->group(points);
-  command
-      .add_option("--place", texts.place,
-                  "Where samples lie in a curve element (default element; vertex for first-hit)")
-      ->check(one_of(place_words))
-      ->group(points);
-  command.add_option("--sequence", texts.sequence, "The 1-D sample set")
-      ->capture_default_str()
-      ->check(one_of(sequence_words))
-      ->group(points);
-  command
-      .add_option("--order", texts.order, "Order in the file: every prefix well spread, or along the curve")
-      ->capture_default_str()
-      ->check(one_of(order_words))
-      ->group(points);
-  command.add_option("--curve", texts.curve, "The space-filling curve")
-      ->capture_default_str()
-      ->check(one_of(curve_words))
-      ->group(points);
-  command.add_option("--seed", options.sample.seed, "Seed, 0 to 2^64 - 1")
-      ->capture_default_str()
-      ->check(WholeNumber())
-      ->group(points);
-  command.add_option("--normalize", texts.normalize, "Stored coordinates (loc and scale undo it)")
-      ->capture_default_str()
-      ->check(one_of(normalize_words))
-      ->group(points);
-  add_tensor_options(command, texts.tensor, options.sample);
-  command
-      .add_flag(
-          "--curved", options.sample.curved,
-          "Lift the points from the flat triangles to the smooth surface that the vertex normals define")
-      ->group(points);
-  const char* collection = "Collection";
-  command
-      .add_option(
-          "--describe", texts.describe,
-          "Descriptors to store: none, or one or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas")
-      ->capture_default_str()
-      ->group(collection);
-  add_descriptor_shape_options(command, texts.descriptor_shape, options.sample.describe, collection);
-  command
-      .add_flag("--certify", options.certify,
-                "Measure the samples of every model: error over rotated boxes, rho (/certificate)")
-      ->group(collection);
-  add_list_options(command, options.collect, collection);
-  add_label_options(command, options.collect, collection);
-  command.add_option("--compress", texts.compress, "shuffle + deflate + checksum, or checksum only")
-      ->capture_default_str()
-      ->check(OneOf({"default", "none"}))
-      ->group(collection);
-  const char* running = "Running";
-  command.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1024))
-      ->group(running);
-  command.add_option("--memory", texts.memory, "Memory budget of the whole process")
-      ->capture_default_str()
-      ->group(running);
-  command
-      .add_flag("--allow-oversize", options.allow_oversize,
-                "Process a model that exceeds the memory budget, on its own")
-      ->group(running);
-  command
-      .add_option("--timeout", texts.timeout,
-                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
-      ->capture_default_str()
-      ->group(running);
-  command
-      .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
-      ->default_str("no limit")
-      ->group(running);
-  command
-      .add_option("--retry", texts.retry,
-                  "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
-                  "(remove the rows)")
-      ->delimiter(',')
-      ->group(running);
-  command
-      .add_option("--reuse", options.reuse, "Copy rows of equal content and parameters from this older store")
-      ->group(running);
-  add_trust_option(command, options.check)->group(running);
-  command
-      .add_flag("--fresh", options.fresh,
-                "Start anew: discard an unfinished run; a store of this name is replaced at the end")
-      ->group(running);
-  command.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing")->group(running);
-  const char* report = "Report";
-  command
-      .add_option("--progress", options.progress,
-                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      ->capture_default_str()
-      ->check(OneOf({"auto", "bar", "plain", "json", "none"}))
-      ->group(report);
-  command.add_flag("--json", options.json, "The summary as JSON on standard output")->group(report);
-  command.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph")
-      ->group(report);
+      .required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
+  add_point_options(command.under("Points"), options, texts);
+  add_collection_options(command.under("Collection"), options, texts);
+  add_running_options(command.under("Running"), options, texts);
+  add_report_options(command.under("Report"), options);
+  record_constants(options.sample, texts.table);
 }
 
 bool add_retry_word(const std::string& word, RetryOptions& retry) {
@@ -227,110 +250,30 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   std::vector<std::string> problems;
   SampleParameters& sample = options.sample;
   resolve_descriptors(texts, sample.describe, problems);
-  sample.method = value_of(method_words, texts.method);
-  sample.locate = value_of(locate_words, texts.locate);
-  const bool first_hit = sample.locate == LocatorKind::first_hit;
-  sample.place.place = texts.place.empty() ? (first_hit ? PlaceKind::vertex : PlaceKind::element)
-                                           : value_of(place_words, texts.place);
-  // A sample at a curve vertex needs many vertices per sample, or the pattern is quantised (docs/METHODS.md
-  // 7.4).
-  if (first_hit) sample.locator.curve.leaves_per_sample = 64;
-  if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
-  sample.place.sequence = value_of(sequence_words, texts.sequence);
-  sample.place.order = value_of(order_words, texts.order);
-  sample.place.normalize = value_of(normalize_words, texts.normalize);
-  sample.locator.curve.kind = value_of(curve_words, texts.curve);
-  sample.elements.curve = sample.locator.curve.kind;
-  set_samples(sample, texts.samples);
+  resolve_sampling(sample, texts);
   resolve_tensor_options(texts.tensor, sample, problems);
   resolve_density(texts.density, sample.density, problems);
   const DensityKind density = sample.density.kind;
   if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
       density != DensityKind::max)
     problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
-  if (!method_of(sample).makes_charts && texts.locate != "embree")
+  if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
     problems.push_back("--method direct has no location step: leave --locate out");
-  if (!method_of(sample).makes_charts && texts.curve != "hilbert")
+  if (!method_of(sample).makes_charts && sample.elements.curve != CurveKind::hilbert)
     problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
     for (const std::string& problem :
          require_laboratory(laboratory, "--certify").certificate_problems(sample))
       problems.push_back(problem);
-  options.compression = texts.compress == "none" ? Compression::none : Compression::standard;
-  try {
-    options.memory_bytes = parse_bytes(texts.memory);
-  } catch (const CLI::ValidationError& error) {
-    problems.push_back(std::string("--memory: ") + error.what());
-  }
-  try {
-    options.timeout_seconds = parse_seconds(texts.timeout);
-  } catch (const CLI::ValidationError& error) {
-    problems.push_back(std::string("--timeout: ") + error.what());
-  }
-  for (const std::string& word : texts.retry)
-    if (!add_retry_word(word, options.retry))
-      problems.push_back("--retry: `" + word + "` is neither a status of a failed item (" +
-                         fmt::format("{}", fmt::join(status_names.begin() + 1, status_names.end(), ", ")) +
-                         ") nor `changed` nor `vanished`");
+  resolve_budgets(options, texts, problems);
+  resolve_retry(options, texts, problems);
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
-}
-
-std::string parameters_json(const RunOptions& options) {
-  const SampleParameters& p = options.sample;
-  JsonWriter json;
-  json.begin_object();
-  json.member("certify", options.certify);
-  json.member("compress", options.compression == Compression::none ? "none" : "default");
-  json.member("curve", text_of(curve_words, p.locator.curve.kind));
-  if (p.curved) json.member("curved", true);
-  json.member("curve_max_depth", p.locator.curve.max_depth);
-  json.member("density", density_text(p.density));
-  json.member("density_exponent", p.density.exponent);
-  json.member("density_floor", p.density.floor);
-  json.member("density_quantile", p.density.quantile);
-  std::string descriptors;
-  for (const Descriptor d : p.describe.descriptors)
-    descriptors += (descriptors.empty() ? "" : ",") + std::string(name_of(d));
-  json.member("describe", descriptors.empty() ? "none" : descriptors);
-  json.member("descriptor_bins", p.describe.bins);
-  json.member("descriptor_scale", p.describe.scale == HistogramScale::mean ? "mean" : "largest");
-  json.member("elements_per_sample", elements_per_sample(p));
-  json.member("extremity_seams", p.cut.extremity_seams);
-  json.member("geodesic_sources", p.describe.geodesic_sources);
-  json.member("jitter", p.place.jitter);
-  json.member("leaves_per_sample", p.locator.curve.leaves_per_sample);
-  json.member("locate", text_of(locate_words, p.locate));
-  json.member("max_extra_seams", p.flatten.max_extra_seams);
-  json.member("max_mean_distortion", p.flatten.max_mean_distortion);
-  json.member("max_sheets", p.locator.max_sheets);
-  json.member("method", text_of(method_words, p.method));
-  json.member("min_component_samples", p.locator.min_component_samples);
-  json.member("min_log_scale", p.flatten.min_log_scale);
-  json.member("min_sheet_samples", p.locator.min_sheet_samples);
-  json.member("normalize", text_of(normalize_words, p.place.normalize));
-  json.member("order", text_of(order_words, p.place.order));
-  json.member("place", text_of(place_words, p.place.place));
-  json.member("samples", p.place.samples);
-  json.member("seed", p.seed);
-  json.member("sequence", text_of(sequence_words, p.place.sequence));
-  if (method_of(p).follows_tensor) {
-    json.member("tensor", tensor_text(p.tensor));
-    json.member("tensor_bisections", p.tensor_charts.max_bisections);
-    json.member("tensor_charts", p.tensor_charts.form == AlignmentForm::metric ? "metric" : "gradient");
-    json.member("tensor_density", p.tensor.adaptive ? "follow" : "keep");
-    json.member("tensor_epsilon", p.tensor.epsilon);
-    json.member("tensor_form", p.tensor.form == TensorForm::metric ? "metric" : "spacing");
-    json.member("tensor_ratio", p.tensor.max_ratio);
-    json.member("tensor_segments", p.tensor_charts.segment.count);
-    json.member("tensor_smoothing", p.tensor.smoothing);
-  }
-  json.end_object();
-  return json.text();
+  options.parameters_json = parameters_json(options, texts);
 }
 
 }  // namespace meander

@@ -8,12 +8,9 @@
 #include "io/store/store.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
+#include "jobs/parameter_table.h"
 #include "jobs/tensor_options.h"
 #include "kernels/model/sample_parameters.h"
-
-namespace CLI {
-class App;
-}
 
 namespace meander {
 
@@ -49,26 +46,25 @@ struct RunOptions {
   StoreCheck check = StoreCheck::every_byte;  // of a finished store and of reuse
   bool fresh = false, dry_run = false, json = false, statistics = false;
   std::string progress = "auto";  // auto|bar|plain|json|none
+  std::string parameters_json;    // all effective parameters that decide the rows, one line of JSON
 };
 
-// The texts as given; resolve turns them into RunOptions.
+// What the command line gave and resolve turns into RunOptions.
 struct RunOptionTexts {
+  ParameterTable table;         // refers to the RunOptions and to these texts
+  ParameterTable tensor_table;  // recorded by anisotropic runs only
   std::uint32_t samples = 2048;
-  std::string method = "conformal", density = "uniform", locate = "embree", place, sequence = "shifted",
-              order = "progressive", curve = "hilbert", normalize = "none", describe = "none",
-              compress = "default", memory = "4G", timeout = "120s";
+  std::string density = "uniform", describe = "none", memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
   TensorOptionTexts tensor;
-  DescriptorShapeTexts descriptor_shape;
+  DescriptorShapeOptions descriptor_shape;
+  bool chooses_place = false;   // --place was given
   bool shapes_density = false;  // --density-floor or --density-exponent was given
 };
 
 // Adds the subcommand with its options.
-void add_run_command(CLI::App& program, RunOptions& options, RunOptionTexts& texts);
+void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
-
-// All effective parameters that decide the rows, as one line of JSON with sorted keys.
-std::string parameters_json(const RunOptions& options);
 
 }  // namespace meander

@@ -1,17 +1,16 @@
 #include "jobs/store_items.h"
 
-#include <CLI/CLI.hpp>
-
 #include <charconv>
 
 #include "io/item_id.h"
 #include "io/parameters_text.h"
+#include "jobs/command_line.h"
 #include "jobs/inputs.h"
 
 namespace meander {
 
-CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check) {
-  return command.add_flag_callback(
+void add_trust_option(Command& command, StoreCheck& check) {
+  command.add_flag(
       "--trust", [&check] { check = StoreCheck::none; },
       "Do not verify the checksum of stores before reading them (verifying reads the whole file once, at "
       "about 5 GB/s from the page cache, else at the speed of the disk); a damaged store may then give wrong "

@@ -6,15 +6,12 @@
 
 #include "io/store/store.h"
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
-
 namespace meander {
 
+class Command;
+
 // Adds --trust to a command that reads stores: it sets `check` to StoreCheck::none.
-CLI::Option* add_trust_option(CLI::App& command, StoreCheck& check);
+void add_trust_option(Command& command, StoreCheck& check);
 
 // The row of an id, of the path that an id was made of, or of a row number, the first of these that there is.
 // Throws UsageError.

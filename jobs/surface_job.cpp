@@ -1,6 +1,5 @@
 // meander surface: samples of parametric surfaces, in a store.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +19,9 @@
 #include "jobs/jobs.h"
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
+#include "jobs/parameter_table.h"
 #include "jobs/surface_sources.h"
+#include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
@@ -40,18 +41,15 @@ struct SurfaceOptions {
   std::vector<std::string> surfaces;
   std::string store;
   SurfaceSampleParameters sample;
-  std::string density = "uniform", sequence = "shifted", order = "progressive", curve = "hilbert",
-              place = "element", compress = "default";
+  std::string density = "uniform";
+  Compression compression = Compression::standard;
+  ParameterTable table;  // refers to the members above and below
   HeightFieldOptions height_field;
   bool fresh = false, json = false;
 };
 
 void resolve(SurfaceOptions& options) {
   SurfaceSampleParameters& sample = options.sample;
-  sample.sequence = value_of(sequence_words, options.sequence);
-  sample.order = value_of(order_words, options.order);
-  sample.curve = value_of(curve_words, options.curve);
-  sample.place = value_of(place_words, options.place);
   sample.density.kind = SurfaceDensityKind::expression;
   for (const auto& word : surface_density_words)
     if (options.density == word.text) sample.density.kind = word.value;
@@ -68,34 +66,6 @@ void resolve(SurfaceOptions& options) {
   }
   const std::vector<std::string> problems = validate(sample);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
-}
-
-std::string surface_parameters_json(const SurfaceOptions& options) {
-  const SurfaceSampleParameters& p = options.sample;
-  JsonWriter json;
-  json.begin_object();
-  json.member("compress", options.compress);
-  json.member("curve", options.curve);
-  json.member("density", options.density);
-  json.member("density_exponent", p.density.exponent);
-  json.member("density_floor", p.density.floor);
-  json.member("density_quantile", p.density.quantile);
-  json.member("height_extent_x", options.height_field.extent_x);
-  json.member("height_extent_y", options.height_field.extent_y);
-  json.member("height_scale", options.height_field.scale);
-  json.member("jitter", p.jitter);
-  json.member("leaves_per_sample", p.leaves_per_sample);
-  json.member("max_depth", p.max_depth);
-  json.member("min_depth", p.min_depth);
-  json.member("order", options.order);
-  json.member("place", options.place);
-  json.member("reparameterise", p.reparameterise);
-  json.member("samples", p.samples);
-  json.member("seed", p.seed);
-  json.member("sequence", options.sequence);
-  json.member("tolerance", p.tolerance);
-  json.end_object();
-  return json.text();
 }
 
 struct SurfaceRun {
@@ -235,10 +205,10 @@ int sample_surfaces(SurfaceOptions& options) {
   StoreHeader header;
   header.content = StoreContent::surfaces;
   header.samples = options.sample.samples;
-  header.compression = options.compress == "none" ? Compression::none : Compression::standard;
+  header.compression = options.compression;
   header.seed = options.sample.seed;
-  header.order = options.order;
-  header.parameters_json = surface_parameters_json(options);
+  header.order = text_of(order_words, options.sample.order);
+  header.parameters_json = options.table.json();
   for (const std::string& surface : options.surfaces) {
     check_surface_name(surface);
     header.ids.push_back(surface_id(surface));
@@ -265,83 +235,80 @@ int sample_surfaces(SurfaceOptions& options) {
   return failed ? exit_some_failed : exit_done;
 }
 
-}  // namespace
-
-JobFunction add_surface_job(CLI::App& program) {
-  CLI::App* command =
-      program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
-  auto options = std::make_shared<SurfaceOptions>();
-  SurfaceSampleParameters& sample = options->sample;
-  std::string names;
-  for (const std::string_view name : surface_names())
-    names += (names.empty() ? "" : ", ") + std::string(name);
+void add_sampling_options(Command& command, SurfaceOptions& options) {
+  ParameterTable& table = options.table;
+  SurfaceSampleParameters& sample = options.sample;
   std::string presets;
   for (const ExpressionPreset& preset : expression_presets())
     presets += (presets.empty() ? "" : ", ") + std::string(preset.name);
+  table.add(command, "samples", "-n,--samples", sample.samples, "Points per surface, 1 to 2^31");
+  table.add(
+      command, "density", "--density", options.density,
+      "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " + presets + ")");
+  table.add(command, "density_floor", "--density-floor", sample.density.floor,
+            "Density of flat parts for curvatures, 1e-6 to 1");
+  table.add(command, "density_exponent", "--density-exponent", sample.density.exponent,
+            "Exponent of curvatures, 0.25 to 4");
+  table.add(command, "curve", "--curve", sample.curve, curve_words, "The space-filling curve");
+  table.add(command, "sequence", "--sequence", sample.sequence, sequence_words, "The 1-D sample set");
+  table.add(command, "order", "--order", sample.order, order_words,
+            "Order of the points: every prefix well spread, or along the curve");
+  table.add(command, "place", "--place", sample.place, place_words,
+            "Inside a curve element, or the survey's curve vertices");
+  table.add(command, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
+  table.add(command, "tolerance", "--tolerance", sample.tolerance,
+            "Relative error of the measures, 1e-8 to 0.1");
+  table.add(command, "leaves_per_sample", "--leaves-per-sample", sample.leaves_per_sample,
+            "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)");
+  table.add(command, "max_depth", "--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31");
+  table.add(command, "reparameterise", "--reparameterise", sample.reparameterise,
+            "Lay the curve over the square warped by area x density, for extreme stretch");
+  table.record("density_quantile", sample.density.quantile);
+  table.record("jitter", sample.jitter);
+  table.record("min_depth", sample.min_depth);
+}
+
+void add_surface_options(Command& command, SurfaceOptions& options) {
+  ParameterTable& table = options.table;
+  std::string names;
+  for (const std::string_view name : surface_names())
+    names += (names.empty() ? "" : ", ") + std::string(name);
   command
-      ->add_option("SURFACE", options->surfaces,
-                   "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
-      ->required();
-  command->add_option("-o,--output", options->store, "The store to write (HDF5)")->required();
-  command->add_option("-n,--samples", sample.samples, "Points per surface, 1 to 2^31")->capture_default_str();
-  command
-      ->add_option("--density", options->density,
-                   "uniform, mean|gaussian|max curvature, or an expression in u, v, x, y, z (presets: " +
-                       presets + ")")
-      ->capture_default_str();
-  command
-      ->add_option("--density-floor", sample.density.floor, "Density of flat parts for curvatures, 1e-6 to 1")
-      ->capture_default_str();
-  command->add_option("--density-exponent", sample.density.exponent, "Exponent of curvatures, 0.25 to 4")
-      ->capture_default_str();
-  command->add_option("--curve", options->curve, "The space-filling curve")
-      ->capture_default_str()
-      ->check(one_of(curve_words));
-  command->add_option("--sequence", options->sequence, "The 1-D sample set")
-      ->capture_default_str()
-      ->check(one_of(sequence_words));
-  command
-      ->add_option("--order", options->order,
-                   "Order of the points: every prefix well spread, or along the curve")
-      ->capture_default_str()
-      ->check(one_of(order_words));
-  command->add_option("--place", options->place, "Inside a curve element, or the survey's curve vertices")
-      ->capture_default_str()
-      ->check(one_of(place_words));
-  command->add_option("--seed", sample.seed, "Seed, 0 to 2^64 - 1")
-      ->capture_default_str()
-      ->check(WholeNumber());
-  command->add_option("--tolerance", sample.tolerance, "Relative error of the measures, 1e-8 to 0.1")
-      ->capture_default_str();
-  command
-      ->add_option("--leaves-per-sample", sample.leaves_per_sample,
-                   "Curve leaves per sample, 1 to 1024 (0: 4, or 64 for --place vertex)")
-      ->capture_default_str();
-  command->add_option("--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31")->capture_default_str();
-  command->add_flag("--reparameterise", sample.reparameterise,
-                    "Lay the curve over the square warped by area x density, for extreme stretch");
-  command->add_option("--height-scale", options->height_field.scale, "Height of white in a PNG height field")
-      ->capture_default_str();
-  command->add_option("--height-width", options->height_field.extent_x, "Extent of a height field in x, > 0")
-      ->capture_default_str();
-  command->add_option("--height-depth", options->height_field.extent_y, "Extent of a height field in y, > 0")
-      ->capture_default_str();
-  command->add_option("--compress", options->compress, "shuffle + deflate + checksum, or checksum only")
-      ->capture_default_str()
-      ->check(OneOf({"default", "none"}));
-  command->add_flag("--fresh", options->fresh, "Replace the store if it exists");
-  command->add_flag("--json", options->json, "The summary as JSON");
+      .add_option("SURFACE", options.surfaces,
+                  "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
+      .required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
+  add_sampling_options(command, options);
+  table.add(command, "height_scale", "--height-scale", options.height_field.scale,
+            "Height of white in a PNG height field");
+  table.add(command, "height_extent_x", "--height-width", options.height_field.extent_x,
+            "Extent of a height field in x, > 0");
+  table.add(command, "height_extent_y", "--height-depth", options.height_field.extent_y,
+            "Extent of a height field in y, > 0");
+  table.add(command, "compress", "--compress", options.compression, compression_words,
+            "shuffle + deflate + checksum, or checksum only");
+  command.add_flag("--fresh", options.fresh, "Replace the store if it exists");
+  command.add_flag("--json", options.json, "The summary as JSON");
+}
+
+}  // namespace
+
+JobFunction add_surface_job(Command& program) {
+  Command command =
+      program.add_subcommand("surface", "Sample parametric surfaces into one store (/uv instead of /face)");
+  auto options = std::make_shared<SurfaceOptions>();
+  add_surface_options(command, *options);
   return [options, command] {
     const bool pictures = std::any_of(
         options->surfaces.begin(), options->surfaces.end(),
         [](const std::string& surface) { return surface_kind(surface) == SurfaceKind::height_field; });
     for (const char* name : {"--height-scale", "--height-width", "--height-depth"})
-      if (!pictures && command->count(name) > 0)
+      if (!pictures && command.given(name))
         throw UsageError(std::string(name) + " applies to height fields, and no surface is a .png file");
     const bool curvature =
         options->density == "mean" || options->density == "gaussian" || options->density == "max";
     for (const char* name : {"--density-floor", "--density-exponent"})
-      if (!curvature && command->count(name) > 0)
+      if (!curvature && command.given(name))
         throw UsageError(std::string(name) +
                          " applies to curvature densities: --density mean, gaussian or max");
     return sample_surfaces(*options);

@@ -10,8 +10,8 @@
 #include "io/digest.h"
 #include "io/image/png_reader.h"
 #include "io/mesh/mapped_file.h"
-#include "jobs/command_line.h"
 #include "jobs/inputs.h"
+#include "kernels/core/spelling.h"
 #include "kernels/surface/height_field.h"
 #include "kernels/surface/nurbs_patch.h"
 

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <string_view>
 
-#include "jobs/command_line.h"
 #include "jobs/option_words.h"
 
 namespace meander {
@@ -19,6 +18,7 @@ constexpr std::string_view kinds =
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
 constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
                                                           {"gradient", AlignmentForm::gradient}};
+constexpr Word<bool> follow_words[] = {{"keep", false}, {"follow", true}};
 
 bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -62,57 +62,51 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
 
 }  // namespace
 
-void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters) {
-  const char* const group = "Anisotropic";
+void add_tensor_options(const Command& command, ParameterTable& table, TensorOptionTexts& texts,
+                        SampleParameters& parameters) {
+  Command options = command.under("Anisotropic");
+  TensorParameters& tensor = parameters.tensor;
   const auto note = [&texts](const char* name) {
-    return [&texts, name](const std::string&) {
+    return [&texts, name] {
       if (texts.given.empty()) texts.given = name;
     };
   };
-  command
+  options
       .add_option("--tensor", texts.tensor, fmt::format("Wanted spacings of --method anisotropic: {}", kinds))
-      ->capture_default_str()
-      ->each(note("--tensor"))
-      ->group(group);
-  command.add_option("--tensor-form", texts.form, "Six numbers are spacings S, or a metric G = S^-2")
-      ->capture_default_str()
-      ->check(one_of(form_words))
-      ->each(note("--tensor-form"))
-      ->group(group);
-  command
-      .add_option("--tensor-ratio", parameters.tensor.max_ratio, "Largest ratio of the two spacings, 1 to 64")
-      ->capture_default_str()
-      ->each(note("--tensor-ratio"))
-      ->group(group);
-  command
-      .add_option("--tensor-density", texts.density,
-                  "curvature: keep the density (only shapes vary), or follow the curvature")
-      ->capture_default_str()
-      ->check(OneOf({"keep", "follow"}))
-      ->each(note("--tensor-density"))
-      ->group(group);
-  command
-      .add_option("--tensor-smoothing", parameters.tensor.smoothing,
-                  "curvature: rounds of smoothing, 0 to 64")
-      ->capture_default_str()
-      ->each(note("--tensor-smoothing"))
-      ->group(group);
-  command
-      .add_option("--parameterisation", texts.parameterisation,
-                  "Charts conformal in the tensor's metric, or along its directions (gradient)")
-      ->capture_default_str()
-      ->check(one_of(parameterisation_words))
-      ->each(note("--parameterisation"))
-      ->group(group);
-  command
-      .add_option(
-          "--segments", parameters.tensor_charts.segment.count,
-          "Initial number of segments (random walks), at least one per component; default: 1, gradient 16")
-      ->each([&texts, mark = note("--segments")](const std::string& text) {
-        mark(text);
+      .show_default()
+      .on_given(note("--tensor"));
+  table.compute("tensor", [&tensor] { return tensor_text(tensor); });
+  table
+      .add(options, "tensor_form", "--tensor-form", tensor.form, form_words,
+           "Six numbers are spacings S, or a metric G = S^-2")
+      .on_given(note("--tensor-form"));
+  table
+      .add(options, "tensor_ratio", "--tensor-ratio", tensor.max_ratio,
+           "Largest ratio of the two spacings, 1 to 64")
+      .on_given(note("--tensor-ratio"));
+  table
+      .add(options, "tensor_density", "--tensor-density", tensor.adaptive, follow_words,
+           "curvature: keep the density (only shapes vary), or follow the curvature")
+      .on_given(note("--tensor-density"));
+  table
+      .add(options, "tensor_smoothing", "--tensor-smoothing", tensor.smoothing,
+           "curvature: rounds of smoothing, 0 to 64")
+      .on_given(note("--tensor-smoothing"));
+  table
+      .add(options, "tensor_charts", "--parameterisation", parameters.tensor_charts.form,
+           parameterisation_words,
+           "Charts conformal in the tensor's metric, or along its directions (gradient)")
+      .on_given(note("--parameterisation"));
+  table
+      .add(options, "tensor_segments", "--segments", parameters.tensor_charts.segment.count,
+           "Initial number of segments (random walks), at least one per component; default: 1, gradient 16")
+      .show_default("")
+      .on_given([&texts, mark = note("--segments")] {
+        mark();
         texts.chooses_segments = true;
-      })
-      ->group(group);
+      });
+  table.record("tensor_bisections", parameters.tensor_charts.max_bisections);
+  table.record("tensor_epsilon", tensor.epsilon);
 }
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,
@@ -123,9 +117,6 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
   }
   TensorParameters& tensor = parameters.tensor;
   resolve_kind(texts.tensor, tensor, problems);
-  tensor.form = value_of(form_words, texts.form);
-  tensor.adaptive = texts.density == "follow";
-  parameters.tensor_charts.form = value_of(parameterisation_words, texts.parameterisation);
   if (!texts.chooses_segments && parameters.tensor_charts.form == AlignmentForm::gradient)
     parameters.tensor_charts.segment.count = 16;
   const bool curved = tensor.kind == TensorKind::curvature;

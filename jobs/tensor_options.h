@@ -4,23 +4,22 @@
 #include <string>
 #include <vector>
 
+#include "jobs/parameter_table.h"
 #include "kernels/model/sample_parameters.h"
 #include "pipeline/sampling_graph.h"
-
-namespace CLI {
-class App;
-}
 
 namespace meander {
 
 struct TensorOptionTexts {
-  std::string tensor = "curvature", form = "spacing", density = "keep", parameterisation = "metric";
+  std::string tensor = "curvature";
   bool chooses_segments = false;
   std::string given;  // the first of these options that was given; empty: none
 };
 
-// Adds the options of the group "Anisotropic".
-void add_tensor_options(CLI::App& command, TensorOptionTexts& texts, SampleParameters& parameters);
+// Adds the options under the heading "Anisotropic". `table` gets what the store of an anisotropic run
+// records.
+void add_tensor_options(const Command& command, ParameterTable& table, TensorOptionTexts& texts,
+                        SampleParameters& parameters);
 
 // Fills parameters.tensor and adds what is wrong to `problems`, also options that the method does not take.
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,

@@ -1,11 +1,11 @@
 // meander verify: checks a store completely.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <memory>
 
 #include "io/json_writer.h"
 #include "io/store/store.h"
+#include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/jobs.h"
 
@@ -45,14 +45,14 @@ int verify(const VerifyOptions& options) {
 
 }  // namespace
 
-JobFunction add_verify_job(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("verify", "Check a store completely: every byte, every row");
+JobFunction add_verify_job(Command& program) {
+  Command command = program.add_subcommand("verify", "Check a store completely: every byte, every row");
   auto options = std::make_shared<VerifyOptions>();
-  command->add_option("STORE", options->store, "The store")->required();
-  command->add_option("--limit", options->limit, "Maximum number of problems to list")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000));
-  command->add_flag("--json", options->json, "The result as JSON");
+  command.add_option("STORE", options->store, "The store").required();
+  command.add_option("--limit", options->limit, "Maximum number of problems to list")
+      .show_default()
+      .range(1, 1000000);
+  command.add_flag("--json", options->json, "The result as JSON");
   return [options] { return verify(*options); };
 }
 

@@ -5,7 +5,7 @@
 
 namespace meander {
 
-JobFunction add_measure_job(CLI::App& program);
-JobFunction add_figures_job(CLI::App& program);
+JobFunction add_measure_job(Command& program);
+JobFunction add_figures_job(Command& program);
 
 }  // namespace meander

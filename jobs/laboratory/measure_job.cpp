@@ -1,6 +1,5 @@
 // meander measure: quality of point sets of any origin.
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -565,8 +564,8 @@ int measure(const MeasureOptions& options) {
 
 }  // namespace
 
-JobFunction add_measure_job(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("measure", "How good point sets are, ours or anybody's");
+JobFunction add_measure_job(Command& program) {
+  Command command = program.add_subcommand("measure", "How good point sets are, ours or anybody's");
   auto options = std::make_shared<MeasureOptions>();
   std::vector<std::string> names;
   std::string help = "What to measure:";
@@ -574,35 +573,32 @@ JobFunction add_measure_job(CLI::App& program) {
     names.push_back(m.name);
     help += fmt::format("\n  {}: {}", m.name, m.help);
   }
-  command->add_option("WHAT", options->what, help)->required()->check(OneOf(names));
+  command.add_option("WHAT", options->what, help).required().one_of(names);
   command
-      ->add_option(
-          "INPUT", options->inputs,
-          "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
-          ".off); two meshes for distance")
-      ->required();
-  command->add_option(
+      .add_option("INPUT", options->inputs,
+                  "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
+                  ".off); two meshes for distance")
+      .required();
+  command.add_option(
       "--surface", options->surface,
       "Where the points lie: plane (unit square), sphere (unit sphere), a mesh, or the folder of "
       "a store's models");
   command
-      ->add_option(
+      .add_option(
           "--shapes", options->shapes,
           "Test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar shapes, 200 cap axes)")
-      ->check(CLI::Range(1, 200000));
-  command->add_option("--seed", options->seed, "Seed of shapes and references")
-      ->capture_default_str()
-      ->check(WholeNumber());
+      .range(1, 200000);
+  command.add_option("--seed", options->seed, "Seed of shapes and references").show_default().whole_number();
   command
-      ->add_option("--samples", options->samples,
-                   "Points on each mesh for distance, 1 to 10^9 (default 100000)")
-      ->check(CLI::Range(1.0, 1e9));
-  command->add_option("--csv", options->csv, "Write the table to this file too");
-  command->add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
-  command->add_flag("--json", options->json, "The table as JSON");
-  add_trust_option(*command, options->check);
+      .add_option("--samples", options->samples,
+                  "Points on each mesh for distance, 1 to 10^9 (default 100000)")
+      .range(1.0, 1e9);
+  command.add_option("--csv", options->csv, "Write the table to this file too");
+  command.add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
+  command.add_flag("--json", options->json, "The table as JSON");
+  add_trust_option(command, options->check);
   return [options, command] {
-    options->seed_given = command->count("--seed") > 0;
+    options->seed_given = command.given("--seed");
     return measure(*options);
   };
 }

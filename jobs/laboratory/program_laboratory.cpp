@@ -12,8 +12,8 @@ namespace {
 
 class WholeLaboratory final : public Laboratory {
  public:
-  JobFunction add_measure_job(CLI::App& program) const override { return meander::add_measure_job(program); }
-  JobFunction add_figures_job(CLI::App& program) const override { return meander::add_figures_job(program); }
+  JobFunction add_measure_job(Command& program) const override { return meander::add_measure_job(program); }
+  JobFunction add_figures_job(Command& program) const override { return meander::add_figures_job(program); }
 
   std::vector<std::string> certificate_problems(const SampleParameters& parameters) const override {
     return meander::certificate_problems(parameters);

@@ -7,8 +7,6 @@
 #include <filesystem>
 
 #include "io/item_id.h"
-
-#include "jobs/command_line.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -119,21 +117,6 @@ TEST_CASE("collect_inputs: Princeton classifications give labels and files of th
   CHECK(std::filesystem::exists(inputs.items[1].path));
   write_file(scratch / "bad.cla", "PSB 1\n1 5\ndog 0 2 1 2\n");
   CHECK_THROWS_AS(collect_inputs({(scratch / "bad.cla").string()}), UsageError);
-}
-
-TEST_CASE("command line: bytes, seconds and the nearest word") {
-  CHECK(parse_bytes("512M") == std::uint64_t{512} << 20);
-  CHECK(parse_bytes("1.5GiB") == std::uint64_t{3} << 29);
-  CHECK(parse_bytes("100") == 100);
-  CHECK_THROWS(parse_bytes("12Q"));
-  CHECK_THROWS(parse_bytes("-4G"));
-  CHECK(parse_seconds("120s") == 120);
-  CHECK(parse_seconds("2m") == 120);
-  CHECK(parse_seconds("0") == 0);
-  CHECK_THROWS(parse_seconds("5 parsecs"));
-  CHECK(nearest("progresive", std::vector<std::string>{"curve", "progressive"}) == "progressive");
-  CHECK(nearest("xyzzy", std::vector<std::string>{"curve", "progressive"}).empty());
-  CHECK(edit_distance("abcd", "abdc") == 1);
 }
 
 using Catch::Matchers::Contains;

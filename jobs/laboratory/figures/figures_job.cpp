@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
-#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>
@@ -135,27 +134,23 @@ int draw_figures(const FiguresOptions& options) {
 
 }  // namespace
 
-JobFunction add_figures_job(CLI::App& program) {
-  CLI::App* command = program.add_subcommand(
+JobFunction add_figures_job(Command& program) {
+  Command command = program.add_subcommand(
       "figures", "Remake the survey's figures: pictures, data and a page that shows them");
   auto options = std::make_shared<FiguresOptions>();
-  command->add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
-      ->required();
-  command->add_option(
+  command.add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
+      .required();
+  command.add_option(
       "--models", options->models,
       "Triangle meshes for figures 4, 12 - 14, 16 and 22 to 26 (a torus made here when left out)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
-  command->add_option("--only", options->only, "Draw these figures only")
-      ->delimiter(',')
-      ->check(OneOf(names));
-  command->add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1")
-      ->capture_default_str()
-      ->check(WholeNumber());
-  command->add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--quick", options->quick, "Fewer points, shapes and sets: minutes instead of an hour");
+  command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);
+  command.add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1").show_default().whole_number();
+  command.add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+      .show_default()
+      .range(0, 1024);
+  command.add_flag("--quick", options->quick, "Fewer points, shapes and sets: minutes instead of an hour");
   return [options] { return draw_figures(*options); };
 }
 

@@ -1,0 +1,64 @@
+// The parameters that a store records as JSON. Most of them are options: one line gives the option (names,
+// help, checks), the variable that holds its default and later its value, and its name in the JSON.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "io/json_writer.h"
+#include "jobs/command_line.h"
+#include "jobs/option_words.h"
+
+namespace meander {
+
+class ParameterTable {
+ public:
+  // Adds an option to `command`, its default shown in the help, and records its value under `name`. Variables
+  // must live as long as the table.
+  template <class Value>
+  Option add(Command& command, const char* name, const char* option, Value& variable,
+             const std::string& help) {
+    record(name, variable);
+    return command.add_option(option, variable, help).show_default();
+  }
+  // A flag.
+  Option add(Command& command, const char* name, const char* option, bool& variable, const std::string& help);
+  // One of several words for the values of an enum.
+  template <class Enum, std::size_t N>
+  Option add(Command& command, const char* name, const char* option, Enum& variable,
+             const Word<Enum> (&words)[N], const std::string& help) {
+    compute(name, [&variable, &words] { return text_of(words, variable); });
+    return command
+        .add_option(
+            option, [&variable, &words](const std::string& text) { variable = value_of(words, text); }, help)
+        .show_default(text_of(words, variable))
+        .one_of(all_words(words));
+  }
+
+  // Records a value without an option, or one computed when the JSON is written.
+  template <class Value>
+  void record(const char* name, const Value& variable) {
+    compute(name, [&variable]() -> const Value& { return variable; });
+  }
+  template <class Value>
+  void record(const char* name, const Value&& temporary) = delete;
+  template <class Function>
+  void compute(const char* name, Function value) {
+    members_.emplace_back(name,
+                          [name, value = std::move(value)](JsonWriter& json) { json.member(name, value()); });
+  }
+  // Adds the members of another table.
+  void append(const ParameterTable& other);
+
+  // One line, the members in the order that stores have had so far: by name, `_` after the letters.
+  std::string json() const;
+
+ private:
+  using Member = std::pair<std::string, std::function<void(JsonWriter&)>>;
+  std::vector<Member> members_;
+};
+
+}  // namespace meander

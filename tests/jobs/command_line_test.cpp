@@ -1,0 +1,144 @@
+#include "jobs/command_line.h"
+
+#include <catch2/catch.hpp>
+
+#include "jobs/inputs.h"
+#include "jobs/parameter_table.h"
+#include "jobs/units.h"
+#include "kernels/core/spelling.h"
+
+using namespace meander;
+
+namespace {
+
+// A program with one subcommand of every kind of option.
+struct Example {
+  Example() {
+    Command program = line.program();
+    program.require_subcommand();
+    Command draw = program.add_subcommand("draw", "Draws");
+    draw.add_option("FILE", file, "A file").required();
+    draw.add_option("--count", count, "How many").range(1, 9).on_given([this] { ++counted; });
+    draw.add_option("--share", share, "How much").range(0.0, 1.0);
+    draw.add_option("--seed", seed, "Seed").whole_number();
+    draw.add_option("--only", only, "Some").separator(',');
+    const Option shape = draw.add_option("--form", form, "Shape").show_default().one_of({"round", "square"});
+    const Option thick = draw.add_flag("--bold", bold, "Thick lines").excludes(shape);
+    draw.add_flag(
+            "--bolder", [this] { ++steps; }, "Thicker lines")
+        .needs(thick);
+    draw.add_option(
+        "--name", [this](const std::string& text) { name = text; }, "Of the picture");
+    program.add_hidden_subcommand("secret");
+    Command ask = program.add_subcommand("ask", "Asks");
+    ask.require_subcommand();
+    ask.add_subcommand("question", "A question");
+  }
+
+  bool parse(std::vector<std::string> words) {
+    words.insert(words.begin(), "example");
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    return line.parse(static_cast<int>(arguments.size()), arguments.data());
+  }
+  std::string problem(const std::vector<std::string>& words) {
+    try {
+      parse(words);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  CommandLine line{"example", "An example", "example 1", "The end"};
+  std::string file, form = "round", name;
+  int count = 4, counted = 0, steps = 0;
+  double share = 0.5;
+  std::uint64_t seed = 0;
+  std::vector<std::string> only;
+  bool bold = false;
+};
+
+}  // namespace
+
+TEST_CASE("command line: options set their variables") {
+  Example example;
+  REQUIRE(example.parse({"draw", "a.png", "--count=5", "--share", "0.25", "--seed", "18446744073709551615",
+                         "--only", "x,y", "--bold", "--bolder", "--name", "n"}));
+  CHECK(example.line.program().chose("draw"));
+  CHECK_FALSE(example.line.program().chose("ask"));
+  CHECK(example.file == "a.png");
+  CHECK(example.count == 5);
+  CHECK(example.counted == 1);
+  CHECK(example.share == 0.25);
+  CHECK(example.seed == ~std::uint64_t{0});
+  CHECK(example.only == std::vector<std::string>{"x", "y"});
+  CHECK(example.bold);
+  CHECK(example.steps == 1);
+  CHECK(example.name == "n");
+  Example untouched;
+  REQUIRE(untouched.parse({"draw", "a.png"}));
+  CHECK(untouched.count == 4);
+  CHECK(untouched.counted == 0);
+  CHECK(untouched.form == "round");
+}
+
+TEST_CASE("command line: every mistake is a usage error") {
+  CHECK(Example().problem({"draw"}) == "FILE is required");
+  CHECK(Example().problem({}) == "A subcommand is required");
+  CHECK(Example().problem({"draw", "a", "--count", "10"}) == "--count: Value 10 not in range 1 to 9");
+  CHECK(Example().problem({"draw", "a", "--count", "x"}) == "--count: Value x not in range 1 to 9");
+  CHECK(Example().problem({"draw", "a", "--seed", "-1"}) == "--seed: `-1` is not a whole number");
+  CHECK(Example().problem({"draw", "a", "--form", "squre"}) ==
+        "--form: `squre` is none of round|square; did you mean `square`?");
+  CHECK(Example().problem({"draw", "a", "--form", "square", "--bold"}) == "--form excludes --bold");
+  CHECK(Example().problem({"draw", "a", "--bolder"}) == "--bolder requires --bold");
+  CHECK(Example().problem({"draw", "a", "--shar=1", "b"}) ==
+        "unknown option `--shar`, did you mean `--share`?; `b` was not expected");
+  CHECK(Example().problem({"ask", "qestion"}).find("A subcommand is required") == 0);
+  CHECK(Example().problem({"ask", "question", "x"}) == "`x` was not expected");
+}
+
+TEST_CASE("command line: a hidden subcommand takes any arguments") {
+  Example example;
+  CHECK(example.parse({"secret", "--help", "--anything", "b"}));
+  CHECK(example.line.program().chose("secret"));
+}
+
+TEST_CASE("parameter table: one line is an option and a member of the JSON") {
+  CommandLine line("example", "An example", "1", "");
+  Command program = line.program();
+  ParameterTable table, more;
+  CurveKind curve = CurveKind::hilbert;
+  double share = 0.5;
+  bool bold = false;
+  const int depth = 3;
+  table.add(program, "curve_kind", "--curve", curve, curve_words, "The curve");
+  table.add(program, "curves", "--share", share, "How much");
+  table.add(program, "bold", "--bold", bold, "Thick");
+  more.record("curve_depth", depth);
+  more.compute("area", [&share] { return 2 * share; });
+  std::string name = "example", words = "--curve=peano", flag = "--bold";
+  std::vector<char*> arguments = {name.data(), words.data(), flag.data()};
+  REQUIRE(line.parse(3, arguments.data()));
+  CHECK(curve == CurveKind::peano);
+  CHECK(table.json() == R"({"bold":true,"curves":0.5,"curve_kind":"peano"})");
+  share = 0.75;
+  table.append(more);
+  CHECK(table.json() == R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano"})");
+}
+
+TEST_CASE("command line: bytes, seconds and the nearest word") {
+  CHECK(parse_bytes("512M") == std::uint64_t{512} << 20);
+  CHECK(parse_bytes("1.5GiB") == std::uint64_t{3} << 29);
+  CHECK(parse_bytes("100") == 100);
+  CHECK_THROWS(parse_bytes("12Q"));
+  CHECK_THROWS(parse_bytes("-4G"));
+  CHECK(parse_seconds("120s") == 120);
+  CHECK(parse_seconds("2m") == 120);
+  CHECK(parse_seconds("0") == 0);
+  CHECK_THROWS(parse_seconds("5 parsecs"));
+  CHECK(nearest("progresive", std::vector<std::string>{"curve", "progressive"}) == "progressive");
+  CHECK(nearest("xyzzy", std::vector<std::string>{"curve", "progressive"}).empty());
+  CHECK(edit_distance("abcd", "abdc") == 1);
+}

@@ -1,0 +1,73 @@
+// The ranges that the help states are those that are checked.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <regex>
+#include <sstream>
+
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+ProcessResult meander_with(Words arguments) {
+  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
+  return run_process(arguments);
+}
+
+// "LOW to HIGH" behind an option in the help of its command.
+std::pair<double, double> stated_range(const std::string& command, const std::string& option) {
+  const std::string help = meander_with({command, "--help"}).out;
+  const std::regex pattern(option + R"( [\s\S]*?([-+.0-9e]+) to ([-+.0-9e]+))");
+  std::smatch found;
+  REQUIRE(std::regex_search(help, found, pattern));
+  return {std::stod(found[1]), std::stod(found[2])};
+}
+
+// `step`: how far outside the range is refused. Only `run` can try values without computing.
+void check_option(Words arguments, const std::string& option, double step) {
+  const auto [low, high] = stated_range(arguments.front(), option);
+  const auto ends_with = [&](double value, int exit_code) {
+    std::ostringstream assignment;
+    assignment.precision(15);
+    assignment << option << '=' << value;
+    Words all = arguments;
+    all.push_back(assignment.str());
+    INFO(Catch::StringMaker<Words>::convert(all));
+    CHECK(meander_with(all).exit_code == exit_code);
+  };
+  ends_with(low - step, 2);
+  ends_with(high + step, 2);
+  if (arguments.front() != "run") return;
+  ends_with(low, 0);
+  ends_with(high, 0);
+}
+
+}  // namespace
+
+TEST_CASE("options: the ranges of the help are those that are checked") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "a.off", cube());
+  const auto run = [&](Words more) {
+    Words all = {"run", scratch / "a.off", "-o", scratch / "s.h5", "--dry-run"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  check_option(run({"--density", "mean"}), "--density-floor", 1e-7);
+  check_option(run({"--density", "mean"}), "--density-exponent", 0.01);
+  check_option(run({"--method", "anisotropic"}), "--tensor-ratio", 0.01);
+  check_option(run({"--method", "anisotropic"}), "--tensor-smoothing", 1);
+  check_option(run({"--describe", "d2"}), "--bins", 1);
+  const Words surface = {"surface", "sphere", "-o", scratch / "s.h5", "--density", "mean"};
+  check_option(surface, "--density-floor", 1e-7);
+  check_option(surface, "--density-exponent", 0.01);
+  check_option(surface, "--tolerance", 1e-9);
+  check_option(surface, "--leaves-per-sample", 0.01);
+  check_option(surface, "--max-depth", 1);
+  CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
+}
