@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "io/parameters_text.h"
-#include "io/store/posix_file.h"
 #include "jobs/option_words.h"
 
 namespace meander {
@@ -65,7 +65,7 @@ std::string remembered_root(const std::filesystem::path& store) {
   std::filesystem::path side_file = store;
   side_file += ".run.json";
   try {
-    const std::optional<std::string> text = store::read_text(side_file);
+    const std::optional<std::string> text = content_if_exists(side_file);
     if (!text) return {};
     const auto members = split_members(text->substr(0, text->find_last_not_of("\r\n") + 1));
     const auto root = members.find("root");

@@ -10,9 +10,9 @@
 #include <set>
 
 #include "io/digest.h"
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
+#include "io/file/read_file.h"
 #include "io/parameters_text.h"
-#include "io/store/posix_file.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -210,7 +210,7 @@ TimePoint run_begun(const std::string& store) {
 
 TimePoint inputs_read_since(const std::string& store) {
   try {
-    const auto text = store::read_text(store + ".run.json");
+    const auto text = content_if_exists(store + ".run.json");
     if (text) {
       std::string_view line(*text);
       while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);

@@ -8,13 +8,13 @@
 #include <memory>
 #include <optional>
 
+#include "io/file/atomic_file.h"
 #include "io/json_writer.h"
 #include "io/plot/heat_map.h"
 #include "io/plot/png_writer.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
-#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -546,7 +546,7 @@ int measure(const MeasureOptions& options) {
     MeasuredSurfaces surfaces(options.surface);
     table = chosen.table(sets, surfaces, options);
   }
-  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (options.json) {
     JsonWriter json;
     json.begin_object();
