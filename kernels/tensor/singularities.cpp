@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
+#include "kernels/core/disjoint_sets.h"
 #include "kernels/core/parallel.h"
-#include "kernels/cut/radix_heap.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/radix_heap.h"
 #include "kernels/mesh/vertex_corners.h"
 
 namespace meander {
@@ -141,24 +141,6 @@ std::int32_t whole_turns(double angle) { return static_cast<std::int32_t>(std::l
 bool is_isotropic(TangentTensor log_spacing) {
   return 2 * length(deviator(log_spacing)) < std::log(isotropic_ratio);
 }
-
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  // The smaller number represents both.
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 Singularity in_triangle(const PreparedMesh& mesh, const TensorField& field, std::uint32_t t,
                         std::int32_t half_turns) {
