@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <map>
 #include <sstream>
 
 #include "io/store/store.h"
@@ -438,36 +437,6 @@ TEST_CASE("describe and export: a limit on file sizes is told, and describe goes
   for (const auto& entry : fs::directory_iterator(c.scratch.path()))
     CHECK(entry.path().filename().string()[0] != 'x');  // x, x.ids.csv, x.tmp123
   CHECK(meander_with(describe).exit_code == 0);
-}
-
-TEST_CASE("export: a limit on file sizes is told, the old files stay and no piece of a file is left") {
-  const Collection c;
-  c.sample("s.h5", {"--label-from-folder"});
-  ProcessOptions small;
-  small.in_child = [] {
-    const rlimit limit{2048, 2048};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  };
-  for (const std::vector<std::string>& way : {std::vector<std::string>{"ball.off", "--format", "ply"},
-                                              {"ball.off", "--format", "xyz"},
-                                              {"--pointnet"}}) {
-    const std::vector<std::string> command =
-        std::vector<std::string>{"export", c.path("s.h5"), "-o", c.path("x"), "--fresh"} + way;
-    REQUIRE(meander_with(command).exit_code == 0);
-    std::map<std::string, std::string> before;
-    for (const auto& entry : fs::directory_iterator(c.path("x")))
-      before[entry.path().filename().string()] = read_file(entry.path());
-    const ProcessResult result = meander_with(command, small);
-    INFO(way.back() << ": " << result.err);
-    CHECK(result.signal == 0);
-    CHECK(result.exit_code == 2);
-    CHECK(contains(result.err, "File too large"));
-    std::map<std::string, std::string> after;
-    for (const auto& entry : fs::directory_iterator(c.path("x")))
-      after[entry.path().filename().string()] = read_file(entry.path());
-    CHECK((after == before));
-    fs::remove_all(c.path("x"));
-  }
 }
 
 TEST_CASE("export of descriptors: mistakes are usage errors") {
