@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/file/atomic_file.h"
@@ -46,7 +47,7 @@ bool is_folder(int descriptor) { return fs::is_directory("/proc/self/fd/" + std:
 extern "C" {
 
 int fsync(int descriptor) {
-  if (note(is_folder(descriptor) ? "sync folder" : "sync")) return -1;
+  if (faults.watched && note(is_folder(descriptor) ? "sync folder" : "sync")) return -1;
   return static_cast<int>(::syscall(SYS_fsync, descriptor));
 }
 
@@ -58,7 +59,7 @@ ssize_t pwrite(int descriptor, const void* bytes, size_t count, off_t offset) {
 }
 
 int close(int descriptor) {
-  const bool fails = !is_folder(descriptor) && note("close");
+  const bool fails = faults.watched && !is_folder(descriptor) && note("close");
   const auto result = static_cast<int>(::syscall(SYS_close, descriptor));
   if (fails) errno = faults.error;
   return fails ? -1 : result;
