@@ -39,12 +39,12 @@ void checksum_file(benchmark::State& state) {
   const std::filesystem::path path = std::filesystem::temp_directory_path() / "meander-checksum-bench";
   std::ofstream(path, std::ios::binary) << std::string(std::size_t{256} << 20, 'm');
   {
-    const store::FileDescriptor file = store::open_file(path, O_RDONLY);
+    const FileDescriptor file = open_file(path, O_RDONLY);
     std::uint32_t checksum = 0;
     for ([[maybe_unused]] auto _ : state)
       checksum = store::checksum_of_file(file, 0, path, static_cast<std::size_t>(state.range(0)));
     benchmark::DoNotOptimize(checksum);
-    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(store::file_size(file, path)));
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(file_size(file, path)));
   }
   std::filesystem::remove(path);
 }

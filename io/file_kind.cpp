@@ -1,21 +1,19 @@
 #include "io/file_kind.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <string>
-#include <system_error>
 #include <vector>
 
+#include "io/file/file_descriptor.h"
 #include "io/utf8.h"
 
 namespace meander {
@@ -32,30 +30,13 @@ struct Head {
   bool whole() const { return bytes.size() == size; }
 };
 
-[[noreturn]] void fail(const std::filesystem::path& path, int descriptor) {
-  const int error = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  throw std::system_error(error, std::generic_category(), "cannot read " + path.string());
-}
-
 Head read_head(const std::filesystem::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  struct stat facts {};
-  if (file < 0 || ::fstat(file, &facts) != 0) fail(path, file);
+  const FileDescriptor file = open_file(path, O_RDONLY | O_NONBLOCK);
   Head head;
-  head.size = static_cast<std::uint64_t>(facts.st_size);
+  head.size = file_size(file, path);
   head.bytes.resize(std::min<std::uint64_t>(head.size, head_bytes));
-  std::size_t done = 0;
-  while (done < head.bytes.size()) {
-    const ssize_t count =
-        ::pread(file, head.bytes.data() + done, head.bytes.size() - done, static_cast<off_t>(done));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(path, file);
-    if (count == 0) break;
-    done += static_cast<std::size_t>(count);
-  }
-  ::close(file);
-  head.bytes.resize(done);
+  head.bytes.resize(
+      read_at(file, std::as_writable_bytes(std::span(head.bytes.data(), head.bytes.size())), 0, path));
   return head;
 }
 

@@ -34,7 +34,7 @@ enum class FileKind : std::uint8_t {
 std::string_view describe(FileKind kind);
 
 // Reads up to 64 KiB of the file. The most specific kind that fits; a file that is cut short or damaged
-// further on keeps the kind that its beginning shows. Throws std::system_error when it cannot be read. The
+// further on keeps the kind that its beginning shows. Throws FileError when it cannot be read. The
 // path must name a regular file (symbolic links are followed).
 FileKind kind_of_file(const std::filesystem::path& path);
 

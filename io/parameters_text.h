@@ -7,7 +7,7 @@
 
 namespace meander {
 
-// The members of one JSON object, values as they are written there (an object or a text stays one value).
+// The members of one JSON object, as JsonObject (io/json/json_reader.h) has them.
 // Throws RunError(unusable) when the text is not a JSON object.
 std::map<std::string, std::string> split_members(std::string_view json);
 

@@ -1,15 +1,22 @@
 #include "jobs/classification.h"
 
-#include <fstream>
 #include <map>
+#include <sstream>
 
+#include "io/file/file_error.h"
+#include "io/file/read_file.h"
 #include "jobs/inputs.h"
 
 namespace meander {
 
 Classification read_classification(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw UsageError("cannot open `" + file.string() + "`");
+  std::istringstream in = [&] {
+    try {
+      return std::istringstream(content_of_file(file));
+    } catch (const FileError& error) {
+      throw UsageError("cannot open `" + file.string() + "`: " + error.code().message());
+    }
+  }();
   std::string magic, version;
   std::uint64_t classes = 0, models = 0;
   if (!(in >> magic >> version >> classes >> models) || magic != "PSB")

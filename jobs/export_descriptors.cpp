@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "io/file/atomic_file.h"
 #include "io/store/ann_file_writer.h"
-#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
@@ -116,13 +116,9 @@ std::string label_of(const StoreReader& store, std::uint64_t row) {
   return label < 0 ? "" : csv_cell(store.label_names().at(static_cast<std::size_t>(label)));
 }
 
-void append_text(WholeFileWriter& file, const std::string& text) {
-  file.append(std::as_bytes(std::span(text)));
-}
-
 void write_csv(const StoreReader& store, const DescribedRows& table, const std::string& path) {
-  WholeFileWriter file(path);
-  append_text(file, fmt::format("id,label,{}\n", fmt::join(table.columns(), ",")));
+  AtomicFile file(path);
+  file.append(fmt::format("id,label,{}\n", fmt::join(table.columns(), ",")));
   table.visit_blocks([&](std::span<const std::uint64_t> rows, std::span<const float> values) {
     std::string text;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -131,17 +127,17 @@ void write_csv(const StoreReader& store, const DescribedRows& table, const std::
         fmt::format_to(std::back_inserter(text), ",{}", value);
       text += "\n";
     }
-    append_text(file, text);
+    file.append(text);
   });
-  file.finish();
+  file.commit();
 }
 
 std::string ids_path(const std::string& path) { return path + ".ids.csv"; }
 
 // Where the rows of the file come from. `test`: one entry per row where there is a split, else empty.
 void write_ids(const StoreReader& store, const DescribedRows& table, const std::vector<std::uint8_t>& test,
-               WholeFileWriter& file) {
-  append_text(file, test.empty() ? "position,row,id,label\n" : "part,position,row,id,label\n");
+               AtomicFile& file) {
+  file.append(test.empty() ? "position,row,id,label\n" : "part,position,row,id,label\n");
   for (const std::uint8_t part : {std::uint8_t{0}, std::uint8_t{1}}) {
     std::uint64_t position = 0;
     std::string text;
@@ -151,22 +147,22 @@ void write_ids(const StoreReader& store, const DescribedRows& table, const std::
       if (!test.empty()) text += part == 0 ? "train," : "test,";
       text += fmt::format("{},{},{},{}\n", position++, row, csv_cell(store.id(row)), label_of(store, row));
     }
-    append_text(file, text);
+    file.append(text);
   }
 }
 
 void write_fbin(const StoreReader& store, const DescribedRows& table, const std::string& path) {
   if (table.rows().size() > std::numeric_limits<std::uint32_t>::max())
     throw UsageError("fbin holds at most 2^32 - 1 rows");
-  WholeFileWriter file(path), ids(ids_path(path));
+  AtomicFile file(path), ids(ids_path(path));
   const std::uint32_t header[2] = {static_cast<std::uint32_t>(table.rows().size()), table.width()};
   file.append(std::as_bytes(std::span(header)));
   table.visit_blocks([&](std::span<const std::uint64_t>, std::span<const float> values) {
     file.append(std::as_bytes(values));
   });
   write_ids(store, table, {}, ids);
-  file.finish();
-  ids.finish();
+  file.commit();
+  ids.commit();
 }
 
 // ---- ANN-benchmarks ---------------------------------------------------------------------------------------
@@ -223,7 +219,7 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
 
   AnnFileWriter file(options.output, {train, queries, table.width(), static_cast<std::uint32_t>(count)},
                      kind == DistanceKind::l2 ? "euclidean" : "angular");
-  WholeFileWriter ids(ids_path(options.output));
+  AtomicFile ids(ids_path(options.output));
   GrowingBase all(kind, table.width(), rows);
   std::vector<float> test_values;
   std::size_t at = 0;
@@ -265,7 +261,7 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
   }
   write_ids(store, table, test, ids);
   file.finish();
-  ids.finish();
+  ids.commit();
 }
 
 }  // namespace

@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include "io/item_id.h"
-#include "io/parameters_text.h"
-#include "io/store/posix_file.h"
 #include "jobs/command_line.h"
 #include "jobs/option_words.h"
+#include "jobs/run_report.h"
 
 namespace meander {
 
@@ -16,16 +15,6 @@ constexpr Word<FolderLayout> layout_words[] = {{"auto", FolderLayout::automatic}
                                                {"flat", FolderLayout::flat},
                                                {"modelnet", FolderLayout::modelnet},
                                                {"shapenet", FolderLayout::shapenet}};
-
-// The text of a JSON string; the escapes of JsonWriter for printable text.
-std::string text_of_json(const std::string& json) {
-  std::string text;
-  for (std::size_t at = 1; at + 1 < json.size(); ++at) {
-    if (json[at] == '\\') ++at;
-    text += json[at];
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -52,19 +41,7 @@ void add_label_options(Command& command, InputOptions& options) {
                    "Class = name of the parent folder, for items that have none yet");
 }
 
-std::string remembered_root(const std::filesystem::path& store) {
-  std::filesystem::path side_file = store;
-  side_file += ".run.json";
-  try {
-    const std::optional<std::string> text = store::read_text(side_file);
-    if (!text) return {};
-    const auto members = split_members(text->substr(0, text->find_last_not_of("\r\n") + 1));
-    const auto root = members.find("root");
-    return root == members.end() ? std::string() : unescape_id(text_of_json(root->second));
-  } catch (const RunError&) {  // not written by Meander, or not readable
-    return {};
-  }
-}
+std::string remembered_root(const std::filesystem::path& store) { return read_run_report(store).root; }
 
 void print_unread(const InputNotes& notes) {
   for (const UnreadFolder& folder : notes.unread)

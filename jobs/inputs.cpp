@@ -1,11 +1,13 @@
 #include "jobs/inputs.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <istream>
 #include <set>
+#include <sstream>
 
+#include "io/file/file_error.h"
+#include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "jobs/classification.h"
 #include "jobs/label_file.h"
@@ -82,6 +84,7 @@ class Collector {
       }
       if (!path.empty()) listed_.push_back(path);
     }
+    if (list.bad()) throw UsageError("cannot read " + name + " to its end");
   }
 
   void add_classification(const fs::path& file) {
@@ -134,10 +137,13 @@ void add_argument(const std::string& argument, bool prefixed, Collector& collect
   if (argument == "-") {
     collector.add_list(std::cin, "standard input");
   } else if (argument.starts_with('@')) {
-    std::ifstream list(argument.substr(1), std::ios::binary);
-    if (!list || fs::is_directory(argument.substr(1), error))
-      throw UsageError("cannot read the list `" + argument.substr(1) + "`");
-    collector.add_list(list, "`" + argument.substr(1) + "`");
+    const std::string name = "`" + argument.substr(1) + "`";
+    try {
+      std::istringstream list(content_of_file(argument.substr(1)));
+      collector.add_list(list, name);
+    } catch (const FileError& failure) {
+      throw UsageError("cannot read the list " + name + ": " + failure.code().message());
+    }
   } else if (fs::is_directory(argument, error)) {
     collector.add_folder(argument, prefixed);
   } else if (!fs::exists(argument, error)) {

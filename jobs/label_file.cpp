@@ -1,11 +1,11 @@
 #include "jobs/label_file.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <vector>
 
+#include "io/file/file_error.h"
+#include "io/file/read_file.h"
 #include "jobs/folder_layout.h"
 #include "jobs/inputs.h"
 
@@ -125,11 +125,12 @@ LabelLine read_line(const CsvText& text, const Record& record, const Columns& co
 }  // namespace
 
 LabelFile read_label_file(const std::filesystem::path& path) {
-  std::error_code none;
-  std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path, none))
-    throw UsageError("--labels: cannot read `" + path.string() + "`");
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes;
+  try {
+    bytes = content_of_file(path);
+  } catch (const FileError& error) {
+    throw UsageError("--labels: cannot read `" + path.string() + "`: " + error.code().message());
+  }
   CsvText text(std::move(bytes), path.string());
   LabelFile labels;
   std::optional<Columns> columns;

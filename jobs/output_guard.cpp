@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "io/file/file_error.h"
 #include "jobs/inputs.h"
 
 namespace meander {
@@ -64,7 +65,7 @@ void check_writable(const fs::path& folder, const std::string& option, bool miss
 FileKind kind_for_message(const fs::path& path, const std::string& option) {
   try {
     return kind_of_file(path);
-  } catch (const std::system_error& error) {
+  } catch (const FileError& error) {
     throw UsageError(fmt::format("{}: `{}` exists but cannot be read, so its kind is unknown: {}", option,
                                  path.string(), error.code().message()));
   }

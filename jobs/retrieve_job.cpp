@@ -6,11 +6,11 @@
 #include <memory>
 #include <optional>
 
+#include "io/file/atomic_file.h"
 #include "io/json_writer.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
-#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -78,7 +78,7 @@ int query(const RetrieveOptions& options) {
          label >= 0 ? TableCell(store.label_names().at(static_cast<std::size_t>(label))) : TableCell(),
          static_cast<double>(found[i].distance)});
   }
-  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.json) {
     fmt::print("{}", text_table(table));
     return exit_done;
@@ -101,7 +101,7 @@ int query(const RetrieveOptions& options) {
 
 RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
                                const std::string& matrix, bool with_confusion) {
-  std::optional<WholeFileWriter> file;
+  std::optional<AtomicFile> file;
   if (!matrix.empty()) file.emplace(matrix);
   const std::size_t n = task.rows();
   std::vector<QueryScores> queries(n);
@@ -112,7 +112,7 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
     });
     if (file) file->append(std::as_bytes(distances));
   });
-  if (file) file->finish();
+  if (file) file->commit();
   return summarise(task, queries, with_confusion);
 }
 
@@ -191,7 +191,7 @@ int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
                                  base.classes.size()));
   const RetrievalSummary summary = evaluate_base(base, task, options.matrix, with_confusion);
   const Table table = score_table(base, task, summary, options.per_class);
-  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(table));
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.picture.empty())
     laboratory->draw_precision(options.picture, joined(base.descriptors) + ", " + options.distance, base,
                                task, summary, options.per_class);

@@ -6,10 +6,10 @@
 #include <memory>
 #include <numeric>
 
+#include "io/file/atomic_file.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
-#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -225,7 +225,7 @@ int select(const SelectOptions& options) {
   const ScoredSettings settings = scored_settings(options, store, combinations, base, task);
   Table all = settings_table(settings);
   const Table left_out = left_out_table(settings, base, task);
-  if (!options.csv.empty()) write_whole_file(options.csv, csv_text(all));
+  if (!options.csv.empty()) replace_file(options.csv, csv_text(all));
   if (options.json) {
     print_json(options, settings, base, all, left_out);
     return exit_done;

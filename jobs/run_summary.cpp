@@ -5,15 +5,13 @@
 #include <sys/resource.h>
 #include <sys/utsname.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <ctime>
-#include <system_error>
 
+#include "io/file/atomic_file.h"
+#include "io/file/directory.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
-#include "io/store/posix_file.h"
-#include "io/whole_file.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "meander_version.h"
@@ -67,15 +65,6 @@ std::string lacking_attribute(const StoreSummary& summary) {
       return fmt::format("no model has the attribute that the command names: {} ({})", failure.reason,
                          failure.id);
   return {};
-}
-
-// A full disk here costs the report alone: the store is finished.
-void write_beside(const std::string& name, const std::string& text) {
-  try {
-    write_whole_file(name, text);
-  } catch (const std::system_error& error) {
-    store::throw_file_error(error.code().value(), "write", name);
-  }
 }
 
 void write_ids(JsonWriter& json, const char* name, const std::vector<std::string>& ids) {
@@ -232,7 +221,8 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   json.member("items_failed", outcome.summary.failed());
   write_nodes(json, outcome.nodes);
   json.end_object();
-  write_beside(options.store + ".run.json", json.text() + "\n");
+  // A full disk here costs the report alone: the store is finished.
+  replace_file(options.store + ".run.json", json.text() + "\n", FullDisk::stops_run);
 }
 
 namespace {
@@ -250,7 +240,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
                        const std::vector<PlanItem>& items) {
   const std::string name = options.store + ".failed.txt";
   if (summary.failures.empty()) {
-    if (std::remove(name.c_str()) != 0 && errno != ENOENT) store::throw_file_error(errno, "remove", name);
+    remove_file(name);
     return;
   }
   std::string list;
@@ -261,7 +251,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
                         list_line(items[failure.row].path.string()));
   }
-  write_beside(name, list);
+  replace_file(name, list, FullDisk::stops_run);
 }
 
 }  // namespace meander

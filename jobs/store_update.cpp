@@ -5,14 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
-#include <map>
 #include <set>
 
 #include "io/digest.h"
-#include "io/mesh/mapped_file.h"
-#include "io/parameters_text.h"
-#include "io/store/posix_file.h"
+#include "io/file/mapped_file.h"
+#include "jobs/run_report.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -209,23 +206,7 @@ TimePoint run_begun(const std::string& store) {
 }
 
 TimePoint inputs_read_since(const std::string& store) {
-  try {
-    const auto text = store::read_text(store + ".run.json");
-    if (text) {
-      std::string_view line(*text);
-      while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
-      const auto members = split_members(line);
-      const auto at = members.find("inputs_read_since_unix_ns");
-      std::int64_t nanoseconds = 0;
-      if (at != members.end() &&
-          std::from_chars(at->second.data(), at->second.data() + at->second.size(), nanoseconds).ec ==
-              std::errc())
-        return TimePoint(
-            std::chrono::duration_cast<TimePoint::duration>(std::chrono::nanoseconds(nanoseconds)));
-    }
-  } catch (
-      const RunError&) {  // not written by Meander, or not readable: the time of the store itself is used
-  }
+  if (const auto since = read_run_report(store).inputs_read_since) return *since;
   struct stat facts {};
   return ::stat(store.c_str(), &facts) == 0 ? modification_time(facts) : TimePoint::min();
 }

@@ -10,9 +10,9 @@
 #include <new>
 
 #include "io/digest.h"
+#include "io/file/mapped_file.h"
 #include "io/image/png_reader.h"
 #include "io/json_writer.h"
-#include "io/mesh/mapped_file.h"
 #include "io/store/store.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "io/digest.h"
+#include "io/file/mapped_file.h"
 #include "io/image/png_reader.h"
-#include "io/mesh/mapped_file.h"
 #include "jobs/inputs.h"
 #include "kernels/core/spelling.h"
 #include "kernels/surface/height_field.h"

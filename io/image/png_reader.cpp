@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "kernels/core/status.h"
 
 namespace meander {

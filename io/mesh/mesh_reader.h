@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "io/file/input_file.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/off_header.h"
-#include "io/mesh/open_file.h"
 #include "io/mesh/ply_header.h"
 #include "io/mesh/text_cursor.h"
 
@@ -39,11 +39,11 @@ struct Stratum {
 };
 
 struct Peek {
-  const OpenFile& file;
+  const InputFile& file;
   std::string head;
   bool whole;  // the head is the file
 
-  explicit Peek(const OpenFile& opened)
+  explicit Peek(const InputFile& opened)
       : file(opened),
         head(opened.read(0, opened.bytes() <= most_bytes ? most_bytes : head_bytes)),
         whole(opened.bytes() <= most_bytes) {}
@@ -295,7 +295,7 @@ MeshEstimate peek_obj(const Peek& peek) {
 }
 
 // Binary PLY files are known by their header alone: most of a bulk run's bytes need not be looked at twice.
-std::optional<PlyHeader> short_binary_header(const OpenFile& file) {
+std::optional<PlyHeader> short_binary_header(const InputFile& file) {
   try {
     PlyHeader header = parse_ply_header(file.read(0, header_bytes));
     if (header.encoding != PlyEncoding::ascii) return header;
@@ -307,7 +307,7 @@ std::optional<PlyHeader> short_binary_header(const OpenFile& file) {
 }  // namespace
 
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format) {
-  const OpenFile file(path);
+  const InputFile file(path);
   if (file.bytes() == 0) return {};
   if (format == MeshFormat::ply)
     if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);

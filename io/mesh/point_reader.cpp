@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "io/file/mapped_file.h"
 #include "io/mesh/format_readers.h"
-#include "io/mesh/mapped_file.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {

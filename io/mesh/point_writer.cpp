@@ -1,78 +1,18 @@
 #include "io/mesh/point_writer.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <string>
-#include <system_error>
 
+#include "io/file/atomic_file.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
 
 namespace {
-
-[[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
-  throw std::system_error(errno, std::generic_category(), what + " " + path.string());
-}
-
-// A file that appears under its name only when it is complete and on disk; removed otherwise.
-class PendingFile {
- public:
-  explicit PendingFile(const std::filesystem::path& path)
-      : path_(path), pending_(path.string() + ".part-" + std::to_string(::getpid())) {
-    descriptor_ = ::open(pending_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) fail("cannot create", pending_);
-  }
-  ~PendingFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!kept_) ::unlink(pending_.c_str());
-  }
-  PendingFile(const PendingFile&) = delete;
-  PendingFile& operator=(const PendingFile&) = delete;
-
-  void write(const std::string& data) {
-    for (std::size_t done = 0; done < data.size();) {
-      const ::ssize_t wrote = ::write(descriptor_, data.data() + done, data.size() - done);
-      if (wrote < 0 && errno == EINTR) continue;
-      if (wrote < 0) fail("cannot write", pending_);
-      done += static_cast<std::size_t>(wrote);
-    }
-  }
-
-  void keep() {
-    if (::fsync(descriptor_) != 0) fail("cannot sync", pending_);
-    const int closed = ::close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0) fail("cannot close", pending_);
-    if (::rename(pending_.c_str(), path_.c_str()) != 0) fail("cannot rename to", path_);
-    kept_ = true;
-    sync_folder();
-  }
-
- private:
-  // The new name is on disk only when its folder is.
-  void sync_folder() const {
-    const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) fail("cannot open", folder);
-    const bool synced = ::fsync(descriptor) == 0 || errno == EINVAL;  // some file systems cannot sync folders
-    const int error = errno;
-    ::close(descriptor);
-    errno = error;
-    if (!synced) fail("cannot sync", folder);
-  }
-
-  std::filesystem::path path_, pending_;
-  int descriptor_ = -1;
-  bool kept_ = false;
-};
 
 template <class Number>
 void append_decimal(std::string& text, Number number, char behind) {
@@ -134,16 +74,16 @@ void append_row(std::string& data, PointFormat format, const Samples& samples, c
 void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
                   const ItemReport& report) {
   constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
-  PendingFile file(path);
+  AtomicFile file(path);
   std::string data = header(format, samples);
   for (std::size_t i = 0; i < samples.count(); ++i) {
     append_row(data, format, samples, report, i);
     if (data.size() < buffer_bytes) continue;
-    file.write(data);
+    file.append(data);
     data.clear();
   }
-  file.write(data);
-  file.keep();
+  file.append(data);
+  file.commit();
 }
 
 }  // namespace meander

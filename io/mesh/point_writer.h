@@ -11,8 +11,8 @@ enum class PointFormat : std::uint8_t { ply, off, xyz };
 
 // PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces) and density; OFF:
 // vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. loc
-// and scale are applied (file coordinates, double in OFF/XYZ/PLY). Written to a temporary name, synced and
-// renamed. Throws std::system_error.
+// and scale are applied (file coordinates, double in OFF/XYZ/PLY). Written as an AtomicFile; throws
+// FileError.
 void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
                   const ItemReport& report);
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "io/whole_file.h"
+#include "io/file/atomic_file.h"
 
 namespace meander {
 
@@ -27,7 +27,7 @@ std::vector<std::byte> encode_png(const RgbImage& image) {
 }
 
 void write_png(const std::filesystem::path& path, const RgbImage& image) {
-  write_whole_file(path, encode_png(image));
+  replace_file(path, encode_png(image));
 }
 
 }  // namespace meander

@@ -15,7 +15,7 @@ namespace meander {
 std::vector<std::byte> encode_png(const RgbImage& image);
 
 // Written to a temporary name beside it, synced and renamed, so that `path` is the old picture or the whole
-// new one. Throws what encode_png throws, and std::system_error.
+// new one. Throws what encode_png throws, and FileError.
 void write_png(const std::filesystem::path& path, const RgbImage& image);
 
 }  // namespace meander

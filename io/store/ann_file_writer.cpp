@@ -1,15 +1,13 @@
 #include "io/store/ann_file_writer.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
 #include <string>
 
+#include "io/file/atomic_file.h"
 #include "io/store/hdf5_handles.h"
-#include "io/store/posix_file.h"
 #include "io/store/store_file.h"
-#include "io/whole_file.h"
 
 namespace meander {
 
@@ -57,7 +55,9 @@ void append(Filling& to, const void* values, std::size_t count) {
 }  // namespace
 
 struct AnnFileWriter::State {
-  std::filesystem::path path, temporary;
+  explicit State(const std::filesystem::path& path) : pending(path, FullDisk::ends_command) {}
+
+  PendingFile pending;
   Hdf5File file;
   Filling train, test, neighbours, distances;
 
@@ -77,37 +77,30 @@ struct AnnFileWriter::State {
   }
 
   ~State() {
-    if (temporary.empty()) return;
+    if (!file) return;
     const Hdf5Lock lock;
     // Emptied, the file can be closed on a full disk too.
-    const bool emptied = !file || ::truncate(temporary.c_str(), 0) == 0;
+    const bool emptied = ::truncate(pending.temporary().c_str(), 0) == 0;
     close_datasets();
     if (emptied) file.close();
-    ::unlink(temporary.c_str());
   }
 };
 
 AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileShape& shape,
                              std::string_view distance)
-    : state_(std::make_unique<State>()) {
+    : state_(std::make_unique<State>(path)) {
   State& state = *state_;
-  state.path = replaced_file(path);
-  state.temporary = state.path;
-  state.temporary += ".tmp" + std::to_string(::getpid());
-  open_file(state.temporary, O_WRONLY | O_CREAT | O_TRUNC);  // says what is wrong with the place, if anything
+  const std::filesystem::path& temporary = state.pending.temporary();
+  state.pending.create();  // says what is wrong with the place, if anything
   // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
   const std::uint64_t numbers =
       (shape.train + shape.test) * shape.width + 2 * shape.test * std::uint64_t{shape.neighbours};
-  try {
-    reserve_space(state.temporary, sizeof(float) * numbers + overhead_bytes);
-  } catch (const RunError& error) {
-    throw RunError(RunError::Kind::unusable, error.what());
-  }
+  reserve_space(temporary, sizeof(float) * numbers + overhead_bytes, FullDisk::ends_command);
   state.guarded([&] {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
     hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");
-    state.file = Hdf5File(H5Fcreate(state.temporary.c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT),
-                          "create " + state.temporary.string());
+    state.file = Hdf5File(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT),
+                          "create " + temporary.string());
     const Hdf5Group root(H5Gopen2(state.file.get(), "/", H5P_DEFAULT), "open the root group");
     write_attribute(root.get(), "distance", distance);
     write_attribute(root.get(), "dimension", shape.width);
@@ -142,15 +135,13 @@ void AnnFileWriter::finish() {
   State& state = *state_;
   for (const Filling* const filling : {&state.train, &state.test, &state.neighbours, &state.distances})
     if (filling->filled != filling->rows)
-      throw ItemError(Status::internal, "a dataset of " + state.path.string() + " was not filled");
+      throw ItemError(Status::internal, "a dataset of " + state.pending.path().string() + " was not filled");
   state.guarded([&] {
     state.close_datasets();
-    hdf5_check(H5Fflush(state.file.get(), H5F_SCOPE_LOCAL), "write " + state.temporary.string());
-    if (!state.file.close()) throw_hdf5_error("close " + state.temporary.string());
+    hdf5_check(H5Fflush(state.file.get(), H5F_SCOPE_LOCAL), "write " + state.pending.temporary().string());
+    if (!state.file.close()) throw_hdf5_error("close " + state.pending.temporary().string());
   });
-  sync_file(open_file(state.temporary, O_RDWR), state.temporary);
-  rename_file(state.temporary, state.path);
-  state.temporary.clear();
+  state.pending.commit();
 }
 
 }  // namespace meander

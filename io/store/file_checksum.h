@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "io/store/posix_file.h"
+#include "io/file/file_descriptor.h"
 
 namespace meander::store {
 

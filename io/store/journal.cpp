@@ -8,6 +8,7 @@
 #include <array>
 #include <cstring>
 
+#include "io/file/atomic_file.h"
 #include "io/store/crc32c.h"
 
 namespace meander::store {
@@ -84,8 +85,7 @@ void Journals::replay(std::uint64_t shard, std::uint64_t begin, std::uint64_t en
     offset += record_header_bytes + header->payload_bytes;
   }
   sizes_[shard] = offset;
-  if (offset < size && ::ftruncate(file.get(), static_cast<off_t>(offset)) != 0)
-    throw_file_error(errno, "truncate", path(shard));
+  if (offset < size) truncate_file(file, offset, path(shard));
 }
 
 std::uint64_t Journals::append(std::uint64_t shard, std::span<const std::byte> record) {
@@ -110,7 +110,7 @@ std::size_t Journals::read(std::uint64_t shard, std::uint64_t offset, std::span<
 void Journals::sync() {
   for (std::uint64_t shard = 0; shard < dirty_.size(); ++shard) {
     if (!dirty_[shard]) continue;
-    if (::fdatasync(open(shard).get()) != 0) throw_file_error(errno, "sync", path(shard));
+    sync_data(open(shard), path(shard));
     dirty_[shard] = false;
   }
 }
@@ -145,7 +145,7 @@ void BegunLog::replace(std::span<const std::uint64_t> rows) {
     const auto record = begun_record(row);
     bytes.insert(bytes.end(), record.begin(), record.end());
   }
-  replace_file(path_, bytes);
+  replace_file(path_, bytes, FullDisk::stops_run);
   file_ = open_file(path_, O_RDWR | O_CREAT);
   size_ = bytes.size();
 }

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "io/store/posix_file.h"
+#include "io/file/file_descriptor.h"
 #include "io/store/row_codec.h"
 
 namespace meander::store {

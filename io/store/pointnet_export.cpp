@@ -6,10 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 
+#include "io/file/atomic_file.h"
 #include "io/json_writer.h"
 #include "io/store/hdf5_handles.h"
-#include "io/store/posix_file.h"
 #include "io/store/store.h"
 
 namespace meander {
@@ -54,30 +55,51 @@ void write_rows(const Hdf5Dataset& dataset, hid_t type, const std::vector<hsize_
              "write rows");
 }
 
-void write_datasets(const Hdf5File& file, const StoreReader& store, const PointnetShard& shard) {
+// Rows of a chunk of points.
+hsize_t chunk_rows(const StoreReader& store) {
   constexpr hsize_t chunk_bytes = hsize_t{1} << 20;
-  const hsize_t rows = shard.rows.size(), samples = store.samples();
-  const hsize_t batch = std::max<hsize_t>(1, chunk_bytes / (samples * 12));
+  return std::max<hsize_t>(1, chunk_bytes / (hsize_t{store.samples()} * 12));
+}
+
+// What the file takes at most: chunks that do not shrink are stored as they are, and the last is whole.
+std::uint64_t most_bytes(const StoreReader& store, std::uint64_t rows) {
+  constexpr std::uint64_t overhead = 65536, chunk_overhead = 256;
+  const std::uint64_t batch = chunk_rows(store), chunks = (rows + batch - 1) / batch;
+  return 2 * chunks * (std::min(batch, rows) * store.samples() * 12 + chunk_overhead) + rows + overhead;
+}
+
+void write_datasets(const Hdf5File& file, const StoreReader& store, const PointnetShard& shard,
+                    const fs::path& path) {
+  const hsize_t rows = shard.rows.size(), samples = store.samples(), batch = chunk_rows(store);
   const Hdf5Dataset data = make_dataset(file, "data", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
   const Hdf5Dataset normal = make_dataset(file, "normal", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
   const Hdf5Dataset label = make_dataset(file, "label", H5T_STD_U8LE, {rows, 1}, rows, 1);
-  write_rows(label, H5T_NATIVE_UINT8, {0, 0}, {rows, 1}, shard.labels.data());
-  for (hsize_t begin = 0; begin < rows; begin += batch) {
-    const hsize_t count = std::min(batch, rows - begin);
-    std::vector<float> points, normals;
-    for (hsize_t i = 0; i < count; ++i) {
-      const Samples row = store.read_row(shard.rows[begin + i]).samples;
-      points.insert(points.end(), row.points.begin(), row.points.end());
-      normals.insert(normals.end(), row.normals.begin(), row.normals.end());
+  try {
+    write_rows(label, H5T_NATIVE_UINT8, {0, 0}, {rows, 1}, shard.labels.data());
+    for (hsize_t begin = 0; begin < rows; begin += batch) {
+      const hsize_t count = std::min(batch, rows - begin);
+      std::vector<float> points, normals;
+      for (hsize_t i = 0; i < count; ++i) {
+        const Samples row = store.read_row(shard.rows[begin + i]).samples;
+        points.insert(points.end(), row.points.begin(), row.points.end());
+        normals.insert(normals.end(), row.normals.begin(), row.normals.end());
+      }
+      write_rows(data, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, points.data());
+      write_rows(normal, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, normals.data());
     }
-    write_rows(data, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, points.data());
-    write_rows(normal, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, normals.data());
+  } catch (...) {
+    // Emptied, the file has room for what the datasets hold and can be closed on a full disk too.
+    if (::truncate(path.c_str(), 0) != 0) throw_file_error(errno, "truncate", path, FullDisk::ends_command);
+    throw;
   }
 }
 
 void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetShard& shard) {
-  fs::path temporary = path;
-  temporary += ".new";
+  PendingFile pending(path, FullDisk::ends_command);
+  pending.create();  // says what is wrong with the place, if anything
+  const fs::path& temporary = pending.temporary();
+  // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
+  reserve_space(temporary, most_bytes(store, shard.rows.size()), FullDisk::ends_command);
   const Hdf5Lock lock;
   try {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
@@ -85,24 +107,18 @@ void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetSh
     Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT),
                   "create " + temporary.string());
     try {
-      write_datasets(file, store, shard);
+      write_datasets(file, store, shard, temporary);
       hdf5_check(H5Fflush(file.get(), H5F_SCOPE_LOCAL), "write " + temporary.string());
     } catch (...) {
       // Emptied, the file can be closed on a full disk too.
       if (::truncate(temporary.c_str(), 0) == 0) file.close();
-      ::unlink(temporary.c_str());
       throw;
     }
     if (!file.close()) throw_hdf5_error("close " + temporary.string());
   } catch (const Hdf5Error& error) {
-    throw RunError(RunError::Kind::stopped, error.what());
+    throw RunError(RunError::Kind::unusable, error.what());
   }
-  sync_file(open_file(temporary, 0), temporary);
-  rename_file(temporary, path);
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  replace_file(path, std::as_bytes(std::span(text)));
+  pending.commit();
 }
 
 // The rows of one part of the data set, in shards, and the names of its files.
@@ -165,10 +181,10 @@ std::vector<std::string> write_part(const StoreReader& store, const fs::path& fo
     for (const std::uint64_t row : part.shards[k].rows) ids.value(store.id(row));
     ids.end_array();
     written.push_back(part.ids_name(k));
-    write_text(folder / written.back(), ids.text() + "\n");
+    replace_file(folder / written.back(), ids.text() + "\n");
   }
   written.push_back(part.list_name());
-  write_text(folder / written.back(), list);
+  replace_file(folder / written.back(), list);
   return written;
 }
 
@@ -209,11 +225,11 @@ PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder,
 
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw_file_error(error.value(), "create", folder);
+  if (error) throw_file_error(error.value(), "create", folder, FullDisk::ends_command);
   std::vector<std::string> written{"shape_names.txt"};
   std::string classes;
   for (const std::string& name : store.label_names()) classes += name + "\n";
-  write_text(folder / written.front(), classes);
+  replace_file(folder / written.front(), classes);
   for (const Part& part : parts) {
     if (!part.is_written()) continue;
     const std::vector<std::string> names = write_part(store, folder, part);

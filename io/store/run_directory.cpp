@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "io/file/directory.h"
+#include "io/file/read_file.h"
 #include "io/store/journal.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
@@ -27,10 +29,6 @@ fs::path with_suffix(const fs::path& store, std::string_view suffix) {
   return path;
 }
 
-void make_folder(const fs::path& folder) {
-  if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) throw_file_error(errno, "create", folder);
-}
-
 // Takes STORE.run/lock, which the kernel frees when the process ends, however it ends. Empty when there is no
 // run folder and none is to be made.
 FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
@@ -42,15 +40,15 @@ FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
       if (create) continue;
       return {};
     }
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor < 0 && errno == ENOENT && !fs::is_symlink(path))
+    FileDescriptor file = try_open(path, O_RDWR | O_CREAT);
+    const int error = file ? 0 : errno;
+    if (error == ENOENT && !fs::is_symlink(path))
       continue;  // a finishing process has just removed the folder
-    if (descriptor < 0) throw_file_error(errno, "open", path);
-    FileDescriptor file(descriptor);
+    if (error != 0) throw_file_error(error, "open", path);
     if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
       if (errno == EINTR) continue;
       if (errno != EWOULDBLOCK) throw_file_error(errno, "lock", path);
-      const std::string holder = read_text(path).value_or("");
+      const std::string holder = content_if_exists(path).value_or("");
       throw RunError(RunError::Kind::stopped,
                      fmt::format("another process{} holds {}", holder.empty() ? "" : " (pid " + holder + ")",
                                  folder.string()));
@@ -62,7 +60,7 @@ FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
         mine.st_dev != named.st_dev)
       continue;
     const std::string pid = std::to_string(::getpid());
-    if (::ftruncate(file.get(), 0) != 0) throw_file_error(errno, "write", path);
+    truncate_file(file, 0, path);
     write_at(file, std::as_bytes(std::span(pid)), 0, path);
     return file;
   }

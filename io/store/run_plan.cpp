@@ -7,10 +7,11 @@
 #include <cstring>
 #include <utility>
 
+#include "io/file/atomic_file.h"
+#include "io/file/read_file.h"
 #include "io/json_writer.h"
 #include "io/parameters_text.h"
 #include "io/store/crc32c.h"
-#include "io/store/posix_file.h"
 #include "io/store/schema.h"
 #include "io/store/store_file.h"
 
@@ -249,9 +250,8 @@ void write_plan(const fs::path& run_folder, const RunPlan& plan) {
   text += plan_text(plan);
   const std::uint32_t checksum = crc32c(std::span<const char>(text));
   text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
-  replace_file(run_folder / "plan.bin", std::as_bytes(std::span(text)));
-  const std::string json = run_json(plan, text);
-  replace_file(run_folder / "run.json", std::as_bytes(std::span(json)));
+  replace_file(run_folder / "plan.bin", text, FullDisk::stops_run);
+  replace_file(run_folder / "run.json", run_json(plan, text), FullDisk::stops_run);
 }
 
 namespace {
@@ -267,7 +267,7 @@ namespace {
 
 RunPlan read_plan(const fs::path& run_folder) {
   const fs::path path = run_folder / "plan.bin";
-  const std::optional<std::string> text = read_text(path);
+  const std::optional<std::string> text = content_if_exists(path);
   std::uint32_t checksum = 0;
   if (text && text->size() > sizeof checksum)
     std::memcpy(&checksum, text->data() + text->size() - sizeof checksum, sizeof checksum);

@@ -9,25 +9,14 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/run_error.h"
 #include "kernels/sample/samples.h"
 
 namespace meander {
-
-// The run cannot start or go on. kind decides the exit code of a job: unusable 2, stopped 75 (resumable).
-class RunError : public std::runtime_error {
- public:
-  enum class Kind { unusable, stopped };  // stopped: disk full, or another process holds the store
-  RunError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
-  Kind kind() const { return kind_; }
-
- private:
-  Kind kind_;
-};
 
 enum class Compression : std::uint8_t {
   standard,

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "io/file/atomic_file.h"
 #include "io/plot/heat_map.h"
 #include "io/plot/png_writer.h"
 #include "io/plot/svg_matrix.h"
 #include "io/plot/svg_plot.h"
-#include "io/whole_file.h"
 
 namespace meander {
 
@@ -39,7 +39,7 @@ void draw_precision_over_recall(const std::filesystem::path& file, const std::st
       plot.series.back().style = SeriesStyle::line;
       plot.series.back().line_width = 1;
     }
-  write_whole_file(file, svg_plot(plot));
+  replace_file(file, svg_plot(plot));
 }
 
 void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
@@ -61,7 +61,7 @@ void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBas
     for (const std::size_t other : across) matrix.values.push_back(summary.confusion[c * classes + other]);
   }
   if (file.string().ends_with(".svg")) {
-    write_whole_file(file, svg_matrix(matrix));
+    replace_file(file, svg_matrix(matrix));
     return;
   }
   HeatMapParameters look;

@@ -4,126 +4,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <optional>
-#include <stdexcept>
 
+#include "kernels/analyse/difference_blocks.h"
 #include "kernels/analyse/kd_tree.h"
-#include "kernels/core/parallel.h"
-#include "kernels/core/random.h"
 
 namespace meander {
 
+using namespace differences;
+
 namespace {
-
-constexpr std::size_t most_blocks = 32;
-constexpr std::size_t most_map_cells = std::size_t{1}
-                                       << 22;  // of the maps of all blocks, while there are more than two
-constexpr double cut_off = 3;                  // standard deviations of the kernel
-constexpr double widest_kernel = 64;           // cells
-constexpr std::size_t most_weights = 2 * static_cast<std::size_t>(cut_off * widest_kernel) + 2;
-
-void require(bool fine, const char* what) {
-  if (!fine) throw std::invalid_argument(what);
-}
-
-void check_finite(std::span<const double> values) {
-  for (const double value : values)
-    require(std::isfinite(value), "differences: coordinates, normals and frames must be finite");
-}
-
-// The kernel along one axis: weights of the cells first .. first + count - 1, which may lie beyond the map.
-// They sum to one, so that every pair counts alike wherever in its cell it falls.
-struct AxisWeights {
-  std::ptrdiff_t first = 0;
-  std::size_t count = 0;
-  std::array<double, most_weights> weight;
-};
-
-// at: position in cells from the middle of cell 0.
-void weigh(double at, double kernel, AxisWeights& out) {
-  const double low = std::ceil(at - cut_off * kernel), high = std::floor(at + cut_off * kernel);
-  if (!(low < high)) {  // narrower than a cell
-    out.first = static_cast<std::ptrdiff_t>(std::floor(at + 0.5));
-    out.count = 1;
-    out.weight[0] = 1;
-    return;
-  }
-  out.first = static_cast<std::ptrdiff_t>(low);
-  out.count = static_cast<std::size_t>(high - low) + 1;
-  // exp(-(d + i)^2 / 2 k^2): the ratio of neighbours changes by a constant factor.
-  const double h = 1 / (kernel * kernel), d = low - at;
-  double value = std::exp(-0.5 * h * d * d), ratio = std::exp(-h * (d + 0.5)), sum = 0;
-  const double step = std::exp(-h);
-  for (std::size_t i = 0; i < out.count; ++i) {
-    out.weight[i] = value;
-    sum += value;
-    value *= ratio;
-    ratio *= step;
-  }
-  for (std::size_t i = 0; i < out.count; ++i) out.weight[i] /= sum;
-}
-
-// A map being filled by one block of samples.
-class MapBlock {
- public:
-  explicit MapBlock(const DifferenceParameters& parameters)
-      : parameters_(parameters),
-        scale_(parameters.cells / (2 * parameters.range)),
-        sums_(std::size_t{parameters.cells} * parameters.cells, 0.0) {}
-
-  void add(double qx, double qy, double weight) {
-    const double margin = cut_off * parameters_.kernel + 1;
-    const double x = (qx + parameters_.range) * scale_ - 0.5, y = (qy + parameters_.range) * scale_ - 0.5;
-    const double cells = parameters_.cells;
-    if (!(x > -margin && x < cells + margin && y > -margin && y < cells + margin)) return;
-    weigh(x, parameters_.kernel, across_);
-    weigh(y, parameters_.kernel, up_);
-    const auto side = static_cast<std::ptrdiff_t>(parameters_.cells);
-    const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, -across_.first);
-    const std::ptrdiff_t to =
-        std::min(static_cast<std::ptrdiff_t>(across_.count), side - across_.first);  // exclusive
-    for (std::size_t j = 0; j < up_.count; ++j) {
-      const std::ptrdiff_t row = up_.first + static_cast<std::ptrdiff_t>(j);
-      if (row < 0 || row >= side) continue;
-      const double w = weight * up_.weight[j];
-      double* out = sums_.data() + row * side + across_.first;
-      for (std::ptrdiff_t i = from; i < to; ++i) out[i] += w * across_.weight[static_cast<std::size_t>(i)];
-    }
-  }
-
-  const std::vector<double>& sums() const { return sums_; }
-
- private:
-  DifferenceParameters parameters_;
-  double scale_;  // cells per unit
-  std::vector<double> sums_;
-  AxisWeights across_, up_;
-};
-
-// Largest |q| that can touch the map: its corner and the tail of the kernel.
-double reach_of(const DifferenceParameters& parameters) {
-  const double cell = 2 * parameters.range / parameters.cells;
-  return std::numbers::sqrt2 * (parameters.range + cut_off * parameters.kernel * cell);
-}
-
-// Calls visit(block map, position in the tree's order) for every sample, in fixed blocks, then adds the maps
-// and their mirror images: each unordered pair was visited once.
-template <class Visit>
-void add_blocks(DifferenceMap& map, std::size_t samples, const Visit& visit) {
-  const std::size_t affordable = std::max<std::size_t>(2, most_map_cells / map.sum.size());
-  const std::size_t blocks = std::clamp<std::size_t>(samples / 64, 1, std::min(most_blocks, affordable));
-  std::vector<std::vector<double>> sums(blocks);
-  parallel_tasks(blocks, [&](std::size_t b) {
-    MapBlock block(map.parameters);
-    for (std::size_t p = samples * b / blocks; p < samples * (b + 1) / blocks; ++p) visit(block, p);
-    sums[b] = block.sums();
-  });
-  const std::size_t cells = map.sum.size();
-  for (const std::vector<double>& block : sums)
-    for (std::size_t c = 0; c < cells; ++c) map.sum[c] += block[c] + block[cells - 1 - c];
-  ++map.sets;
-}
 
 std::vector<double> planar_points(std::span<const double> x, std::span<const double> y,
                                   const PlaneDomain& domain) {
@@ -138,11 +27,6 @@ std::vector<double> planar_points(std::span<const double> x, std::span<const dou
     points[2 * i + 1] = wrapped(y[i], domain.period_y);
   }
   return points;
-}
-
-void check_spacing(std::span<const double> spacing, std::size_t samples) {
-  require(spacing.size() == samples, "differences: as many spacings as samples");
-  for (const double r : spacing) require(r > 0 && std::isfinite(r), "differences: spacings must be positive");
 }
 
 // Calls pair(block map, i, j, dx, dy) once for every pair i < j with |d| <= radius(i), d = point i - point j,
@@ -177,48 +61,8 @@ double least_stretch(const double* m) {
   return std::abs(m[0] * m[3] - m[1] * m[2]) / (0.5 * (sum + difference));
 }
 
-Vector3 at(std::span<const double> triples, std::size_t i) {
-  return {triples[3 * i], triples[3 * i + 1], triples[3 * i + 2]};
-}
-
-std::vector<TangentFrame> tangent_frames(std::span<const Vector3> normals, std::span<const double> frames,
-                                         std::uint64_t seed) {
-  const RandomKey key = make_random_key(seed, {});
-  std::vector<TangentFrame> out(normals.size());
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    if (!frames.empty()) {
-      out[i] = frame_along(normals[i], at(frames, i));
-      continue;
-    }
-    const TangentFrame any = frame_along(normals[i], {});
-    const double angle = 2 * std::numbers::pi * random_pair(key, Stream::tangent_frame, i).first;
-    const double c = std::cos(angle), s = std::sin(angle);
-    out[i] = {c * any.x + s * any.y, c * any.y - s * any.x, any.normal};
-  }
-  return out;
-}
-
-// A vector of this length in the tangential part of the direction; none where that has no tangential part.
-std::optional<std::array<double, 2>> along_surface(const TangentFrame& frame, Vector3 towards,
-                                                   double length) {
-  const double a = dot(frame.x, towards), b = dot(frame.y, towards);
-  const double size = std::sqrt(a * a + b * b);
-  if (!(size > 1e-12 * norm(towards))) return std::nullopt;
-  return std::array<double, 2>{length * a / size, length * b / size};
-}
-
-double square(const std::array<double, 2>& v) { return v[0] * v[0] + v[1] * v[1]; }
-
 std::array<double, 2> times(TangentTensor m, double dx, double dy) {
   return {m.xx * dx + m.xy * dy, m.xy * dx + m.yy * dy};
-}
-
-// The weight of the deposit in the frame of each sample: one half where it is counted.
-std::vector<double> half_weights(std::span<const std::uint8_t> counted, std::size_t samples) {
-  require(counted.empty() || counted.size() == samples, "differences: `counted` is one a sample, or none");
-  std::vector<double> weight(samples, 0.5);
-  for (std::size_t i = 0; i < counted.size(); ++i) weight[i] = counted[i] != 0 ? 0.5 : 0;
-  return weight;
 }
 
 }  // namespace
@@ -316,123 +160,6 @@ void add_anisotropic_differences(DifferenceMap& map, std::span<const double> x, 
           if (weight[k] > 0)
             block.add(axes[k].x * qx + axes[k].y * qy, axes[k].x * qy - axes[k].y * qx, weight[k]);
       });
-}
-
-void add_anisotropic_surface_differences(DifferenceMap& map, const TangentSamples& samples,
-                                         const TensorDifferenceParameters& parameters) {
-  require(parameters.min_normal_cosine >= -1 && parameters.min_normal_cosine <= 1,
-          "differences: min_normal_cosine is in [-1, 1]");
-  const PreparedTangentSamples at_sample = prepare_tangent_samples(samples);
-  const std::vector<double> weight = half_weights(parameters.counted, samples.count());
-  const bool by_area = parameters.units == DifferenceUnits::area;
-  const double reach = reach_of(map.parameters);
-  std::vector<double> along(samples.count()), across(samples.count());  // what components are divided by
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    const double size = std::sqrt(samples.s1[i] * samples.s2[i]);
-    along[i] = by_area ? size : samples.s1[i];
-    across[i] = by_area ? size : samples.s2[i];
-  }
-  const KdTree<3> tree(samples.points);
-  using Vector2 = std::array<double, 2>;
-  // v is a tangent vector at sample i; both ends' S^-1 v, averaged, in the frame of sample i.
-  const auto add_from = [&](MapBlock& block, std::uint32_t i, std::uint32_t j, const Vector2& v) {
-    if (!(weight[i] > 0)) return;
-    const TangentFrame &here = at_sample.frames[i], &there = at_sample.frames[j];
-    const Vector3 moved = transport(v[0] * here.x + v[1] * here.y, here.normal, there.normal);
-    const Vector3 scaled =
-        transport((dot(moved, there.x) / along[j]) * there.x + (dot(moved, there.y) / across[j]) * there.y,
-                  there.normal, here.normal);
-    block.add(0.5 * (v[0] / along[i] + dot(scaled, here.x)), 0.5 * (v[1] / across[i] + dot(scaled, here.y)),
-              weight[i]);
-  };
-  add_blocks(map, samples.count(), [&](MapBlock& block, std::size_t position) {
-    const std::uint32_t i = tree.index(position);
-    const Vector3 p = at_sample.points[i];
-    const TangentFrame& frame = at_sample.frames[i];
-    const double r = reach * std::max(along[i], across[i]) * (1 + 1e-12);
-    // No geodesic is shorter than the chord.
-    tree.in_ball(tree.point(position), r * r, [&](std::uint32_t j, const auto&) {
-      const TangentFrame& other = at_sample.frames[j];
-      if (j <= i || dot(frame.normal, other.normal) < parameters.min_normal_cosine) return;
-      if (weight[i] + weight[j] == 0) return;
-      const Vector3 q = at_sample.points[j];
-      const double length = geodesic_length(p, frame.normal, q, other.normal);
-      const auto v = along_surface(frame, q - p, length), w = along_surface(other, p - q, length);
-      if (!v || !w) return;
-      const auto within = [&](const Vector2& d, std::uint32_t k) {
-        return square({d[0] / along[k], d[1] / across[k]}) <= reach * reach;
-      };
-      if (!within(*v, i) || !within(*w, j)) return;
-      add_from(block, i, j, *v);
-      add_from(block, j, i, *w);
-    });
-  });
-}
-
-std::optional<std::array<double, 2>> geodesic_vector(Vector3 p, const TangentFrame& frame, Vector3 q,
-                                                     Vector3 n_q) {
-  if (!(distance(p, q) > 0)) return std::array<double, 2>{0, 0};
-  return along_surface(frame, q - p, geodesic_length(p, frame.normal, q, n_q));
-}
-
-double geodesic_length(Vector3 p, Vector3 n_p, Vector3 q, Vector3 n_q) {
-  const Vector3 chord = p - q;
-  const double d = norm(chord);
-  if (!(d > 0)) return 0;
-  const auto sine = [&](Vector3 n) { return std::clamp(dot(n, chord) / d, -1.0, 1.0); };
-  const double c1 = sine(n_p), c2 = sine(n_q);
-  // sin a - sin b = 2 cos((a + b) / 2) sin((a - b) / 2): with h = (c1 - c2) / (2 cos m) and m the mean of the
-  // arc sines, the quotient is asin(h) / (h cos m), whose limit h = 0 needs no case of its own.
-  const double cosine = std::cos(0.5 * (std::asin(c1) + std::asin(c2)));
-  if (!(cosine > 1e-12)) return std::numeric_limits<double>::infinity();
-  const double h = std::clamp(0.5 * (c1 - c2) / cosine, -1.0, 1.0);
-  const double quotient = std::abs(h) < 1e-3 ? 1 + h * h * (1.0 / 6 + h * h * (3.0 / 40)) : std::asin(h) / h;
-  return d * quotient / cosine;
-}
-
-void add_surface_differences(DifferenceMap& map, std::span<const double> points,
-                             std::span<const double> normals, std::span<const double> spacing,
-                             std::span<const double> frames, const SurfaceDifferenceParameters& parameters) {
-  require(points.size() % 3 == 0 && normals.size() == points.size(),
-          "differences: three coordinates and three of the normal a sample");
-  require(frames.empty() || frames.size() == points.size(), "differences: three coordinates a tangent frame");
-  require(parameters.min_normal_cosine >= -1 && parameters.min_normal_cosine <= 1,
-          "differences: min_normal_cosine is in [-1, 1]");
-  check_finite(normals);
-  check_finite(frames);
-  const std::size_t samples = points.size() / 3;
-  check_spacing(spacing, samples);
-  std::vector<Vector3> unit(samples);
-  for (std::size_t i = 0; i < samples; ++i) {
-    const double length = norm(at(normals, i));
-    require(length > 0, "differences: normals must not be zero");
-    unit[i] = (1 / length) * at(normals, i);
-  }
-  const std::vector<TangentFrame> tangents = tangent_frames(unit, frames, parameters.seed);
-  const KdTree<3> tree(points);
-  const double reach = reach_of(map.parameters);
-
-  // q: `length` in the direction from sample i to the other one, in the frame of sample i.
-  const auto add_from = [&](MapBlock& block, std::uint32_t i, Vector3 towards, double length) {
-    const std::optional<std::array<double, 2>> q = along_surface(tangents[i], towards, length);
-    // Half, as every deposit is mirrored in the end.
-    if (q) block.add((*q)[0], (*q)[1], 0.5);
-  };
-  add_blocks(map, samples, [&](MapBlock& block, std::size_t position) {
-    const std::uint32_t i = tree.index(position);
-    const Vector3 p = at(points, i);
-    const double r = reach * spacing[i];
-    // No geodesic is shorter than the chord.
-    tree.in_ball(tree.point(position), r * r, [&](std::uint32_t j, const auto&) {
-      if (j <= i || dot(unit[i], unit[j]) < parameters.min_normal_cosine) return;
-      const Vector3 q = at(points, j);
-      const double length = geodesic_length(p, unit[i], q, unit[j]);
-      if (!(length <= reach * std::min(spacing[i], spacing[j]))) return;
-      const double scaled = 2 * length / (spacing[i] + spacing[j]);
-      add_from(block, i, q - p, scaled);
-      add_from(block, j, p - q, scaled);
-    });
-  });
 }
 
 std::vector<double> spacing_from_density(std::span<const double> density, double measure, double largest) {

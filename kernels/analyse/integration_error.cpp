@@ -1,5 +1,6 @@
 #include "kernels/analyse/integration_error.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -86,6 +87,36 @@ std::vector<double> prefix_integration_errors(std::span<const double> values,
     errors.push_back(std::abs((sum + rest) / static_cast<double>(count) - exact));
   }
   return errors;
+}
+
+double mean_estimate(std::span<const double> values, std::span<const double> density) {
+  if (values.empty()) throw std::invalid_argument("mean_estimate: no values");
+  if (density.empty()) return blocked_sum(values) / static_cast<double>(values.size());
+  if (density.size() != values.size())
+    throw std::invalid_argument("mean_estimate: as many densities as values");
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!(density[i] > 0)) throw std::invalid_argument("mean_estimate: densities must be positive");
+    sum += values[i] / density[i];
+    weights += 1 / density[i];
+  }
+  return sum / weights;
+}
+
+ErrorSummary summarise_errors(std::span<const double> errors) {
+  if (errors.empty()) throw std::invalid_argument("summarise_errors: no errors");
+  const auto count = static_cast<double>(errors.size());
+  double squares = 0, sum = 0;
+  ErrorSummary summary;
+  for (const double e : errors) {
+    squares += e * e;
+    sum += e;
+    summary.largest = std::max(summary.largest, std::abs(e));
+  }
+  summary.rms = std::sqrt(squares / count);
+  if (errors.size() > 1)
+    summary.standard_deviation = std::sqrt(std::max(0.0, squares - sum * sum / count) / (count - 1));
+  return summary;
 }
 
 std::span<const Integrand> standard_integrands() {

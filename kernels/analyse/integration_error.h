@@ -24,6 +24,18 @@ double weighted_integration_error(std::span<const double> values, std::span<cons
 std::vector<double> prefix_integration_errors(std::span<const double> values,
                                               std::span<const std::uint64_t> counts, double exact);
 
+// The mean of f over the domain as samples give it: the mean of the values, or with their density (any
+// multiple of phi; empty: uniform) the self-normalised sum f / phi : sum 1 / phi, for which M need not be
+// known.
+double mean_estimate(std::span<const double> values, std::span<const double> density = {});
+
+struct ErrorSummary {
+  double rms = 0, largest = 0;    // of the absolute values
+  double standard_deviation = 0;  // about their mean; 0 for one error
+};
+// Of signed errors, one or more.
+ErrorSummary summarise_errors(std::span<const double> errors);
+
 // Test functions on [0, 1]^2 with their integrals in closed form. All are smooth or piecewise constant and
 // none is periodic or symmetric, so that no method is favoured by its grid.
 struct Integrand {

@@ -115,4 +115,15 @@ double coverage_radius(std::span<const double> points, std::span<const double> r
   return largest(distances_to_samples(points, reference));
 }
 
+std::vector<double> unit_square_grid(std::uint64_t count) {
+  const auto side = static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(count))));
+  std::vector<double> grid;
+  for (std::uint64_t i = 0; i < side * side; ++i) {
+    grid.push_back((static_cast<double>(i % side) + 0.5) / static_cast<double>(side));
+    grid.push_back((static_cast<double>(i / side) + 0.5) / static_cast<double>(side));
+    grid.push_back(0);
+  }
+  return grid;
+}
+
 }  // namespace meander

@@ -46,4 +46,8 @@ double coverage_radius(std::span<const double> x, std::span<const double> y,
                        double period_x = 0, double period_y = 0);
 double coverage_radius(std::span<const double> points, std::span<const double> reference);
 
+// A reference set: the centres of a square grid of at least `count` cells over the unit square, as points of
+// space with z = 0.
+std::vector<double> unit_square_grid(std::uint64_t count);
+
 }  // namespace meander

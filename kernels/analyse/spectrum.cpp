@@ -80,6 +80,12 @@ PowerSpectrum make_power_spectrum(std::uint32_t radius) {
   return spectrum;
 }
 
+std::uint32_t affordable_radius(std::size_t points) {
+  const auto n = static_cast<double>(points);
+  return static_cast<std::uint32_t>(
+      std::clamp(std::min(2.5 * std::sqrt(n), std::sqrt(1e11 / (4 * n))), 8.0, 1024.0));
+}
+
 void add_periodogram(PowerSpectrum& spectrum, std::span<const double> x, std::span<const double> y) {
   if (x.size() != y.size() || x.empty())
     throw std::invalid_argument("add_periodogram: as many x as y, and at least one point");

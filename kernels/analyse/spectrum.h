@@ -32,6 +32,9 @@ struct PowerSpectrum {
 // while a set is added.
 PowerSpectrum make_power_spectrum(std::uint32_t radius);
 
+// A radius of up to 2.5 sqrt(points), as far as 10^11 multiply-adds a set (some ten seconds of a core) allow.
+std::uint32_t affordable_radius(std::size_t points);
+
 // Adds the periodogram of one set. x, y: N coordinates each, in [0, 1) (the sum is periodic, so that others
 // of up to about 1000 in size count by their fraction), any order; sets of different N may be averaged, each
 // counts once. Error of P: below 1e-12 (1 + sqrt(P)) in units of white noise for radius <= 1000. The sums are

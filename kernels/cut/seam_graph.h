@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/cut/radix_heap.h"
+#include "kernels/core/radix_heap.h"
 #include "kernels/mesh/measured_mesh.h"
 
 namespace meander {

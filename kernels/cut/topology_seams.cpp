@@ -1,32 +1,13 @@
 #include "kernels/cut/topology_seams.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
+
+#include "kernels/core/disjoint_sets.h"
 
 namespace meander {
 
 namespace {
-
-// Disjoint sets of triangles with path halving.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  bool unite(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    if (a == b) return false;
-    parent_[std::max(a, b)] = std::min(a, b);
-    return true;
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 // Edges of a spanning subgraph whose complement in the dual is a tree: the shortest-path tree plus the 2 g
 // edges that the cotree leaves over. `in_cut` is indexed by edge name.
@@ -46,9 +27,9 @@ void add_handle_edges(const SeamGraph& graph, const ShortestPaths& paths, std::v
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.weight > b.weight || (a.weight == b.weight && a.half_edge < b.half_edge);
   });
-  Sets sets(graph.triangle_count());
+  DisjointSets sets(graph.triangle_count());
   for (const Candidate& c : candidates)
-    if (!sets.unite(c.half_edge / 3, graph.opposite[c.half_edge] / 3)) in_cut[c.half_edge] = 1;
+    if (!sets.join(c.half_edge / 3, graph.opposite[c.half_edge] / 3)) in_cut[c.half_edge] = 1;
 }
 
 // Removes edges that end at an interior vertex with no other cut edge, again and again. Boundary loops are

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <stdexcept>
 
+#include "kernels/core/disjoint_sets.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/core/radix_sort.h"
@@ -27,26 +27,6 @@ Vector3 unit_or_zero(Vector3 v) {
 }
 
 std::size_t next_corner(std::size_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-
-// Sets of corners that share a normal.
-class CornerSets {
- public:
-  explicit CornerSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-  }
-  std::uint32_t find(std::uint32_t corner) {
-    while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
-    return corner;
-  }
-  // The least corner represents its set, whatever the order of the joins.
-  void join(std::size_t a, std::size_t b) {
-    const std::uint32_t ra = find(static_cast<std::uint32_t>(a)), rb = find(static_cast<std::uint32_t>(b));
-    parent_[std::max(ra, rb)] = std::min(ra, rb);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 }  // namespace
 
@@ -82,7 +62,7 @@ std::vector<double> crease_normals(std::span<const double> x, std::span<const do
   }
   radix_sort(edges, scratch);
   const double least_cosine = direction_of(parameters.crease_degrees * (std::numbers::pi / 180)).cosine;
-  CornerSets sets(corners);
+  DisjointSets sets(corners);  // corners that share a normal
   for (std::size_t begin = 0, end = 0; begin < corners; begin = end) {
     for (end = begin; end < corners && edges[end].key == edges[begin].key;) ++end;
     if (end - begin != 2) continue;
@@ -91,8 +71,8 @@ std::vector<double> crease_normals(std::span<const double> x, std::span<const do
     // Both half-edges begin at one vertex where neighbours are turned against each other.
     if (a / 3 == b / 3 || triangles[a] == triangles[b]) continue;
     if (dot(na, na) == 0 || dot(nb, nb) == 0 || dot(na, nb) < least_cosine) continue;
-    sets.join(a, next_corner(b));
-    sets.join(next_corner(a), b);
+    sets.join(a, static_cast<std::uint32_t>(next_corner(b)));
+    sets.join(static_cast<std::uint32_t>(next_corner(a)), b);
   }
 
   std::vector<Vector3> sums(corners);

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <queue>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/parallel_lanes.h"
+#include "kernels/core/radix_heap.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/intrinsic_delaunay.h"
 #include "kernels/solve/intrinsic_disk.h"
@@ -89,21 +88,19 @@ double extent_bound(const Laplacian& laplacian, const IntrinsicSurface& surface)
     if (a != b) length[cursor[a]++] = length[cursor[b]++] = surface.length[h];
   }
   std::vector<double> reached(surface.vertex_count, std::numeric_limits<double>::infinity());
-  using Entry = std::pair<double, std::uint32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  RadixHeap queue;
   reached[0] = 0;
-  queue.emplace(0.0, 0u);
+  queue.push(0, 0);
   double extent = 0;
   while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
+    const auto [d, v] = queue.pop();
     if (d > reached[v]) continue;
     extent = d;
     for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e) {
       const std::uint32_t to = laplacian.graph.neighbours[e];
       if (d + length[e] >= reached[to]) continue;
       reached[to] = d + length[e];
-      queue.emplace(reached[to], to);
+      queue.push(reached[to], to);
     }
   }
   return 2 * extent;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernels/cut/radix_heap.h"
+#include "kernels/core/radix_heap.h"
 
 namespace meander {
 

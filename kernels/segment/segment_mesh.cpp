@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "kernels/core/disjoint_sets.h"
 #include "kernels/mesh/components.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/segment/seeds.h"
@@ -27,21 +28,17 @@ std::vector<std::uint32_t> opposite_within(const PreparedMesh& mesh, std::span<c
   return opposite;
 }
 
-// Segments that join their neighbours: a union-find whose sets know their triangles.
+// Segments that join their neighbours, with the triangles of each.
 class Merger {
  public:
   Merger(const PreparedMesh& mesh, std::span<const double> length, std::span<const std::uint32_t> part,
          std::uint32_t parts)
-      : mesh_(mesh), length_(length), part_(part), parent_(parts), members_(parts) {
-    for (std::uint32_t p = 0; p < parts; ++p) parent_[p] = p;
+      : mesh_(mesh), length_(length), part_(part), sets_(parts), members_(parts) {
     for (std::uint32_t t = 0; t < part.size(); ++t) members_[part[t]].push_back(t);
     shared_.assign(parts, 0.0);
   }
 
-  std::uint32_t find(std::uint32_t part) {
-    while (parent_[part] != part) part = parent_[part] = parent_[parent_[part]];
-    return part;
-  }
+  std::uint32_t find(std::uint32_t part) { return sets_.find(part); }
 
   // The lower number, that of the part that begins first, stays.
   void merge_smaller_than(std::uint32_t min_triangles) {
@@ -54,11 +51,11 @@ class Merger {
     while (!small.empty()) {
       const auto [size, p] = small.top();
       small.pop();
-      if (parent_[p] != p || members_[p].size() != size) continue;
+      if (!sets_.is_representative(p) || members_[p].size() != size) continue;
       const std::uint32_t q = longest_border(p);
       if (q == no_index) continue;
       const std::uint32_t kept = std::min(p, q), gone = std::max(p, q);
-      parent_[gone] = kept;
+      sets_.join(kept, gone);
       if (members_[kept].size() < members_[gone].size()) members_[kept].swap(members_[gone]);
       members_[kept].insert(members_[kept].end(), members_[gone].begin(), members_[gone].end());
       members_[gone] = {};
@@ -89,7 +86,7 @@ class Merger {
   const PreparedMesh& mesh_;
   std::span<const double> length_;
   std::span<const std::uint32_t> part_;
-  std::vector<std::uint32_t> parent_;
+  DisjointSets sets_;
   std::vector<std::vector<std::uint32_t>> members_;
   std::vector<double> shared_;  // scratch: length of the boundary with each part
 };

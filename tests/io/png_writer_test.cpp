@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <system_error>
 
+#include "io/run_error.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -72,8 +72,8 @@ TEST_CASE("write_png: replaces a file and leaves nothing beside it") {
 
 TEST_CASE("write_png: a folder that is not there, and a folder in the way, are errors") {
   const ScratchFolder folder;
-  CHECK_THROWS_AS(write_png(folder / "no/a.png", gradient(2, 2)), std::system_error);
+  CHECK_THROWS_AS(write_png(folder / "no/a.png", gradient(2, 2)), RunError);
   std::filesystem::create_directories(folder / "taken/inside");
-  CHECK_THROWS_AS(write_png(folder / "taken", gradient(2, 2)), std::system_error);
+  CHECK_THROWS_AS(write_png(folder / "taken", gradient(2, 2)), RunError);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }

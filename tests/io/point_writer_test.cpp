@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <sstream>
-#include <system_error>
 
 #include "io/reading.h"
+#include "io/run_error.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -122,9 +122,9 @@ TEST_CASE("write_points: more than one buffer, and no point at all") {
 TEST_CASE("write_points: the old file stays when writing fails, and nothing else is left") {
   const ScratchFolder folder;
   REQUIRE_THROWS_AS(write_points(folder / "absent" / "a.xyz", PointFormat::xyz, three_samples(), {}),
-                    std::system_error);
+                    RunError);
   std::filesystem::create_directory(folder / "a.xyz");  // a name that no file can take
-  REQUIRE_THROWS_AS(write_points(folder / "a.xyz", PointFormat::xyz, three_samples(), {}), std::system_error);
+  REQUIRE_THROWS_AS(write_points(folder / "a.xyz", PointFormat::xyz, three_samples(), {}), RunError);
   REQUIRE(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
   write_points(folder / "b.xyz", PointFormat::xyz, three_samples(), {});
   write_points(folder / "b.xyz", PointFormat::xyz, {}, {});

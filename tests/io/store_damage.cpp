@@ -72,7 +72,7 @@ TEST_CASE("checksum of a file: the same for any number of threads, at the ends o
        {std::size_t{0}, std::size_t{511}, block, block + 1, 2 * block + 3, bytes.size()}) {
     std::ofstream(path, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(size));
-    const store::FileDescriptor file = store::open_file(path, O_RDONLY);
+    const FileDescriptor file = open_file(path, O_RDONLY);
     for (const std::size_t begin : {0, 512}) {
       const std::size_t skipped = std::min(begin, size);
       const std::uint32_t expected =

@@ -1,6 +1,5 @@
 // A full disk stops a run; nothing is lost, and with room again it goes on to the same bytes.
 #include <signal.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include "store_support.h"
+#include "support/small_disk.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -41,27 +41,6 @@ bool advance_new(const fs::path& store, const StoreHeader& header) {
   }
 }
 
-class SmallDisk {
- public:
-  explicit SmallDisk(const fs::path& folder) : folder_(folder) {
-    fs::create_directories(folder);
-    mounted_ = ::mount("tmpfs", folder.c_str(), "tmpfs", 0, "size=16k") == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount2(folder_.c_str(), MNT_DETACH);
-  }
-  bool mounted() const { return mounted_; }
-  void resize(std::uint64_t kilobytes) {
-    const std::string option = "size=" + std::to_string(kilobytes) + "k";
-    if (::mount("tmpfs", folder_.c_str(), "tmpfs", MS_REMOUNT, option.c_str()) != 0)
-      throw std::runtime_error("cannot resize the small disk");
-  }
-
- private:
-  fs::path folder_;
-  bool mounted_ = false;
-};
-
 // Runs body in a child; true when it returned true there.
 bool in_child(const std::function<bool()>& body) {
   const pid_t child = ::fork();
@@ -87,7 +66,7 @@ TEST_CASE("disk full: stopped at every stage, continued in the same process and 
     const ScratchFolder folder;
     int stops = 0;
     for (const bool same_process : {true, false}) {
-      SmallDisk disk(folder / "disk");
+      SmallDisk disk(folder / "disk", 16);
       if (!disk.mounted()) {
         WARN("skipped: only root can mount a small disk");
         return;

@@ -179,4 +179,14 @@ inline bool same(const Row& a, const Row& b) {
          s.barycentric == t.barycentric && s.curve_rank == t.curve_rank && s.density == t.density;
 }
 
+// The message and kind with which a run is refused; kind 0 unusable, 1 stopped, 2 not refused.
+inline std::pair<std::string, int> refusal(const std::filesystem::path& store, const StoreHeader& header) {
+  try {
+    const RunDirectory run(store, header);
+  } catch (const RunError& error) {
+    return {error.what(), error.kind() == RunError::Kind::stopped ? 1 : 0};
+  }
+  return {"", 2};
+}
+
 }  // namespace meander::test

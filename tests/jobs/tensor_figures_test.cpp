@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
 #include "support/mesh_files.h"

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "kernels/core/random.h"
-#include "kernels/cut/radix_heap.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/test_meshes.h"
 
@@ -241,25 +240,4 @@ TEST_CASE("add_seam: keeps a disk until no interior vertex is left") {
     check_disk_with_openmesh(mesh, chart);
     CHECK(chart.vertex_count() == chart.boundary_edges);  // nothing is left inside
   }
-}
-
-TEST_CASE("radix heap: takes keys out in ascending order while keys are added") {
-  RadixHeap heap;
-  heap.push(0, 0);
-  double last = 0;
-  std::uint32_t taken = 0, added = 1;
-  while (!heap.empty()) {
-    const RadixHeap::Entry entry = heap.pop();
-    REQUIRE(entry.key >= last);
-    last = entry.key;
-    ++taken;
-    for (int i = 0; i < 3 && added < 3000; ++i, ++added) {
-      const PhiloxBlock words = philox4x32({added, 1, 2, 3}, {4, 5});
-      // Equal keys, tiny steps and large steps.
-      const double step =
-          words[1] % 4 == 0 ? 0.0 : std::ldexp(unit_double(words[2], words[3]), -int(words[1] % 60));
-      heap.push(last + step, added);
-    }
-  }
-  CHECK(taken == added);
 }

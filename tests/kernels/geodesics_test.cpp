@@ -9,7 +9,7 @@
 #include <queue>
 #include <stdexcept>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/exact_geodesics.h"
 #include "kernels/core/random.h"

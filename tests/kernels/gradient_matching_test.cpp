@@ -7,7 +7,7 @@
 #include <functional>
 #include <numbers>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/flatten/chart_report.h"

@@ -106,3 +106,25 @@ TEST_CASE("integration_error: what cannot be is refused") {
   CHECK_THROWS_AS(prefix_integration_errors(two, descending, 0), std::invalid_argument);
   CHECK_THROWS_AS(prefix_integration_errors(two, beyond, 0), std::invalid_argument);
 }
+
+TEST_CASE(
+    "mean_estimate: of uniform samples the mean, else self-normalised, whatever the factor of the density") {
+  const std::vector<double> values{1, 2, 6};
+  CHECK(mean_estimate(values) == 3);
+  for (const double factor : {1.0, 0.25}) {
+    const std::vector<double> density{factor * 1, factor * 2, factor * 4};
+    CHECK(mean_estimate(values, density) == Approx((1 + 2 / 2.0 + 6 / 4.0) / (1 + 1 / 2.0 + 1 / 4.0)));
+  }
+  CHECK_THROWS_AS(mean_estimate({}), std::invalid_argument);
+  CHECK_THROWS_AS(mean_estimate(values, std::vector<double>{1, 2}), std::invalid_argument);
+  CHECK_THROWS_AS(mean_estimate(values, std::vector<double>{1, 0, 2}), std::invalid_argument);
+}
+
+TEST_CASE("summarise_errors: root mean square, largest, and deviation about the mean") {
+  const ErrorSummary summary = summarise_errors(std::vector<double>{-3, 1, 2});
+  CHECK(summary.rms == Approx(std::sqrt(14.0 / 3)));
+  CHECK(summary.largest == 3);
+  CHECK(summary.standard_deviation == Approx(std::sqrt(7.0)));
+  CHECK(summarise_errors(std::vector<double>{-2}).standard_deviation == 0);
+  CHECK_THROWS_AS(summarise_errors({}), std::invalid_argument);
+}

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/file/atomic_file.h"
 #include "io/plot/plot_table.h"
 #include "io/plot/png_writer.h"
 #include "io/table/csv_writer.h"
-#include "io/whole_file.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/core/status.h"
 
@@ -32,14 +32,14 @@ void FigureSet::begin(const std::string& heading) {
 }
 
 void FigureSet::plot(const std::string& stem, const Plot& plot, const std::string& caption) {
-  write_whole_file(file(stem + ".svg"), svg_plot(plot));
-  write_whole_file(file(stem + ".csv"), csv_text(plot_table(plot)));
+  replace_file(file(stem + ".svg"), svg_plot(plot));
+  replace_file(file(stem + ".csv"), csv_text(plot_table(plot)));
   page.figures.back().images.push_back({stem + ".svg", plot.title, caption});
   page.figures.back().data.push_back(stem + ".csv");
 }
 
 void FigureSet::drawing(const std::string& stem, const std::string& svg, const std::string& caption) {
-  write_whole_file(file(stem + ".svg"), svg);
+  replace_file(file(stem + ".svg"), svg);
   page.figures.back().images.push_back({stem + ".svg", caption, caption});
 }
 
@@ -49,13 +49,13 @@ void FigureSet::picture(const std::string& stem, const RgbImage& image, const st
 }
 
 void FigureSet::table(const std::string& stem, const std::string& caption, const Table& table) {
-  write_whole_file(file(stem + ".csv"), csv_text(table));
+  replace_file(file(stem + ".csv"), csv_text(table));
   page.figures.back().tables.push_back({caption, table});
   page.figures.back().data.push_back(stem + ".csv");
 }
 
 void FigureSet::data(const std::string& name, const std::string& bytes) {
-  write_whole_file(file(name), bytes);
+  replace_file(file(name), bytes);
   page.figures.back().data.push_back(name);
 }
 

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "io/mesh/mapped_file.h"
+#include "io/file/atomic_file.h"
+#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
-#include "io/whole_file.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -127,7 +127,7 @@ int draw_figures(const FiguresOptions& options) {
   figures.page.footer =
       fmt::format("meander {}, seed {}{}", meander_version, options.seed, options.quick ? ", --quick" : "");
   const fs::path page = fs::path(options.folder) / "index.html";
-  write_whole_file(page, html_page(figures.page));
+  replace_file(page, html_page(figures.page));
   fmt::print("{} figures in {}, {:.0f} s\n", figures.page.figures.size(), page.string(), seconds());
   return exit_done;
 }

@@ -1,4 +1,4 @@
-// Internal to io/mesh: a file opened for reading.
+// A file of an item, opened for reading.
 #pragma once
 
 #include <cstddef>
@@ -6,25 +6,27 @@
 #include <filesystem>
 #include <string>
 
+#include "io/file/file_descriptor.h"
+
 namespace meander {
 
 // Throws ItemError(unreadable) with the system's reason, or when it is not a regular file. `bytes` is the
 // size when it was opened.
-class OpenFile {
+class InputFile {
  public:
-  explicit OpenFile(const std::filesystem::path& path);
-  ~OpenFile();
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
+  explicit InputFile(const std::filesystem::path& path);
 
-  int descriptor() const { return descriptor_; }
+  const FileDescriptor& descriptor() const { return file_; }
   std::uint64_t bytes() const { return bytes_; }
   // Up to `count` bytes from `offset`; fewer at the end of the file. Throws ItemError(unreadable).
   std::string read(std::uint64_t offset, std::size_t count) const;
 
  private:
-  int descriptor_ = -1;
+  FileDescriptor file_;
   std::uint64_t bytes_ = 0;
 };
+
+// "the file cannot be <done>: <what the system says>", as the reason of a row.
+[[noreturn]] void throw_unreadable(const char* done, int error);
 
 }  // namespace meander

@@ -1,0 +1,42 @@
+#include "jobs/run_report.h"
+
+#include "io/file/read_file.h"
+#include "io/item_id.h"
+#include "io/json/json_reader.h"
+#include "io/run_error.h"
+
+namespace meander {
+
+namespace {
+
+// What `read` returns, a default value where it throws.
+template <class Read>
+auto or_nothing(const Read& read) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const RunError&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+RunReport read_run_report(const std::filesystem::path& store) {
+  using std::chrono::nanoseconds, std::chrono::system_clock;
+  std::filesystem::path path = store;
+  path += ".run.json";
+  const auto report = or_nothing([&]() -> std::optional<JsonObject> {
+    const std::optional<std::string> text = content_if_exists(path);
+    if (!text) return std::nullopt;
+    return JsonObject(*text, path.string());
+  });
+  RunReport known;
+  if (!report) return known;
+  known.root = unescape_id(or_nothing([&] { return report->text("root"); }).value_or(""));
+  if (const auto since = or_nothing([&] { return report->integer("inputs_read_since_unix_ns"); }))
+    known.inputs_read_since =
+        system_clock::time_point(std::chrono::duration_cast<system_clock::duration>(nanoseconds(*since)));
+  return known;
+}
+
+}  // namespace meander

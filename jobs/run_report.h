@@ -1,0 +1,20 @@
+// What STORE.run.json, which a run writes beside its store (run_summary.h), tells a later command.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace meander {
+
+struct RunReport {
+  std::string root;  // of the ids of lists; empty: not known
+  std::optional<std::chrono::system_clock::time_point> inputs_read_since;
+};
+
+// Nothing here is worth an error: a report that is missing, damaged or not written by Meander says nothing,
+// and a member of another type as little.
+RunReport read_run_report(const std::filesystem::path& store);
+
+}  // namespace meander

@@ -1,0 +1,130 @@
+// Runs that must not begin or go on, and what is said of them.
+#include <catch2/catch.hpp>
+
+#include "store_support.h"
+
+using namespace meander;
+using namespace meander::test;
+namespace fs = std::filesystem;
+
+TEST_CASE("run: other parameters and other items are refused by name") {
+  const StoreHeader header = make_header(20, 4);
+  const ScratchFolder folder;
+  {
+    RunDirectory run(folder / "s.h5", header);
+    run.end_item(make_encoded(header, 3));
+  }
+  const auto message = [&](const std::function<void(StoreHeader&)>& change) {
+    StoreHeader other = header;
+    change(other);
+    const auto [text, kind] = refusal(folder / "s.h5", other);
+    CHECK(kind == 0);
+    return text;
+  };
+  using Catch::Contains;
+  CHECK_THAT(message([](StoreHeader& h) { h.samples = 5; }),
+             Contains("number of samples was 4, now it is 5"));
+  CHECK_THAT(message([](StoreHeader& h) { h.seed = 8; }), Contains("seed was 7, now it is 8"));
+  CHECK_THAT(message([](StoreHeader& h) { h.order = "curve"; }),
+             Contains("order was progressive, now it is curve"));
+  CHECK_THAT(message([](StoreHeader& h) { h.compression = Compression::none; }),
+             Contains("compression was default"));
+  CHECK_THAT(message([](StoreHeader& h) {
+               h.parameters_json = R"({"density":"mean","describe":["d2"],"method":"conformal"})";
+             }),
+             Contains(R"(parameter "density" was "uniform", now it is "mean")"));
+  CHECK_THAT(message([](StoreHeader& h) {
+               h.parameters_json = R"({"density":"uniform","describe":["d2","a,:}3"],"method":"conformal"})";
+             }),
+             Contains(R"(parameter "describe" was ["d2"], now it is ["d2","a,:}3"])"));
+  CHECK_THAT(
+      message([](StoreHeader& h) { h.parameters_json = R"({"density":"uniform","describe":["d2"]})"; }),
+      Contains(R"(parameter "method" was "conformal" and is not given now)"));
+  CHECK_THAT(message([](StoreHeader& h) {
+               h.parameters_json =
+                   R"({"a":{"b":[1,{"c":2}]},"density":"uniform","describe":["d2"],"method":"conformal"})";
+             }),
+             Contains(R"(parameter "a" was not given, now it is {"b":[1,{"c":2}]})"));
+  CHECK_THAT(message([](StoreHeader& h) { h.descriptors.pop_back(); }),
+             Contains("were d2(64), a3(5), now they are d2(64)"));
+  CHECK_THAT(message([](StoreHeader& h) { h.descriptors[1].attributes[0].second = "other"; }),
+             Contains("bins of descriptor a3"));
+  CHECK_THAT(message([](StoreHeader& h) { h.labels[2] = 99; }), Contains("label of \"class/m0000002.off\""));
+  CHECK_THAT(message([](StoreHeader& h) { h.splits[2] = Split::none; }),
+             Contains("split of \"class/m0000002.off\" was test, now it is none"));
+  CHECK_THAT(message([](StoreHeader& h) { h.label_names.pop_back(); }), Contains("names of the classes"));
+  CHECK_THAT(message([](StoreHeader& h) {
+               h.ids.erase(h.ids.begin() + 4, h.ids.begin() + 6);
+               h.labels.resize(h.ids.size());
+               h.splits.resize(h.ids.size());
+             }),
+             Contains("2 gone (the first is \"class/m0000004.off\")"));
+  CHECK_THAT(
+      message([](StoreHeader& h) {
+        h.ids.front() = "a.off";
+        h.ids.push_back("zebra.off");
+        h.labels.push_back(0);
+        h.splits.push_back(Split::none);
+      }),
+      Contains("1 gone (the first is \"class/m0000000-long-name.off\"), 2 new (the first is \"a.off\")"));
+  CHECK(refusal(folder / "s.h5", header).second == 2);
+}
+
+TEST_CASE("run: a damaged plan is refused at every byte") {
+  const StoreHeader header = make_header(2, 4);
+  const ScratchFolder folder;
+  { const RunDirectory run(folder / "s.h5", header); }
+  const fs::path plan = folder / "s.h5.run/plan.bin";
+  const std::string bytes = read_file(plan);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
+    write_file(plan, damaged);
+    CHECK(refusal(folder / "s.h5", header).second == 0);
+    write_file(plan, bytes.substr(0, i));
+    CHECK(refusal(folder / "s.h5", header).second == 0);
+  }
+}
+
+TEST_CASE("run: a folder that is not there is unusable") {
+  const ScratchFolder folder;
+  const auto [message, kind] = refusal(folder / "nowhere/s.h5", make_header(2, 4));
+  CHECK(kind == 0);
+  CHECK_THAT(message, Catch::Contains("No such file or directory"));
+}
+
+TEST_CASE("run: headers and rows that contradict themselves are bugs of ours") {
+  const ScratchFolder folder;
+  StoreHeader header = make_header(4, 2);
+  std::swap(header.ids[1], header.ids[2]);
+  CHECK_THROWS_AS(RunDirectory(folder / "s.h5", header), ItemError);
+  header = make_header(4, 2);
+  header.ids[1] = header.ids[0];
+  CHECK_THROWS_AS(RunDirectory(folder / "s.h5", header), ItemError);
+  header = make_header(4, 2);
+  header.labels.pop_back();
+  CHECK_THROWS_AS(RunDirectory(folder / "s.h5", header), ItemError);
+  header = make_header(4, 0);
+  CHECK_THROWS_AS(RunDirectory(folder / "s.h5", header), ItemError);
+  header = make_header(4, 2);
+  RunDirectory run(folder / "s.h5", header);
+  CHECK_THROWS_AS(run.begin_item(4), ItemError);
+  CHECK_THROWS_AS(run.done(4), ItemError);
+  CHECK_THROWS_AS(run.status(0), ItemError);
+  CHECK_THROWS_AS(run.finish(), ItemError);
+  EncodedRow encoded = make_encoded(header, 1);
+  encoded.row = 2;
+  CHECK_THROWS_AS(run.end_item(encoded), ItemError);
+}
+
+TEST_CASE("run: links that lead nowhere are refused at once") {
+  const ScratchFolder folder;
+  const StoreHeader header = make_header(5, 2);
+  fs::create_symlink(folder / "nowhere", folder / "s.h5.run");
+  const auto [message, kind] = refusal(folder / "s.h5", header);
+  CHECK(kind == 0);
+  CHECK_THAT(message, Catch::Contains("s.h5.run") && Catch::Contains("No such file"));
+  fs::create_directory(folder / "t.h5.run");
+  fs::create_symlink(folder / "none/nowhere", folder / "t.h5.run/lock");
+  CHECK_THAT(refusal(folder / "t.h5", header).first, Catch::Contains("t.h5.run/lock"));
+}
