@@ -1,0 +1,162 @@
+#include "jobs/describe_options.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <map>
+
+#include "io/parameters_text.h"
+#include "jobs/command_line.h"
+#include "jobs/parameter_table.h"
+#include "jobs/store_items.h"
+#include "jobs/units.h"
+#include "meander_version.h"
+
+namespace meander {
+
+namespace {
+
+bool has(const std::vector<Descriptor>& list, Descriptor descriptor) {
+  return std::find(list.begin(), list.end(), descriptor) != list.end();
+}
+
+struct Described {
+  Descriptor descriptor;
+  bool now;  // by this job, or in the store already
+};
+
+// A parameter of some descriptors: one value where all that it matters to agree, else one for each.
+void merge_parameter(std::map<std::string, std::string>& members, const char* name, const std::string& value,
+                     const std::vector<Described>& described, bool (*matters)(Descriptor)) {
+  std::map<std::string, std::string> values, before;
+  const std::string old = members.contains(name) ? members[name] : value;
+  if (old.starts_with('{')) before = split_members(old);
+  for (const Described& d : described) {
+    if (!matters(d.descriptor)) continue;
+    const std::string key(name_of(d.descriptor));
+    values[key] = d.now ? value : before.contains(key) ? before[key] : old;
+  }
+  const bool one = std::all_of(values.begin(), values.end(),
+                               [&](const auto& v) { return v.second == values.begin()->second; });
+  members[name] = values.empty() ? value : one ? values.begin()->second : join_members(values);
+}
+
+// The parameters of `meander run --describe` with what is described now added.
+std::string described_parameters(const StoreReader& store, const std::vector<DescriptorSchema>& schemas,
+                                 const DescribeParameters& describe) {
+  std::map<std::string, std::string> members = split_members(store.parameters_json());
+  std::vector<Described> described;
+  std::string names;
+  for (const DescriptorSchema& schema : schemas) {
+    if (schema.group != "descriptors") continue;
+    if (schema.name == geodesic_disconnected_name) continue;  // comes with geodesic
+    names += (names.empty() ? "" : ",") + schema.name;
+    const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), schema.name);
+    if (at == descriptor_names.end()) continue;  // of a later program
+    const auto descriptor = static_cast<Descriptor>(at - descriptor_names.begin());
+    described.push_back({descriptor, has(describe.descriptors, descriptor)});
+  }
+  members["describe"] = "\"" + names + "\"";
+  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described, has_bins);
+  merge_parameter(members, "descriptor_scale",
+                  describe.scale == HistogramScale::mean ? "\"mean\"" : "\"largest\"", described,
+                  takes_scale);
+  merge_parameter(members, "geodesic_sources", fmt::format("{}", describe.geodesic_sources), described,
+                  [](Descriptor d) { return d == Descriptor::geodesic; });
+  return join_members(members);
+}
+
+}  // namespace
+
+StoreHeader described_header(const StoreReader& store, const DescribeOptions& options) {
+  StoreHeader header = store.header();
+  header.descriptors.clear();
+  std::vector<DescriptorSchema> added = schemas_of(options.describe);
+  if (store.tool_version() != meander_version)
+    for (DescriptorSchema& schema : added) schema.attributes.emplace_back("tool_version", meander_version);
+  // Those of the store keep their places; measures of the samples come last.
+  std::vector<DescriptorSchema> measures;
+  for (const DescriptorSchema& old : store.descriptors()) {
+    if (old.group != "descriptors") {
+      measures.push_back(old);
+      continue;
+    }
+    const auto again = std::find_if(added.begin(), added.end(),
+                                    [&](const DescriptorSchema& schema) { return schema.name == old.name; });
+    if (again != added.end() && !options.replace)
+      throw UsageError(fmt::format("`{}` has the descriptor {} already (--replace computes it again)",
+                                   options.store, old.name));
+    header.descriptors.push_back(again == added.end() ? old : *again);
+    if (again != added.end()) added.erase(again);
+  }
+  header.descriptors.insert(header.descriptors.end(), added.begin(), added.end());
+  header.descriptors.insert(header.descriptors.end(), measures.begin(), measures.end());
+  header.parameters_json = described_parameters(store, header.descriptors, options.describe);
+  return header;
+}
+
+void resolve_describe_options(DescribeOptions& options) {
+  std::vector<std::string> problems;
+  DescribeParameters& describe = options.describe;
+  describe.descriptors = parse_descriptors("--descriptors", options.descriptors, problems);
+  if (options.descriptors.empty())
+    problems.push_back(fmt::format("describe needs --descriptors: one or more of {}, separated by commas",
+                                   fmt::join(descriptor_names, ", ")));
+  const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
+  if (problems.empty() && meshes && options.inputs.empty())
+    problems.push_back(
+        "geodesic and basics need the meshes, and a store does not keep their paths: give the inputs of the "
+        "run behind the store (meander describe STORE INPUT... --descriptors ...)");
+  if (problems.empty() && !meshes && !options.inputs.empty())
+    problems.push_back(
+        fmt::format("{} need no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
+  if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
+  try {
+    options.memory_bytes = parse_bytes(options.memory);
+  } catch (const UsageError& error) {
+    problems.push_back(std::string("--memory: ") + error.what());
+  }
+  try {
+    options.timeout_seconds = parse_seconds(options.timeout);
+  } catch (const UsageError& error) {
+    problems.push_back(std::string("--timeout: ") + error.what());
+  }
+  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+void add_describe_command(Command& program, DescribeOptions& options) {
+  Command command =
+      program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
+  command.add_option("STORE", options.store, "The store; it is replaced as a whole at the end").required();
+  command.add_option("INPUT", options.inputs,
+                     "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
+  command.add_option("--descriptors", options.descriptors,
+                     "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
+  command.add_option("-o,--output", options.output, "Write to this store instead");
+  ParameterTable unused;  // the new header takes its parameters from those of the store
+  add_descriptor_shape_options(command, unused, options.shape, options.describe);
+  command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has");
+  add_list_options(command, options.collect);
+  Command running = command.under("Running");
+  running.add_flag("--fresh", options.fresh,
+                   "Discard the unfinished work of an earlier describe (and OUTPUT)");
+  add_trust_option(running, options.check);
+  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  running.add_option("--memory", options.memory, "Memory budget of the whole process").show_default();
+  running.add_flag("--allow-oversize", options.allow_oversize,
+                   "Process a model that exceeds the memory budget, on its own");
+  running.add_option("--timeout", options.timeout, "Time limit per model; 0: none").show_default();
+  Command report = command.under("Report");
+  report
+      .add_option("--progress", options.progress,
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"});
+  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+}
+
+}  // namespace meander

@@ -1,0 +1,40 @@
+// The command line of `meander describe`, and the header of the store that it makes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+#include "jobs/descriptor_choice.h"
+#include "jobs/input_options.h"
+#include "jobs/jobs.h"
+#include "kernels/describe/describe_samples.h"
+
+namespace meander {
+
+struct DescribeOptions {
+  std::string store, output, descriptors, memory = "4G", timeout = "120s", progress = "auto";
+  std::vector<std::string> inputs;
+  InputOptions collect;  // how the inputs are read
+  DescribeParameters describe;
+  int threads = 0;
+  std::uint64_t memory_bytes = 0;
+  std::uint64_t model_bytes = 0;  // of memory_bytes
+  double timeout_seconds = 0;
+  DescriptorShapeOptions shape;
+  bool replace = false, fresh = false, allow_oversize = false, json = false;
+  StoreCheck check = StoreCheck::every_byte;
+};
+
+// Adds the subcommand; its options are written to `options` when the command line is parsed.
+void add_describe_command(Command& program, DescribeOptions& options);
+
+// Parses what the options say in words. Throws UsageError with all that is wrong.
+void resolve_describe_options(DescribeOptions& options);
+
+// The header of `store` with the descriptors of this job added. Throws UsageError where one is there already
+// and is not to be replaced.
+StoreHeader described_header(const StoreReader& store, const DescribeOptions& options);
+
+}  // namespace meander

@@ -1,0 +1,133 @@
+#include "jobs/describe_stages.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "io/digest.h"
+#include "io/store/crc32c.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "pipeline/memory_estimate.h"
+
+namespace meander {
+
+namespace {
+
+void read_row(const Describer& describer, const StoreReader& store, GraphItem& item) {
+  Row& row = item.model.row;
+  row = store.read_row(item.plan->row);
+  if (row.report.status == Status::ok &&
+      crc32c(std::span<const float>(row.samples.points)) != row.report.points_crc32c)
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("the points of row {} are not those that were written: see meander verify",
+                               item.plan->row));
+  item.file_bytes = std::uint64_t{12} * describer.header.samples;
+  item.model.key = make_random_key(describer.header.seed, row.report.content_sha256);
+}
+
+// The mesh must be the file that was sampled.
+void read_mesh_of_row(const Describer& describer, GraphItem& item) {
+  const PlanItem& plan = *item.plan;
+  if (!plan.known_format)
+    throw ItemError(Status::unsupported_format, "`" + plan.path.string() + "` is no mesh file");
+  MeshEstimate estimate;
+  PolygonMesh& mesh = item.model.file;
+  {
+    const MappedFile file(plan.path);
+    if (sha256(file.bytes()) != item.model.row.report.content_sha256)
+      throw ItemError(Status::unreadable,
+                      "`" + plan.path.string() + "` is not the file that was sampled: its SHA-256 differs");
+    mesh = read_mesh(file.bytes(), plan.format, item.model.cancel);
+    item.file_bytes = estimate.file_bytes = file.bytes().size();
+  }
+  estimate.vertices = mesh.vertex_count();
+  const std::size_t corners = mesh.corners.size(), polygons = mesh.polygon_count();
+  estimate.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  const std::uint64_t needed =
+      estimate_bytes(estimate, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
+  if (needed > describer.memory_bytes && !describer.allow_oversize)
+    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
+                                                   "(raise it, or --allow-oversize)",
+                                                   needed >> 20, describer.memory_bytes >> 20));
+  if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+}
+
+void prepare(GraphItem& item) {
+  Model& model = item.model;
+  model.surface = prepare_mesh(model.file, model.cancel);
+  model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples);
+}
+
+// New descriptors come after those that the row has.
+void describe(const DescribeParameters& parameters, GraphItem& item) {
+  Model& model = item.model;
+  for (DescriptorRow& made :
+       describe_samples(model.surface, model.row.samples, model.key, parameters, model.cancel))
+    model.row.descriptors.push_back(std::move(made));
+}
+
+// The columns of the header, in order: the newest of each name, 0 for one that could not be made.
+void arrange_descriptors(const Describer& describer, GraphItem& item) {
+  std::vector<DescriptorRow>& present = item.model.row.descriptors;
+  std::vector<DescriptorRow> arranged;
+  for (const DescriptorSchema& schema : describer.header.descriptors) {
+    const auto newest = std::find_if(present.rbegin(), present.rend(),
+                                     [&](const DescriptorRow& d) { return d.name == schema.name; });
+    if (newest == present.rend())
+      arranged.push_back({schema.name, std::vector<float>(schema.width, 0.0f)});
+    else
+      arranged.push_back(std::move(*newest));
+  }
+  present = std::move(arranged);
+}
+
+// Descriptors that this job makes replace those of the store, also where they cannot be made.
+void drop_replaced(const Describer& describer, GraphItem& item) {
+  std::erase_if(item.model.row.descriptors, [&](const DescriptorRow& d) { return describer.makes(d.name); });
+}
+
+GraphStage reading_row(const Describer& describer, const StoreReader& store) {
+  return {"read_row", [&](GraphItem& item) {
+            read_row(describer, store, item);
+            drop_replaced(describer, item);
+          }};
+}
+
+}  // namespace
+
+bool Describer::makes(std::string_view name) const {
+  const auto named = [&](Descriptor descriptor) { return makes_row(descriptor, name); };
+  const auto &of_points = points.describe.descriptors, &of_meshes = meshes.describe.descriptors;
+  return std::any_of(of_points.begin(), of_points.end(), named) ||
+         std::any_of(of_meshes.begin(), of_meshes.end(), named);
+}
+
+GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store) {
+  return {reading_row(describer, store),
+          {"read_mesh", [&](GraphItem& item) { read_mesh_of_row(describer, item); }},
+          {"prepare_mesh", prepare},
+          {"describe_shape", [&](GraphItem& item) {
+             describe(describer.meshes.describe, item);
+             describe(describer.points.describe, item);
+             arrange_descriptors(describer, item);
+           }}};
+}
+
+GraphStages stages_with_points(const Describer& describer, const StoreReader& store,
+                               std::function<void(const GraphItem&, Failure)> failed) {
+  return {reading_row(describer, store),
+          {"describe_shape", [&describer, failed = std::move(failed)](GraphItem& item) {
+             try {
+               describe(describer.points.describe, item);
+             } catch (const RunCancelled&) {
+               throw;
+             } catch (...) {
+               failed(item, current_failure("describe_shape"));
+             }
+             arrange_descriptors(describer, item);
+           }}};
+}
+
+}  // namespace meander
