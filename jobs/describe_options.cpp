@@ -5,15 +5,19 @@
 
 #include <algorithm>
 #include <map>
+#include <system_error>
 
 #include "io/parameters_text.h"
 #include "jobs/command_line.h"
+#include "jobs/output_guard.h"
 #include "jobs/parameter_table.h"
 #include "jobs/store_items.h"
 #include "jobs/units.h"
 #include "meander_version.h"
 
 namespace meander {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -124,6 +128,34 @@ void resolve_describe_options(DescribeOptions& options) {
   }
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options) {
+  const fs::path unfinished = options.store + ".run";
+  if (!fs::exists(options.store) && fs::exists(unfinished))
+    throw UsageError("`" + options.store + "` is not finished: repeat the `meander` command that began it");
+  auto store = std::make_unique<StoreReader>(options.store, options.check);
+  if (store->content() == StoreContent::surfaces && !options.inputs.empty())
+    throw UsageError("`" + options.store +
+                     "` is a store of parametric surfaces: there are no meshes for geodesic and basics");
+  return store;
+}
+
+fs::path described_output(const DescribeOptions& options) {
+  std::error_code none;
+  const bool in_place = options.output.empty() || fs::equivalent(options.output, options.store, none);
+  return in_place ? options.store : options.output;
+}
+
+void check_described_output(const DescribeOptions& options, std::span<const fs::path> files_read) {
+  const fs::path output = described_output(options);
+  const bool in_place = output == fs::path(options.store);
+  OutputGuard guard;
+  guard.protect(files_read);
+  if (!in_place) guard.protect(options.store, "the store itself");
+  check_store_output(output, options.fresh, guard);
+  if (!in_place && !options.fresh && fs::exists(output))
+    throw UsageError("`" + output.string() + "` exists (--fresh replaces it)");
 }
 
 void add_describe_command(Command& program, DescribeOptions& options) {

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +35,17 @@ void add_describe_command(Command& program, DescribeOptions& options);
 
 // Parses what the options say in words. Throws UsageError with all that is wrong.
 void resolve_describe_options(DescribeOptions& options);
+
+// Opens the store to be described. Throws UsageError where it is not finished, or has no meshes and inputs
+// are given; RunError where it is damaged.
+std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options);
+
+// Where the described store goes: --output, or the place of the store itself.
+std::filesystem::path described_output(const DescribeOptions& options);
+
+// Throws UsageError when the output must not be replaced; files_read: the inputs of the command.
+void check_described_output(const DescribeOptions& options,
+                            std::span<const std::filesystem::path> files_read);
 
 // The header of `store` with the descriptors of this job added. Throws UsageError where one is there already
 // and is not to be replaced.

@@ -8,6 +8,8 @@
 
 #include "io/digest.h"
 #include "io/store/crc32c.h"
+#include "io/store/row_codec.h"
+#include "jobs/inputs.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "pipeline/memory_estimate.h"
 
@@ -23,8 +25,8 @@ void read_row(const Describer& describer, const StoreReader& store, GraphItem& i
     throw RunError(RunError::Kind::unusable,
                    fmt::format("the points of row {} are not those that were written: see meander verify",
                                item.plan->row));
-  item.file_bytes = std::uint64_t{12} * describer.header.samples;
-  item.model.key = make_random_key(describer.header.seed, row.report.content_sha256);
+  item.file_bytes = std::uint64_t{12} * describer.header->samples;
+  item.model.key = make_random_key(describer.header->seed, row.report.content_sha256);
 }
 
 // The mesh must be the file that was sampled.
@@ -72,7 +74,7 @@ void describe(const DescribeParameters& parameters, GraphItem& item) {
 void arrange_descriptors(const Describer& describer, GraphItem& item) {
   std::vector<DescriptorRow>& present = item.model.row.descriptors;
   std::vector<DescriptorRow> arranged;
-  for (const DescriptorSchema& schema : describer.header.descriptors) {
+  for (const DescriptorSchema& schema : describer.header->descriptors) {
     const auto newest = std::find_if(present.rbegin(), present.rend(),
                                      [&](const DescriptorRow& d) { return d.name == schema.name; });
     if (newest == present.rend())
@@ -96,6 +98,36 @@ GraphStage reading_row(const Describer& describer, const StoreReader& store) {
 }
 
 }  // namespace
+
+Describer make_describer(const StoreHeader& header, const DescribeParameters& describe) {
+  SampleParameters parameters = parameters_for("direct");  // nothing is flattened here, no ray is cast
+  set_samples(parameters, header.samples);
+  parameters.describe = describe;
+  const std::vector<std::string> problems = validate(parameters);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  Describer describer;
+  describer.header = &header;
+  describer.points = describer.meshes = parameters;
+  describer.points.describe.descriptors.clear();
+  describer.meshes.describe.descriptors.clear();
+  for (const Descriptor descriptor : describe.descriptors)
+    (needs_mesh(descriptor) ? describer.meshes : describer.points).describe.descriptors.push_back(descriptor);
+  return describer;
+}
+
+SampleParameters Describer::all() const {
+  SampleParameters both = points;
+  const std::vector<Descriptor>& more = meshes.describe.descriptors;
+  both.describe.descriptors.insert(both.describe.descriptors.end(), more.begin(), more.end());
+  return both;
+}
+
+void DescribedRows::write(const EncodedRow& row) {
+  const auto record = store::read_record_header(row.bytes);
+  if (record && record->status == Status::ok) return directory_.end_item(row);
+  if (last_round_)
+    throw RunError(RunError::Kind::stopped, "row " + std::to_string(row.row) + " could not be encoded again");
+}
 
 bool Describer::makes(std::string_view name) const {
   const auto named = [&](Descriptor descriptor) { return makes_row(descriptor, name); };

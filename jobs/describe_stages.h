@@ -12,15 +12,20 @@ namespace meander {
 
 // What every row is described with; shared by all threads.
 struct Describer {
-  const StoreHeader& header;
+  const StoreHeader* header = nullptr;
   SampleParameters points, meshes;  // the descriptors that need the samples alone, and the others
   std::uint64_t memory_bytes = 0;   // for models
   bool allow_oversize = false;
 
   bool uses_meshes() const { return !meshes.describe.descriptors.empty(); }
+  // The descriptors of both.
+  SampleParameters all() const;
   // Whether a column of that name comes from this job.
   bool makes(std::string_view name) const;
 };
+
+// The header must outlive the describer. Throws UsageError when the parameters are not valid.
+Describer make_describer(const StoreHeader& header, const DescribeParameters& describe);
 
 // From a row of `store` to the row with all descriptors of the header, mesh and all. A stage that throws ends
 // the item: it is to be tried again without its mesh.
@@ -30,5 +35,17 @@ GraphStages stages_with_meshes(const Describer& describer, const StoreReader& st
 // a row whose samples could not be described; called from many threads.
 GraphStages stages_with_points(const Describer& describer, const StoreReader& store,
                                std::function<void(const GraphItem&, Failure)> failed);
+
+// Records finished rows. Rows that failed are left for another round, unless this is the last.
+class DescribedRows final : public RowSink {
+ public:
+  DescribedRows(RunDirectory& directory, bool last_round) : directory_(directory), last_round_(last_round) {}
+  void begin(std::uint64_t row) override { directory_.begin_item(row); }
+  void write(const EncodedRow& row) override;
+
+ private:
+  RunDirectory& directory_;
+  bool last_round_;
+};
 
 }  // namespace meander

@@ -2,9 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "io/json_writer.h"
+#include "jobs/descriptor_choice.h"
 
 namespace meander {
+
+void RowProblems::add(std::uint64_t row, Failure problem) {
+  const std::lock_guard lock(mutex_);
+  by_row_.try_emplace(row, std::move(problem));
+}
+
+std::optional<Failure> RowProblems::of(std::uint64_t row) const {
+  const std::lock_guard lock(mutex_);
+  const auto at = by_row_.find(row);
+  return at == by_row_.end() ? std::nullopt : std::optional(at->second);
+}
 
 void print_describe_summary(const DescribeSummary& summary, bool as_json) {
   std::string names;
@@ -47,6 +61,25 @@ void print_describe_summary(const DescribeSummary& summary, bool as_json) {
   }
   if (summary.problems.size() > most_shown)
     fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - most_shown);
+}
+
+void add_earlier_problems(const StoreReader& store, const Describer& describer,
+                          std::span<const std::uint64_t> rows, RowProblems& problems) {
+  if (rows.empty()) return;
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors" || !describer.makes(schema.name)) continue;
+    if (schema.name == geodesic_disconnected_name) continue;  // most are 0
+    const bool may_be_zero = schema.name == name_of(Descriptor::geodesic);
+    constexpr std::uint64_t block = 4096;
+    for (auto row = rows.begin(); row != rows.end();) {
+      const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);
+      const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
+      for (; row != rows.end() && *row < begin + count; ++row)
+        if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)) &&
+            !(may_be_zero && store.report(*row).components > 1))
+          problems.add(*row, {Status::unreadable, "failed before the job was interrupted"});
+    }
+  }
 }
 
 }  // namespace meander

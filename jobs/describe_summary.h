@@ -3,13 +3,30 @@
 
 #include <cstdint>
 #include <map>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "jobs/describe_stages.h"
 #include "kernels/core/failure.h"
 #include "kernels/describe/describe_samples.h"
 
 namespace meander {
+
+// Why rows could not be described completely: the first reason of each. add and of may be called from many
+// threads.
+class RowProblems {
+ public:
+  void add(std::uint64_t row, Failure problem);
+  std::optional<Failure> of(std::uint64_t row) const;
+  // Once no thread adds any more.
+  const std::map<std::uint64_t, Failure>& all() const { return by_row_; }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, Failure> by_row_;
+};
 
 struct DescribeSummary {
   std::string store;
@@ -19,6 +36,11 @@ struct DescribeSummary {
   std::uint64_t not_ok = 0;                          // rows without samples
   double seconds = 0;
 };
+
+// Adds the rows that an earlier start of the job ended without their descriptors: those of `rows` (ascending)
+// whose values are all 0. A geodesic histogram of several components may rightly be all 0.
+void add_earlier_problems(const StoreReader& store, const Describer& describer,
+                          std::span<const std::uint64_t> rows, RowProblems& problems);
 
 // On standard output, as text or as one JSON object.
 void print_describe_summary(const DescribeSummary& summary, bool as_json);

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <unordered_map>
 
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
@@ -16,85 +15,17 @@
 #include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
+#include "jobs/reusable_rows.h"
+#include "jobs/run_header.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
-#include "kernels/model/tensor_segments.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
 
 namespace {
-
-StoreHeader make_header(const RunOptions& options, const Inputs& inputs, const Laboratory* laboratory) {
-  StoreHeader header;
-  header.samples = options.sample.place.samples;
-  if (method_of(options.sample).follows_tensor) header.content = StoreContent::anisotropic_meshes;
-  header.compression = options.compression;
-  header.seed = options.sample.seed;
-  header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";
-  header.parameters_json = options.parameters_json;
-  header.label_names = inputs.label_names;
-  header.descriptors = schemas_of(options.sample.describe);
-  if (method_of(options.sample).follows_tensor) {
-    constexpr std::array<const char*, anisotropy_names.size()> meanings = {
-        "segments that the surface was charted in",
-        "share of the area whose chart follows the tensor within the limits",
-        "mean angle between the chart's first axis and the primary direction, radians; charts in the metric "
-        "are turned freely",
-        "mean ratio of the chart's singular values in the tensor's metric; 1 is conformal",
-        "mean ratio of the two wanted spacings",
-        "share of the triangles whose ratio was cut to the largest allowed"};
-    for (std::size_t i = 0; i < meanings.size(); ++i)
-      header.descriptors.push_back({anisotropy_names[i], 1, {{"meaning", meanings[i]}}, "anisotropy"});
-  }
-  if (options.certify)
-    for (DescriptorSchema& column : require_laboratory(laboratory, "--certify").certificate_columns())
-      header.descriptors.push_back(std::move(column));
-  for (const PlanItem& item : inputs.items) {
-    header.ids.push_back(item.id);
-    header.labels.push_back(item.label);
-    header.splits.push_back(item.split);
-  }
-  return header;
-}
-
-// Rows of a finished store by content, for --reuse: only what the same parameters and the same seed made, and
-// never a status that depends on the machine.
-class ReusableRows {
- public:
-  ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header) : store_(path, check) {
-    if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
-      throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
-    for (std::uint64_t row = 0; row < store_.rows(); ++row) {
-      const ItemReport report = store_.report(row);
-      if (!depends_on_machine(report.status)) rows_.emplace(key_of(report.content_sha256), row);
-    }
-  }
-
-  bool find(const std::array<std::uint8_t, 32>& content, Row& row) const {
-    const auto at = rows_.find(key_of(content));
-    if (at == rows_.end()) return false;
-    Row found = store_.read_row(at->second);
-    found.label = row.label;
-    row = std::move(found);
-    return true;
-  }
-
- private:
-  static bool depends_on_machine(Status status) {
-    return status == Status::timeout || status == Status::out_of_memory || status == Status::too_large ||
-           status == Status::crashed || status == Status::internal || status == Status::unsupported_format ||
-           status == Status::unreadable;
-  }
-  static std::string key_of(const std::array<std::uint8_t, 32>& content) {
-    return {content.begin(), content.end()};
-  }
-
-  StoreReader store_;
-  std::unordered_map<std::string, std::uint64_t> rows_;
-};
 
 // One run, step by step: whatever is unfinished is finished first, then the finished store is compared with
 // the inputs and brought up to date.
@@ -117,7 +48,7 @@ class RunJob {
       throw UsageError(
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
-    header_ = make_header(options_, inputs_, laboratory_);
+    header_ = run_header(options_, inputs_, laboratory_);
     options_.model_bytes =
         memory_for_models(options_.memory_bytes, header_, options_.sample, options_.threads);
     if (options_.dry_run) return print_plan();

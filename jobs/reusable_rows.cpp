@@ -1,0 +1,41 @@
+#include "jobs/reusable_rows.h"
+
+#include <utility>
+
+#include "jobs/inputs.h"
+#include "jobs/store_items.h"
+
+namespace meander {
+
+namespace {
+
+bool depends_on_machine(Status status) {
+  return status == Status::timeout || status == Status::out_of_memory || status == Status::too_large ||
+         status == Status::crashed || status == Status::internal || status == Status::unsupported_format ||
+         status == Status::unreadable;
+}
+
+std::string key_of(const std::array<std::uint8_t, 32>& content) { return {content.begin(), content.end()}; }
+
+}  // namespace
+
+ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header)
+    : store_(path, check) {
+  if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
+    throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
+  for (std::uint64_t row = 0; row < store_.rows(); ++row) {
+    const ItemReport report = store_.report(row);
+    if (!depends_on_machine(report.status)) rows_.emplace(key_of(report.content_sha256), row);
+  }
+}
+
+bool ReusableRows::find(const std::array<std::uint8_t, 32>& content, Row& row) const {
+  const auto at = rows_.find(key_of(content));
+  if (at == rows_.end()) return false;
+  Row found = store_.read_row(at->second);
+  found.label = row.label;
+  row = std::move(found);
+  return true;
+}
+
+}  // namespace meander

@@ -1,0 +1,28 @@
+// Rows of an older store that need not be made again.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+
+#include "io/store/store.h"
+
+namespace meander {
+
+// Rows of a finished store by content, for --reuse: only what the same parameters and the same seed made, and
+// never a status that depends on the machine.
+class ReusableRows {
+ public:
+  // Throws UsageError when the store at `path` was made with other parameters than those of `header`.
+  ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header);
+
+  // Replaces everything but the label by the row of this content. Thread-safe.
+  bool find(const std::array<std::uint8_t, 32>& content, Row& row) const;
+
+ private:
+  StoreReader store_;
+  std::unordered_map<std::string, std::uint64_t> rows_;
+};
+
+}  // namespace meander
