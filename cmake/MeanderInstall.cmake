@@ -1,21 +1,32 @@
-# install + export: find_package(meander) gives meander::kernels, meander::io and meander::pipeline.
+# install + export: find_package(meander) gives meander::kernels, and <meander/sampler.h> with the headers beside it.
+#
+# Public are the headers directly below <meander/>. Those below <meander/kernels/> are what they include: they hold the
+# parameters of single kernels and may change. Everything else is internal and not installed; tests/consumer builds
+# against an installation, so a header that is missing from the list fails there.
 include(CMakePackageConfigHelpers)
-# With the laboratory also meander::laboratory_kernels and meander::laboratory_io.
-set(installed_libraries meander_kernels meander_io meander_pipeline)
-set(installed_headers PATTERN "*.h")
-if(MEANDER_LABORATORY)
-  list(APPEND installed_libraries meander_laboratory_kernels meander_laboratory_io)
-else()
-  foreach(folder kernels/analyse kernels/pointset kernels/render io/plot)
-    list(APPEND installed_headers PATTERN "${folder}" EXCLUDE)
-  endforeach()
-endif()
-install(TARGETS ${installed_libraries} EXPORT meanderTargets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set(public_headers sampler.h sample_parameters.h row.h)
+set(included_headers
+  core/cancel.h core/instruction_set.h core/random.h core/status.h core/vector3.h
+  curve/curve_key.h curve/curve_tree.h
+  cut/cut_to_disk.h
+  density/density.h
+  describe/describe_samples.h describe/distance_histogram.h describe/shape_moments.h
+  flatten/flatten_chart.h
+  locate/elements.h locate/embree_locator.h
+  mesh/box_frame.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h
+  model/sample_parameters.h model/sampler.h
+  sample/place_samples.h sample/samples.h
+  segment/random_walk.h segment/segment_mesh.h
+  tensor/chart_alignment.h tensor/make_tensor_field.h tensor/tangent_tensor.h tensor/tensor_field.h)
+list(TRANSFORM public_headers PREPEND kernels/public/)
+install(TARGETS meander_kernels EXPORT meanderTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS meander RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(EXPORT meanderTargets NAMESPACE meander:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/meander)
-install(DIRECTORY kernels io pipeline DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander
-        FILES_MATCHING ${installed_headers})
+install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander)
+foreach(header ${included_headers})
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES kernels/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meander/kernels/${folder})
+endforeach()
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meanderConfig.cmake.in
   ${PROJECT_BINARY_DIR}/meanderConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/meander)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/meanderConfigVersion.cmake COMPATIBILITY SameMinorVersion)

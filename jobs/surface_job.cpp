@@ -21,6 +21,7 @@
 #include "jobs/output_guard.h"
 #include "jobs/parameter_table.h"
 #include "jobs/surface_sources.h"
+#include "kernels/core/failure.h"
 #include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
@@ -132,12 +133,12 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
     run.unresolved_patches = samples.unresolved_patches;
     run.bound_violations = samples.bound_violations;
     fill_row(*source.surface, samples, run.row);
-  } catch (const ItemError& error) {
-    run.row.report.status = error.status();
-    run.row.report.reason = error.what();
-  } catch (const std::bad_alloc&) {
-    run.row.report.status = Status::out_of_memory;
-    run.row.report.reason = "an allocation failed";
+  } catch (const RunCancelled&) {
+    throw;
+  } catch (...) {
+    Failure failure = current_failure("sample_surface");
+    run.row.report.status = failure.status;
+    run.row.report.reason = std::move(failure.reason);
     run.row.samples = {};
   }
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

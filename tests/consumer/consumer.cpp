@@ -1,5 +1,7 @@
 // Samples a tetrahedron given as arrays, with nothing but the installed headers and libraries.
-#include <kernels/model/sampler.h>
+#include <meander/row.h>
+#include <meander/sample_parameters.h>
+#include <meander/sampler.h>
 
 #include <cmath>
 #include <cstdio>
