@@ -54,7 +54,7 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
   std::string names;
   for (const DescriptorSchema& schema : schemas) {
     if (schema.group != "descriptors") continue;
-    if (schema.name == geodesic_disconnected_name) continue;  // comes with geodesic
+    if (is_companion(schema.name)) continue;
     names += (names.empty() ? "" : ",") + schema.name;
     const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), schema.name);
     if (at == descriptor_names.end()) continue;  // of a later program
@@ -62,10 +62,11 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
     described.push_back({descriptor, has(describe.descriptors, descriptor)});
   }
   members["describe"] = "\"" + names + "\"";
-  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described, has_bins);
+  merge_parameter(members, "descriptor_bins", fmt::format("{}", describe.bins), described,
+                  [](Descriptor d) { return group_of(d).has_bins; });
   merge_parameter(members, "descriptor_scale",
                   describe.scale == HistogramScale::mean ? "\"mean\"" : "\"largest\"", described,
-                  takes_scale);
+                  [](Descriptor d) { return group_of(d).takes_scale; });
   merge_parameter(members, "geodesic_sources", fmt::format("{}", describe.geodesic_sources), described,
                   [](Descriptor d) { return d == Descriptor::geodesic; });
   return join_members(members);
@@ -164,8 +165,9 @@ void add_describe_command(Command& program, DescribeOptions& options) {
   command.add_option("STORE", options.store, "The store; it is replaced as a whole at the end").required();
   command.add_option("INPUT", options.inputs,
                      "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
-  command.add_option("--descriptors", options.descriptors,
-                     "One or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas; required");
+  command.add_option(
+      "--descriptors", options.descriptors,
+      fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")));
   command.add_option("-o,--output", options.output, "Write to this store instead");
   ParameterTable unused;  // the new header takes its parameters from those of the store
   add_descriptor_shape_options(command, unused, options.shape, options.describe);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "io/json_writer.h"
@@ -68,8 +69,10 @@ void add_earlier_problems(const StoreReader& store, const Describer& describer,
   if (rows.empty()) return;
   for (const DescriptorSchema& schema : store.descriptors()) {
     if (schema.group != "descriptors" || !describer.makes(schema.name)) continue;
-    if (schema.name == geodesic_disconnected_name) continue;  // most are 0
-    const bool may_be_zero = schema.name == name_of(Descriptor::geodesic);
+    if (is_companion(schema.name)) continue;  // may rightly be 0
+    const bool may_be_zero = std::any_of(
+        descriptor_groups.begin(), descriptor_groups.end(),
+        [&](const DescriptorGroup& group) { return group.name == schema.name && group.may_be_zero; });
     constexpr std::uint64_t block = 4096;
     for (auto row = rows.begin(); row != rows.end();) {
       const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);

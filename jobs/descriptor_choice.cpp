@@ -50,9 +50,9 @@ void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeP
   const auto none_is = [&](bool (*shaped)(Descriptor)) {
     return std::none_of(describe.descriptors.begin(), describe.descriptors.end(), shaped);
   };
-  if (given.bins_given && none_is(has_bins))
+  if (given.bins_given && none_is([](Descriptor d) { return group_of(d).has_bins; }))
     problems.push_back("--bins applies to histograms only, and basics is not a histogram");
-  if (given.scale_given && none_is(takes_scale))
+  if (given.scale_given && none_is([](Descriptor d) { return group_of(d).takes_scale; }))
     problems.push_back("--descriptor-scale applies to the descriptors d2 and geodesic only");
   if (given.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
     problems.push_back("--geodesic-sources applies to the descriptor geodesic only");
@@ -60,28 +60,18 @@ void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeP
 
 namespace {
 
-DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& parameters) {
-  constexpr std::array<const char*, descriptor_names.size()> values = {
-      "distance of all pairs of samples (Osada et al. 2002, D2)",
-      "angle at three random samples (A3)",
-      "distance of the samples from their centroid (D1)",
-      "square root of the area of three random samples' triangle (D3)",
-      "cube root of the volume of four random samples' tetrahedron (D4)",
-      "distance along the surface from the first samples to all (heat method)",
-      "area, volume, moments and bounding box of the mesh, lengths over the diagonal of the box"};
-  DescriptorSchema schema{std::string(name_of(descriptor)),
-                          parameters.bins,
-                          {{"value", values[static_cast<std::size_t>(descriptor)]}},
-                          "descriptors"};
-  if (descriptor == Descriptor::basics) {
-    schema.width = basics_count;
-    schema.attributes.emplace_back(columns_attribute, fmt::format("{}", fmt::join(basics_names, ",")));
+DescriptorSchema schema_of(const DescriptorGroup& group, const DescribeParameters& parameters) {
+  DescriptorSchema schema{
+      std::string(group.name), parameters.bins, {{"value", std::string(group.value)}}, "descriptors"};
+  if (!group.has_bins) {
+    schema.width = static_cast<std::uint32_t>(group.columns.size());
+    schema.attributes.emplace_back(columns_attribute, fmt::format("{}", fmt::join(group.columns, ",")));
     return schema;
   }
-  const char* const range = descriptor == Descriptor::a3 ? "pi"
-                            : takes_scale(descriptor) && parameters.scale == HistogramScale::largest
-                                ? "the largest value"
-                                : "3 x the mean; larger values count in the last bin";
+  const std::string_view range = !group.range.empty() ? group.range
+                                 : group.takes_scale && parameters.scale == HistogramScale::largest
+                                     ? "the largest value"
+                                     : "3 x the mean; larger values count in the last bin";
   schema.attributes.emplace_back("bins",
                                  fmt::format("shares in {} equal bins from 0 to {}", parameters.bins, range));
   return schema;
@@ -92,12 +82,13 @@ DescriptorSchema schema_of(Descriptor descriptor, const DescribeParameters& para
 std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
   std::vector<DescriptorSchema> schemas;
   for (const Descriptor descriptor : parameters.descriptors) {
-    schemas.push_back(schema_of(descriptor, parameters));
-    if (descriptor == Descriptor::geodesic)
-      schemas.push_back({std::string(geodesic_disconnected_name),
-                         1,
-                         {{"value", "share of the pairs of samples that no path along the surface joins"},
-                          {columns_attribute, "share"}},
+    const DescriptorGroup& group = group_of(descriptor);
+    schemas.push_back(schema_of(group, parameters));
+    for (const CompanionRow& row : group.companions)
+      schemas.push_back({std::string(row.name),
+                         static_cast<std::uint32_t>(row.columns.size()),
+                         {{"value", std::string(row.value)},
+                          {columns_attribute, fmt::format("{}", fmt::join(row.columns, ","))}},
                          "descriptors"});
   }
   return schemas;

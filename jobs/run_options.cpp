@@ -92,9 +92,9 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   ParameterTable& table = texts.table;
   DescribeParameters& describe = options.sample.describe;
   collection
-      .add_option(
-          "--describe", texts.describe,
-          "Descriptors to store: none, or one or more of d2,a3,d1,d3,d4,geodesic,basics, separated by commas")
+      .add_option("--describe", texts.describe,
+                  fmt::format("Descriptors to store: none, or one or more of {}, separated by commas",
+                              fmt::join(descriptor_names, ",")))
       .show_default();
   table.compute("describe", [&describe] {
     std::string names;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
@@ -15,24 +16,45 @@ namespace {
 
 std::vector<float> to_float(const std::vector<double>& shares) { return {shares.begin(), shares.end()}; }
 
-ShapeFunction function_of(Descriptor descriptor) {
-  switch (descriptor) {
-    case Descriptor::a3:
-      return ShapeFunction::angle;
-    case Descriptor::d1:
-      return ShapeFunction::centroid;
-    case Descriptor::d3:
-      return ShapeFunction::triangle;
-    default:
-      return ShapeFunction::tetrahedron;
-  }
+std::vector<float> shape_function(const DescriptorInput& input, ShapeFunction function) {
+  ShapeFunctionParameters histogram;
+  histogram.bins = input.parameters.bins;
+  histogram.tuples = input.parameters.tuples;
+  return to_float(shape_function_histogram(input.samples.points, function, input.key, histogram).shares);
 }
 
-GeodesicHistogram geodesics_of(const PreparedMesh& mesh, const Samples& samples,
-                               const DescribeParameters& parameters, const CancelToken& cancel) {
+}  // namespace
+
+namespace descriptor_makers {
+
+std::vector<std::vector<float>> d2(const DescriptorInput& input) {
+  DistanceHistogramParameters histogram;
+  histogram.bins = input.parameters.bins;
+  histogram.scale = input.parameters.scale;
+  return {to_float(distance_histogram(input.samples.points, histogram).shares)};
+}
+
+std::vector<std::vector<float>> a3(const DescriptorInput& input) {
+  return {shape_function(input, ShapeFunction::angle)};
+}
+
+std::vector<std::vector<float>> d1(const DescriptorInput& input) {
+  return {shape_function(input, ShapeFunction::centroid)};
+}
+
+std::vector<std::vector<float>> d3(const DescriptorInput& input) {
+  return {shape_function(input, ShapeFunction::triangle)};
+}
+
+std::vector<std::vector<float>> d4(const DescriptorInput& input) {
+  return {shape_function(input, ShapeFunction::tetrahedron)};
+}
+
+std::vector<std::vector<float>> geodesic(const DescriptorInput& input) {
+  const DescribeParameters& parameters = input.parameters;
   PointsOnMeshArrays points;
-  points.triangle = samples.triangle;
-  points.barycentric.assign(samples.barycentric.begin(), samples.barycentric.end());
+  points.triangle = input.samples.triangle;
+  points.barycentric.assign(input.samples.barycentric.begin(), input.samples.barycentric.end());
   GeodesicHistogramParameters histogram;
   histogram.bins = parameters.bins;
   histogram.sources = parameters.geodesic_sources;
@@ -40,21 +62,23 @@ GeodesicHistogram geodesics_of(const PreparedMesh& mesh, const Samples& samples,
   const std::size_t sources = histogram.sources == 0
                                   ? points.triangle.size()
                                   : std::min<std::size_t>(histogram.sources, points.triangle.size());
-  const HeatGeodesics geodesics(mesh, {}, cancel, std::span(points.triangle).first(sources));
-  return geodesic_histogram(geodesics, points, histogram, cancel);
+  const HeatGeodesics geodesics(input.mesh, {}, input.cancel, std::span(points.triangle).first(sources));
+  const GeodesicHistogram made = geodesic_histogram(geodesics, points, histogram, input.cancel);
+  return {made.share, {static_cast<float>(made.disconnected_share)}};
 }
 
-std::vector<float> basics_of(const PreparedMesh& mesh) {
+std::vector<std::vector<float>> basics(const DescriptorInput& input) {
+  const PreparedMesh& mesh = input.mesh;
   const ShapeMoments moments = shape_moments(mesh.x, mesh.y, mesh.z, mesh.triangles);
   std::vector<float> values;
   for (const double value : shape_basics(moments))
     values.push_back(std::isfinite(value) ? static_cast<float>(value) : 0.0f);
   values[1] = std::abs(values[1]);
   values.push_back(moments.closed ? 1.0f : 0.0f);
-  return values;
+  return {values};
 }
 
-}  // namespace
+}  // namespace descriptor_makers
 
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples) {
@@ -83,30 +107,16 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
 
 std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters, const CancelToken& cancel) {
+  const DescriptorInput input{mesh, samples, key, parameters, cancel};
   std::vector<DescriptorRow> rows;
   for (const Descriptor descriptor : parameters.descriptors) {
     cancel.check();
-    DescriptorRow row{std::string(name_of(descriptor)), {}};
-    if (descriptor == Descriptor::d2) {
-      DistanceHistogramParameters histogram;
-      histogram.bins = parameters.bins;
-      histogram.scale = parameters.scale;
-      row.values = to_float(distance_histogram(samples.points, histogram).shares);
-    } else if (descriptor == Descriptor::geodesic) {
-      const GeodesicHistogram geodesics = geodesics_of(mesh, samples, parameters, cancel);
-      row.values = geodesics.share;
-      rows.push_back(std::move(row));
-      row = {std::string(geodesic_disconnected_name), {static_cast<float>(geodesics.disconnected_share)}};
-    } else if (descriptor == Descriptor::basics) {
-      row.values = basics_of(mesh);
-    } else {
-      ShapeFunctionParameters histogram;
-      histogram.bins = parameters.bins;
-      histogram.tuples = parameters.tuples;
-      row.values =
-          to_float(shape_function_histogram(samples.points, function_of(descriptor), key, histogram).shares);
-    }
-    rows.push_back(std::move(row));
+    const DescriptorGroup& group = group_of(descriptor);
+    std::vector<std::vector<float>> values = group.make(input);
+    if (values.size() != 1 + group.companions.size())
+      throw std::logic_error("the maker of " + std::string(group.name) + " made another number of rows");
+    for (std::size_t i = 0; i < values.size(); ++i)
+      rows.push_back({std::string(i == 0 ? group.name : group.companions[i - 1].name), std::move(values[i])});
   }
   return rows;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -17,33 +18,8 @@ namespace meander {
 
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
-// histogram.
+// histogram. The numbers are places in descriptor_groups.
 enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics };
-inline constexpr std::array<std::string_view, 7> descriptor_names = {"d2", "a3",       "d1",    "d3",
-                                                                     "d4", "geodesic", "basics"};
-constexpr std::string_view name_of(Descriptor descriptor) {
-  return descriptor_names[static_cast<std::size_t>(descriptor)];
-}
-
-// The row of one value that comes after geodesic: the share of the pairs of samples, [0, 1], that no path
-// joins and that are therefore in no bin.
-inline constexpr std::string_view geodesic_disconnected_name = "geodesic_disconnected";
-// Whether a row of that name comes with the descriptor.
-constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
-  return name == name_of(descriptor) ||
-         (descriptor == Descriptor::geodesic && name == geodesic_disconnected_name);
-}
-
-// What needs the mesh besides the samples.
-constexpr bool needs_mesh(Descriptor descriptor) {
-  return descriptor == Descriptor::geodesic || descriptor == Descriptor::basics;
-}
-
-// What DescribeParameters::bins and ::scale shape.
-constexpr bool has_bins(Descriptor descriptor) { return descriptor != Descriptor::basics; }
-constexpr bool takes_scale(Descriptor descriptor) {
-  return descriptor == Descriptor::d2 || descriptor == Descriptor::geodesic;
-}
 
 // basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
 // has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
@@ -62,6 +38,119 @@ struct DescribeParameters {
   std::uint32_t tuples = 1 << 17;               // of a3, d3, d4: see ShapeFunctionParameters
   std::uint32_t geodesic_sources = 64;          // 0: all samples
 };
+
+// What descriptors are made from. The mesh may be empty unless the group needs_mesh.
+struct DescriptorInput {
+  const PreparedMesh& mesh;
+  const Samples& samples;
+  RandomKey key;
+  const DescribeParameters& parameters;
+  const CancelToken& cancel;
+};
+
+// A row of values that comes with a descriptor, after its own.
+struct CompanionRow {
+  std::string_view name, value;               // what the values are
+  std::span<const std::string_view> columns;  // their names
+};
+
+// Everything that the program knows of a descriptor.
+struct DescriptorGroup {
+  Descriptor descriptor;
+  std::string_view name;         // on the command line and in stores
+  std::string_view value;        // what its values are, or, of a histogram, what it counts
+  bool has_bins = true;          // a histogram, shaped by DescribeParameters::bins
+  bool takes_scale = false;      // and by ::scale; else its bins end at `range` or at 3 x the mean
+  std::string_view range = {};   // a fixed one
+  bool needs_mesh = false;       // besides the samples
+  bool needs_triangles = false;  // Samples::triangle too
+  bool may_be_zero = false;      // a row of zeros need not be one that could not be made
+  std::span<const std::string_view> columns = {};  // names of values that are no histogram
+  std::span<const CompanionRow> companions = {};
+  // Its own row and its companions', in order.
+  std::vector<std::vector<float>> (*make)(const DescriptorInput& input) = nullptr;
+};
+
+namespace descriptor_makers {
+std::vector<std::vector<float>> d2(const DescriptorInput& input);
+std::vector<std::vector<float>> a3(const DescriptorInput& input);
+std::vector<std::vector<float>> d1(const DescriptorInput& input);
+std::vector<std::vector<float>> d3(const DescriptorInput& input);
+std::vector<std::vector<float>> d4(const DescriptorInput& input);
+std::vector<std::vector<float>> geodesic(const DescriptorInput& input);
+std::vector<std::vector<float>> basics(const DescriptorInput& input);
+}  // namespace descriptor_makers
+
+inline constexpr std::array<std::string_view, 1> disconnected_columns = {"share"};
+inline constexpr std::array<CompanionRow, 1> geodesic_companions = {
+    {{"geodesic_disconnected", "share of the pairs of samples that no path along the surface joins",
+      disconnected_columns}}};
+
+// The one table of descriptors: a new one is a maker and a line here.
+inline constexpr std::array<DescriptorGroup, 7> descriptor_groups = {
+    {{.descriptor = Descriptor::d2,
+      .name = "d2",
+      .value = "distance of all pairs of samples (Osada et al. 2002, D2)",
+      .takes_scale = true,
+      .make = descriptor_makers::d2},
+     {.descriptor = Descriptor::a3,
+      .name = "a3",
+      .value = "angle at three random samples (A3)",
+      .range = "pi",
+      .make = descriptor_makers::a3},
+     {.descriptor = Descriptor::d1,
+      .name = "d1",
+      .value = "distance of the samples from their centroid (D1)",
+      .make = descriptor_makers::d1},
+     {.descriptor = Descriptor::d3,
+      .name = "d3",
+      .value = "square root of the area of three random samples' triangle (D3)",
+      .make = descriptor_makers::d3},
+     {.descriptor = Descriptor::d4,
+      .name = "d4",
+      .value = "cube root of the volume of four random samples' tetrahedron (D4)",
+      .make = descriptor_makers::d4},
+     {.descriptor = Descriptor::geodesic,
+      .name = "geodesic",
+      .value = "distance along the surface from the first samples to all (heat method)",
+      .takes_scale = true,
+      .needs_mesh = true,
+      .needs_triangles = true,
+      .may_be_zero = true,
+      .companions = geodesic_companions,
+      .make = descriptor_makers::geodesic},
+     {.descriptor = Descriptor::basics,
+      .name = "basics",
+      .value = "area, volume, moments and bounding box of the mesh, lengths over the diagonal of the box",
+      .has_bins = false,
+      .needs_mesh = true,
+      .columns = basics_names,
+      .make = descriptor_makers::basics}}};
+
+constexpr const DescriptorGroup& group_of(Descriptor descriptor) {
+  return descriptor_groups[static_cast<std::size_t>(descriptor)];
+}
+inline constexpr auto descriptor_names = [] {
+  std::array<std::string_view, descriptor_groups.size()> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = descriptor_groups[i].name;
+  return names;
+}();
+constexpr std::string_view name_of(Descriptor descriptor) { return group_of(descriptor).name; }
+constexpr bool needs_mesh(Descriptor descriptor) { return group_of(descriptor).needs_mesh; }
+
+// Whether a row of that name comes after a descriptor's own.
+constexpr bool is_companion(std::string_view name) {
+  for (const DescriptorGroup& group : descriptor_groups)
+    for (const CompanionRow& row : group.companions)
+      if (row.name == name) return true;
+  return false;
+}
+// Whether a row of that name comes with the descriptor.
+constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
+  for (const CompanionRow& row : group_of(descriptor).companions)
+    if (row.name == name) return true;
+  return name == name_of(descriptor);
+}
 
 // The working triangle of every sample that was read back from a store: the one of its polygon that has its
 // corners. Throws

@@ -192,7 +192,7 @@ void describe(Model& model, const DescribeParameters& parameters) {
   // A store names the triangle of a sample by its polygon and corners. A polygon that visits the same three
   // corners twice has two such triangles; this takes the one that `describe` will find in the store.
   const std::vector<Descriptor>& wanted = parameters.descriptors;
-  if (std::find(wanted.begin(), wanted.end(), Descriptor::geodesic) != wanted.end())
+  if (std::any_of(wanted.begin(), wanted.end(), [](Descriptor d) { return group_of(d).needs_triangles; }))
     model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples);
   model.row.descriptors =
       describe_samples(model.surface, model.row.samples, model.key, parameters, model.cancel);
