@@ -2,11 +2,15 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <atomic>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "io/store/store.h"
 #include "jobs/command_line.h"
@@ -44,6 +48,7 @@ class DescribeJob {
         memory_for_models(options_.memory_bytes, header_, describer_.all(), options_.threads);
     describer_.memory_bytes = options_.model_bytes;
     describer_.allow_oversize = options_.allow_oversize;
+    describer_.timeout_seconds = options_.timeout_seconds;
     if (describer_.uses_meshes())
       meshes_ = DescribedMeshes(options_.store, header_.ids, options_.inputs, options_.collect);
     check_described_output(options_, meshes_.files_read());
@@ -88,6 +93,7 @@ class DescribeJob {
   void try_suspects() {
     GraphParameters parameters;
     parameters.sample = describer_.points;
+    parameters.timeout_seconds = options_.timeout_seconds;
     std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
     const StageHook hook = [&](GraphStages& stages) {
       directory_->leave_lock_to_parent();
@@ -182,7 +188,8 @@ class DescribeJob {
     parameters.sample = describer_.meshes;
     parameters.threads = options_.threads;
     parameters.memory_bytes = options_.model_bytes;
-    parameters.timeout_seconds = options_.timeout_seconds;
+    // Rows without their meshes must get through: their descriptors have a limit of their own.
+    parameters.timeout_seconds = round == Round::with_meshes ? options_.timeout_seconds : 0;
     parameters.allow_oversize = true;  // what is too large was refused in front of the graph's own measures
     GraphStages stages = stages_of(round, *store_);
     for (GraphStage& stage : stages)

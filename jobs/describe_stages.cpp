@@ -4,6 +4,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "io/digest.h"
@@ -17,7 +18,7 @@ namespace meander {
 
 namespace {
 
-void read_row(const Describer& describer, const StoreReader& store, GraphItem& item) {
+void read_row_to_describe(const Describer& describer, const StoreReader& store, GraphItem& item) {
   Row& row = item.model.row;
   row = store.read_row(item.plan->row);
   if (row.report.status == Status::ok &&
@@ -27,6 +28,8 @@ void read_row(const Describer& describer, const StoreReader& store, GraphItem& i
                                item.plan->row));
   item.file_bytes = std::uint64_t{12} * describer.header->samples;
   item.model.key = make_random_key(describer.header->seed, row.report.content_sha256);
+  // Descriptors that this job makes replace those of the store, also where they cannot be made.
+  std::erase_if(row.descriptors, [&](const DescriptorRow& d) { return describer.makes(d.name); });
 }
 
 // The mesh must be the file that was sampled.
@@ -85,18 +88,6 @@ void arrange_descriptors(const Describer& describer, GraphItem& item) {
   present = std::move(arranged);
 }
 
-// Descriptors that this job makes replace those of the store, also where they cannot be made.
-void drop_replaced(const Describer& describer, GraphItem& item) {
-  std::erase_if(item.model.row.descriptors, [&](const DescriptorRow& d) { return describer.makes(d.name); });
-}
-
-GraphStage reading_row(const Describer& describer, const StoreReader& store) {
-  return {"read_row", [&](GraphItem& item) {
-            read_row(describer, store, item);
-            drop_replaced(describer, item);
-          }};
-}
-
 }  // namespace
 
 Describer make_describer(const StoreHeader& header, const DescribeParameters& describe) {
@@ -126,7 +117,8 @@ void DescribedRows::write(const EncodedRow& row) {
   const auto record = store::read_record_header(row.bytes);
   if (record && record->status == Status::ok) return directory_.end_item(row);
   if (last_round_)
-    throw RunError(RunError::Kind::stopped, "row " + std::to_string(row.row) + " could not be encoded again");
+    throw RunError(RunError::Kind::stopped,
+                   "row " + std::to_string(row.row) + " could not be read and written again");
 }
 
 bool Describer::makes(std::string_view name) const {
@@ -137,7 +129,7 @@ bool Describer::makes(std::string_view name) const {
 }
 
 GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store) {
-  return {reading_row(describer, store),
+  return {{"read_row", [&](GraphItem& item) { read_row_to_describe(describer, store, item); }},
           {"read_mesh", [&](GraphItem& item) { read_mesh_of_row(describer, item); }},
           {"prepare_mesh", prepare},
           {"describe_shape", [&](GraphItem& item) {
@@ -147,10 +139,15 @@ GraphStages stages_with_meshes(const Describer& describer, const StoreReader& st
            }}};
 }
 
+// One stage with a time limit of its own: a row must get through it whatever its descriptors take.
 GraphStages stages_with_points(const Describer& describer, const StoreReader& store,
                                std::function<void(const GraphItem&, Failure)> failed) {
-  return {reading_row(describer, store),
-          {"describe_shape", [&describer, failed = std::move(failed)](GraphItem& item) {
+  return {{"describe_shape", [&describer, &store, failed = std::move(failed)](GraphItem& item) {
+             read_row_to_describe(describer, store, item);
+             if (describer.timeout_seconds > 0)
+               item.model.cancel.deadline = std::chrono::steady_clock::now() +
+                                            std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                std::chrono::duration<double>(describer.timeout_seconds));
              try {
                describe(describer.points.describe, item);
              } catch (const RunCancelled&) {

@@ -15,6 +15,7 @@ struct Describer {
   const StoreHeader* header = nullptr;
   SampleParameters points, meshes;  // the descriptors that need the samples alone, and the others
   std::uint64_t memory_bytes = 0;   // for models
+  double timeout_seconds = 0;       // of the descriptors of one row; 0: none
   bool allow_oversize = false;
 
   bool uses_meshes() const { return !meshes.describe.descriptors.empty(); }

@@ -7,7 +7,6 @@
 #include <exception>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <queue>
 #include <stdexcept>
 #include <tuple>
@@ -277,8 +276,9 @@ class SamplingGraph {
     item.model.row.label = item.plan->label;
     try {
       item.encoded = encode_row(header_, item.plan->row, item.model.row);
-    } catch (const std::exception& error) {
-      fail(item, "encode_row", Status::internal, std::string("in encode_row: ") + error.what());
+    } catch (...) {
+      Failure failure = current_failure("encode_row");
+      fail(item, "encode_row", failure.status, std::move(failure.reason));
       item.encoded = encode_row(header_, item.plan->row, item.model.row);
     }
     item.model.row.samples = {};

@@ -15,7 +15,7 @@ namespace meander {
 struct SeamArc {
   std::uint32_t vertex;     // the other end
   std::uint32_t half_edge;  // runs from this vertex to the other one
-  double length;            // >= 0, PreparedMesh::length
+  double length;            // >= 0, MeasuredMesh::length
 };
 
 // A component (or a chart) with T triangles and V vertices, both counted from 0. Arcs of vertex v:

@@ -127,6 +127,11 @@ inline constexpr std::array<DescriptorGroup, 7> descriptor_groups = {
       .columns = basics_names,
       .make = descriptor_makers::basics}}};
 
+static_assert([] {
+  for (std::size_t i = 0; i < descriptor_groups.size(); ++i)
+    if (static_cast<std::size_t>(descriptor_groups[i].descriptor) != i) return false;
+  return true;
+}());
 constexpr const DescriptorGroup& group_of(Descriptor descriptor) {
   return descriptor_groups[static_cast<std::size_t>(descriptor)];
 }

@@ -57,7 +57,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   for (std::uint32_t v = 0; v < count; ++v) curvature[v] = (on_boundary[v] ? 1 : 2) * std::numbers::pi;
   CornerGeometry corners = corner_geometry(disk.length);
   for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
-  corners.angle = {};
+  corners.angle = std::vector<double>();
   const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel);
   if (!laplacian.factorised()) return map;
   map.elimination = laplacian.elimination();

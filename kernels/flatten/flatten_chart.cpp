@@ -163,7 +163,7 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
         add_seams(surface, cut, last, parameters, parameters.max_extra_seams - extra, cancel);
     if (added == 0) break;
     extra += added;
-    last.u = last.v = {};
+    last.u = last.v = std::vector<double>();
     Try attempt = try_cut(surface, cut, elimination, cancel);
     if (!attempt.finite) break;
     // Seams that bring less than half of their share of the improvement needed are counted; after two the
@@ -203,7 +203,7 @@ Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartG
   const double flips_allowed = parameters.max_flipped_share * static_cast<double>(cut.triangle_count());
   if (best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed) return Method::conformal;
   Try circle;
-  circle.finite = flatten_to_circle(disk, circle.u, circle.v);
+  circle.finite = flatten_to_circle(disk, circle.u, circle.v, cancel);
   cancel.check();
   if (!circle.finite) return Method::none;
   fit_square(circle.u, circle.v);

@@ -20,7 +20,7 @@ struct FlattenParameters {
   double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
 };
 
-// What the map does, measured against PreparedMesh::length (in space, unless a metric is given); weights are
+// What the map does, measured against MeasuredMesh::length (in space, unless a metric is given); weights are
 // areas, triangles of no area do not count.
 struct ChartReport {
   Method method = Method::none;  // conformal or mean_value; none when nothing worked

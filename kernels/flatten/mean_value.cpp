@@ -94,18 +94,19 @@ bool solve_dense(System& system) {
   return true;
 }
 
-bool solve_sparse(System& system) {
+bool solve_sparse(System& system, const CancelToken& cancel) {
   const std::vector<std::uint32_t> order = elimination_order(system.matrix.graph);
   SparseLu lu;
-  if (!lu.factorise(std::move(system.matrix), order)) return false;
+  if (!lu.factorise(std::move(system.matrix), order, cancel)) return false;
   lu.solve(system.right_u, system.right_v);
   return true;
 }
 
 // Moves the free vertices to the solution; false, nothing moved, when there is none.
 bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
-           std::span<double> v) {
-  if (!(free_vertices.size() <= dense_limit ? solve_dense(system) : solve_sparse(system))) return false;
+           std::span<double> v, const CancelToken& cancel) {
+  if (!(free_vertices.size() <= dense_limit ? solve_dense(system) : solve_sparse(system, cancel)))
+    return false;
   const auto finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(system.right_u.begin(), system.right_u.end(), finite) ||
       !std::all_of(system.right_v.begin(), system.right_v.end(), finite))
@@ -137,8 +138,8 @@ std::vector<std::uint32_t> leaving_half_edges(const IntrinsicDisk& disk) {
 }
 
 bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
-                      std::span<const std::uint32_t> free_vertices, std::span<double> u,
-                      std::span<double> v) {
+                      std::span<const std::uint32_t> free_vertices, std::span<double> u, std::span<double> v,
+                      const CancelToken& cancel) {
   if (free_vertices.empty()) return true;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> rows;  // (vertex, row), sorted by vertex
   rows.reserve(free_vertices.size());
@@ -148,10 +149,11 @@ bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> 
     const auto at = std::lower_bound(rows.begin(), rows.end(), std::pair(vertex, 0u));
     return at != rows.end() && at->first == vertex ? at->second : no_index;
   };
-  return solve(assemble(disk, leaving, free_vertices, number, u, v), free_vertices, u, v);
+  return solve(assemble(disk, leaving, free_vertices, number, u, v), free_vertices, u, v, cancel);
 }
 
-bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v) {
+bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v,
+                       const CancelToken& cancel) {
   u.assign(disk.vertex_count, 0);
   v.assign(disk.vertex_count, 0);
   const std::vector<std::uint32_t> loop =
@@ -179,7 +181,7 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::v
   if (free_vertices.empty()) return true;
   const std::vector<std::uint32_t> leaving = leaving_half_edges(disk);
   const auto number_of = [&](std::uint32_t vertex) { return number[vertex]; };
-  return solve(assemble(disk, leaving, free_vertices, number_of, u, v), free_vertices, u, v);
+  return solve(assemble(disk, leaving, free_vertices, number_of, u, v), free_vertices, u, v, cancel);
 }
 
 }  // namespace meander

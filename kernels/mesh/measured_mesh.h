@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -16,8 +17,10 @@ class MeasuredMesh {
   MeasuredMesh(const PreparedMesh& surface) : mesh_(&surface) {}
   MeasuredMesh(PreparedMesh&&) = delete;
   // metric_length: 3 T lengths of half-edges, both sides of an edge alike; empty: in space.
-  MeasuredMesh(const PreparedMesh& surface, std::span<const double> metric_length)
+  MeasuredMesh(const PreparedMesh& surface, const std::vector<double>& metric_length)
       : mesh_(&surface), metric_length_(metric_length) {}
+  MeasuredMesh(PreparedMesh&&, const std::vector<double>&) = delete;
+  MeasuredMesh(const PreparedMesh&, std::vector<double>&&) = delete;
 
   const PreparedMesh& mesh() const { return *mesh_; }
   bool in_space() const { return metric_length_.empty(); }

@@ -30,13 +30,14 @@ class Sampler {
   const SampleParameters& parameters() const;
 
   // Samples a mesh given as arrays.
-  //   positions: V x 3, any units; faces: F x 3 vertex numbers; content: any bytes that name the model
-  //   (randomness is a pure function of (seed, content, index); pass the same bytes to get the same points).
-  // Returns the row that `meander run` would store for a file with these bytes. A mesh that cannot be sampled
-  // does not throw: the status of the row says why, report.reason in words. Throws std::invalid_argument when
-  // a length is no multiple of 3, RunCancelled when `cancel` is set, std::bad_alloc for lack of memory before
-  // any stage. Deterministic for every thread count. Cost: the README has the rates; O((F + N) log (F + N))
-  // for the method direct.
+  //   positions: V x 3, any units; faces: F x 3 vertex numbers.
+  //   content: names the model; randomness is a pure function of (seed, the first 16 bytes of content,
+  //   index). Give a digest of what the model is: the SHA-256 of a file gives the points that `meander run`
+  //   stores for that file.
+  // Returns a row as `meander run` stores it. A mesh that cannot be sampled does not throw, nor does a lack
+  // of memory: the status of the row says what is wrong, report.reason in words. Throws std::invalid_argument
+  // when a length is no multiple of 3, RunCancelled when `cancel` is set. Deterministic for every thread
+  // count. Cost: the README has the rates; O((F + N) log (F + N)) for the method direct.
   Row sample(std::span<const double> positions, std::span<const std::uint32_t> faces,
              std::span<const std::uint8_t> content = {}, const CancelToken& cancel = {}) const;
 

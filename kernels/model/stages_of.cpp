@@ -243,6 +243,14 @@ constexpr std::array<MethodStages, sampling_methods.size()> stages_by_method = {
      {MethodChoice::direct, charting_direct, placing_direct, describing},
      {MethodChoice::anisotropic, charting_anisotropic, placing_anisotropic, describing_anisotropy}}};
 
+static_assert([] {
+  for (std::size_t i = 0; i < sampling_methods.size(); ++i)
+    if (static_cast<std::size_t>(sampling_methods[i].choice) != i ||
+        stages_by_method[i].choice != sampling_methods[i].choice)
+      return false;
+  return true;
+}());
+
 const MethodStages& registered(const SampleParameters& p) {
   return stages_by_method[static_cast<std::size_t>(p.method)];
 }
@@ -267,11 +275,11 @@ void run_stages(const ModelStages& stages, Model& model) {
 }
 
 void release_charts(Model& model) {
-  model.segments = {};
-  model.cuts = {};
-  model.charts = {};
-  model.trees = {};
-  model.elements = {};
+  model.segments = TensorSegments{};
+  model.cuts = std::vector<CutChart>();
+  model.charts = std::vector<FlatChart>();
+  model.trees = std::vector<CurveTree>();
+  model.elements = CurveElements{};
 }
 
 }  // namespace meander

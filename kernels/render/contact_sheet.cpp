@@ -19,7 +19,7 @@ void copy_cell(RgbImage& sheet, const RgbImage& cell, std::uint32_t x, std::uint
 
 }  // namespace
 
-RgbImage contact_sheet(std::span<const SheetModel> models, const SheetParameters& parameters) {
+RgbImage contact_sheet(std::span<const SheetModel> models, const ContactSheetParameters& parameters) {
   const auto count = static_cast<std::uint32_t>(std::max<std::size_t>(1, models.size()));
   const std::uint32_t size = parameters.splat.size, gap = parameters.gap, scale = parameters.label_scale;
   // Three quarters of the gap separate a label from its model, the rest comes from the next cell's gap.

@@ -17,7 +17,7 @@ struct SheetModel {
   std::string label;  // below the picture, shortened to its width; UTF-8
 };
 
-struct SheetParameters {
+struct ContactSheetParameters {
   SplatParameters splat;          // splat.size: pixels of one cell
   std::uint32_t columns = 0;      // 0: as many as make the sheet about 4 : 3
   std::uint32_t gap = 16;         // pixels between cells and at the border
@@ -26,6 +26,6 @@ struct SheetParameters {
 
 // Models row by row from the upper left, white background. No model gives one empty cell. Deterministic for
 // every thread count. O(sum of splat_picture).
-RgbImage contact_sheet(std::span<const SheetModel> models, const SheetParameters& parameters = {});
+RgbImage contact_sheet(std::span<const SheetModel> models, const ContactSheetParameters& parameters = {});
 
 }  // namespace meander

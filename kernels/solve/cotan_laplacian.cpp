@@ -77,7 +77,7 @@ DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<do
     : disk_(disk) {
   number_unknowns(on_boundary);
   GraphMatrix matrix = interior_matrix(half_cotangent);
-  half_cotangent = {};
+  half_cotangent = std::vector<double>();
   cancel.check();
   if (vertex_.empty()) {
     factorised_ = true;

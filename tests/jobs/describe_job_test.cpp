@@ -145,6 +145,23 @@ TEST_CASE("describe: a mesh that is gone or changed is that row's problem") {
   CHECK(contains(query.out, "\"not_finite\":2"));
 }
 
+TEST_CASE("describe: rows that no time is left for are 0 and named, and the store is finished") {
+  const Collection c;
+  for (const char* descriptors : {"d1,a3", "d2,geodesic"}) {
+    c.sample("s.h5", {"--fresh"});
+    std::vector<std::string> arguments = {"--descriptors", descriptors, "--timeout", "0.000001s"};
+    if (contains(descriptors, "geodesic")) arguments.insert(arguments.begin(), c.in);
+    const ProcessResult result = c.describe("s.h5", arguments);
+    INFO(result.err << result.out);
+    CHECK(result.exit_code == 3);
+    CHECK(contains(result.out, "5 rows could not be described completely"));
+    CHECK(contains(result.out, "ball.off: timeout: "));
+    CHECK(verify_store(c.path("s.h5")).problems.empty());
+    const std::string first = std::string(descriptors).substr(0, 2);
+    CHECK(values_of(c.path("s.h5"), "ball.off", first.c_str()) == std::vector<float>(32, 0.0f));
+  }
+}
+
 TEST_CASE("describe: killed, the old store is whole and the same command goes on") {
   const Collection c;
   c.sample("s.h5", {"--describe", "a3"});

@@ -151,7 +151,7 @@ TEST_CASE("bitmap_font: letters at the border are cut off") {
 
 TEST_CASE("contact_sheet: lays out cells and labels") {
   const Cloud cloud = sphere(300);
-  SheetParameters parameters;
+  ContactSheetParameters parameters;
   parameters.splat.size = 64;
   parameters.gap = 8;
   std::vector<SheetModel> models(5, SheetModel{cloud.points, cloud.normals, sphere_area, "x"});

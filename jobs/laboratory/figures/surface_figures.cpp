@@ -132,7 +132,7 @@ void draw_surfaces(FigureSet& figures) {
   }
   for (std::size_t i = 0; i < samples.size(); ++i)
     models.push_back({samples[i].points, samples[i].normals, samples[i].area, cases[i].label});
-  SheetParameters sheet;
+  ContactSheetParameters sheet;
   sheet.columns = 4;
   sheet.splat.up = {0, 0, 1};
   sheet.splat.view = {1, 0.6, 0.8};
