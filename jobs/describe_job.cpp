@@ -30,8 +30,6 @@ namespace meander {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 // Rows are described in two rounds: with their meshes, and those that failed again without.
 enum class Round { with_meshes, with_points };
 
@@ -65,19 +63,13 @@ class DescribeJob {
 
   std::optional<PlanItem> plan_of(std::uint64_t row, Round round) {
     PlanItem plan;
-    if (round == Round::with_meshes) {
-      const PlanItem* const input = meshes_.find(row);
-      if (input == nullptr) {
-        problems_.add(row, {Status::unreadable, "no file of this id is in the input"});
-        return std::nullopt;
-      }
-      plan.path = input->path;
-      plan.format = input->format;
-      plan.known_format = input->known_format;
-    }
     plan.row = row;
     plan.id = header_.ids[row];
     plan.label = header_.labels[row];
+    if (round == Round::with_meshes && !meshes_.add_file(plan)) {
+      problems_.add(row, {Status::unreadable, "no file of this id is in the input"});
+      return std::nullopt;
+    }
     plan.reserved_bytes = estimate_bytes({}, describer_.points, options_.threads);
     return plan;
   }
@@ -229,7 +221,7 @@ class DescribeJob {
 
   DescribeOptions& options_;
   std::unique_ptr<StoreReader> store_;
-  fs::path output_;
+  std::filesystem::path output_;
   StoreHeader header_;
   Describer describer_;
   DescribedMeshes meshes_;

@@ -117,16 +117,9 @@ void resolve_describe_options(DescribeOptions& options) {
     problems.push_back(
         fmt::format("{} need no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
   if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
-  try {
-    options.memory_bytes = parse_bytes(options.memory);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--memory: ") + error.what());
-  }
-  try {
-    options.timeout_seconds = parse_seconds(options.timeout);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--timeout: ") + error.what());
-  }
+  const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
+  options.memory_bytes = budgets.memory_bytes;
+  options.timeout_seconds = budgets.timeout_seconds;
   if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }

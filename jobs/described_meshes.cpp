@@ -37,6 +37,15 @@ const PlanItem* DescribedMeshes::find(std::uint64_t row) const {
   return file == files_.end() ? nullptr : &file->second;
 }
 
+bool DescribedMeshes::add_file(PlanItem& item) const {
+  const PlanItem* const input = find(item.row);
+  if (input == nullptr) return false;
+  item.path = input->path;
+  item.format = input->format;
+  item.known_format = input->known_format;
+  return true;
+}
+
 std::uint64_t DescribedMeshes::bytes(std::uint64_t row) const {
   const PlanItem* const item = find(row);
   std::error_code error;

@@ -22,14 +22,16 @@ class DescribedMeshes {
   DescribedMeshes(const std::string& store, const std::vector<std::string>& ids,
                   const std::vector<std::string>& inputs, InputOptions collect);
 
-  // The input of a row, null where there is none.
-  const PlanItem* find(std::uint64_t row) const;
+  // Gives `item` the file of its row; false where the inputs have none.
+  bool add_file(PlanItem& item) const;
   // Its length in bytes; 0 where it is unknown.
   std::uint64_t bytes(std::uint64_t row) const;
   // All files that the arguments name or contain.
   std::span<const std::filesystem::path> files_read() const { return read_; }
 
  private:
+  const PlanItem* find(std::uint64_t row) const;
+
   std::map<std::uint64_t, PlanItem> files_;  // by row
   std::vector<std::filesystem::path> read_;
 };

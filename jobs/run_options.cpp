@@ -185,16 +185,9 @@ void resolve_sampling(SampleParameters& sample, const RunOptionTexts& texts) {
 }
 
 void resolve_budgets(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
-  try {
-    options.memory_bytes = parse_bytes(texts.memory);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--memory: ") + error.what());
-  }
-  try {
-    options.timeout_seconds = parse_seconds(texts.timeout);
-  } catch (const UsageError& error) {
-    problems.push_back(std::string("--timeout: ") + error.what());
-  }
+  const Budgets budgets = parse_budgets(texts.memory, texts.timeout, problems);
+  options.memory_bytes = budgets.memory_bytes;
+  options.timeout_seconds = budgets.timeout_seconds;
 }
 
 void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {

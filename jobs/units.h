@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace meander {
 
@@ -10,5 +11,13 @@ namespace meander {
 std::uint64_t parse_bytes(const std::string& text);
 // Seconds from "120", "120s", "2m", "1.5h". Throws UsageError.
 double parse_seconds(const std::string& text);
+
+// Both for the options --memory and --timeout; what cannot be read is added to the problems.
+struct Budgets {
+  std::uint64_t memory_bytes = 0;
+  double timeout_seconds = 0;
+};
+Budgets parse_budgets(const std::string& memory, const std::string& timeout,
+                      std::vector<std::string>& problems);
 
 }  // namespace meander

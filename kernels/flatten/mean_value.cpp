@@ -76,7 +76,7 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
 }
 
 // The solution replaces the right-hand sides. A small system is solved densely, which is faster.
-bool solve_dense(System& system) {
+void solve_dense(System& system) {
   const auto n = static_cast<Eigen::Index>(system.right_u.size());
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
   const UnknownGraph& graph = system.matrix.graph;
@@ -91,7 +91,6 @@ bool solve_dense(System& system) {
   const Eigen::MatrixX2d solution = matrix.partialPivLu().solve(right);
   u = solution.col(0);
   v = solution.col(1);
-  return true;
 }
 
 bool solve_sparse(System& system, const CancelToken& cancel) {
@@ -105,7 +104,9 @@ bool solve_sparse(System& system, const CancelToken& cancel) {
 // Moves the free vertices to the solution; false, nothing moved, when there is none.
 bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
            std::span<double> v, const CancelToken& cancel) {
-  if (!(free_vertices.size() <= dense_limit ? solve_dense(system) : solve_sparse(system, cancel)))
+  if (free_vertices.size() <= dense_limit)
+    solve_dense(system);
+  else if (!solve_sparse(system, cancel))
     return false;
   const auto finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(system.right_u.begin(), system.right_u.end(), finite) ||
