@@ -33,7 +33,7 @@ const char* shape_name(std::int64_t number) {
 RandomKey bench_key() { return make_random_key(1, {}); }
 
 SampleParameters bench_parameters(std::uint32_t samples) {
-  SampleParameters parameters;
+  SampleParameters parameters = parameters_for("conformal");
   set_samples(parameters, samples);
   return parameters;
 }

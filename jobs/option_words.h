@@ -17,7 +17,8 @@ struct Word {
   const char* text;
   Enum value;
 };
-inline constexpr Word<MethodChoice> method_words[] = {{"conformal", MethodChoice::conformal},
+inline constexpr Word<MethodChoice> method_words[] = {{"auto", MethodChoice::automatic},
+                                                      {"conformal", MethodChoice::conformal},
                                                       {"direct", MethodChoice::direct},
                                                       {"anisotropic", MethodChoice::anisotropic}};
 inline constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::embree},
@@ -32,6 +33,10 @@ inline constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind
                                                         {"random", SequenceKind::random}};
 inline constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
                                                   {"curve", OrderKind::curve}};
+inline constexpr Word<ElementOrder> order_of_elements_words[] = {{"hilbert", ElementOrder::hilbert},
+                                                                {"peano", ElementOrder::peano},
+                                                                {"peano-meander", ElementOrder::peano_meander},
+                                                                {"balanced", ElementOrder::balanced}};
 inline constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert},
                                                   {"peano", CurveKind::peano},
                                                   {"peano-meander", CurveKind::peano_meander}};

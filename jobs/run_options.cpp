@@ -56,8 +56,9 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
   table.add(points, "samples", "-n,--samples", texts.samples, "Points per model, 1 to 2^31")
       .range(1.0, 2147483648.0);
   table.add(points, "method", "--method", sample.method, method_words,
-            "Order of the surface: a curve over a conformal chart, 3-D Hilbert order, or a curve over "
-            "a chart conformal in the metric of a tensor field");
+            "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
+            "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
+            "a tensor field");
   table.add(points, "density", "--density", texts.density,
             "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
   table
@@ -78,7 +79,11 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
   table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, "The 1-D sample set");
   table.add(points, "order", "--order", sample.place.order, order_words,
             "Order in the file: every prefix well spread, or along the curve");
-  table.add(points, "curve", "--curve", sample.locator.curve.kind, curve_words, "The space-filling curve");
+  points
+      .add_option("--curve", texts.curve,
+                  "The curve, or balanced bisection; direct: hilbert or balanced (default hilbert)")
+      .one_of(all_words(order_of_elements_words));
+  table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
   table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
             "Stored coordinates (loc and scale undo it)");
@@ -180,7 +185,7 @@ void resolve_sampling(SampleParameters& sample, const RunOptionTexts& texts) {
   // 7.4).
   if (first_hit) sample.locator.curve.leaves_per_sample = 64;
   if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
-  sample.elements.curve = sample.locator.curve.kind;
+  if (!texts.curve.empty()) sample.order = value_of(order_of_elements_words, texts.curve);
   set_samples(sample, texts.samples);
 }
 
@@ -251,9 +256,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
       density != DensityKind::max)
     problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
   if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
-    problems.push_back("--method direct has no location step: leave --locate out");
-  if (!method_of(sample).makes_charts && sample.elements.curve != CurveKind::hilbert)
-    problems.push_back("--method direct uses the 3-D Hilbert curve: leave --curve out");
+    problems.push_back(fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
+                                   method_of(sample).name));
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
     for (const std::string& problem :

@@ -43,10 +43,10 @@ inline constexpr std::array<std::string_view, 14> status_names = {"ok",
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.
-// Anisotropic: over charts that are conformal in the metric of a tensor field, or follow its directions.
-enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3, anisotropic = 4 };
-inline constexpr std::array<std::string_view, 5> method_names = {"none", "conformal", "mean-value", "direct",
-                                                                 "anisotropic"};
+// Direct: the 3-D Hilbert curve. Balanced: balanced bisection in space. Anisotropic: over charts that are conformal in the metric of a tensor field, or follow its directions.
+enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3, anisotropic = 4, balanced = 5 };
+inline constexpr std::array<std::string_view, 6> method_names = {
+    "none", "conformal", "mean-value", "direct", "anisotropic", "balanced"};
 constexpr std::string_view name_of(Method method) { return method_names[static_cast<std::size_t>(method)]; }
 
 // An item that cannot go on: its status and one sentence that says what is wrong and where. The run goes on.

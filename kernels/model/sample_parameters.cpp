@@ -35,6 +35,13 @@ std::vector<std::string> validate(const SampleParameters& p) {
       p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
   if (wants_attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
+  if (p.method == MethodChoice::automatic && p.order)
+    problems.push_back("the method auto chooses the order itself: name a method to choose the curve");
+  if (p.method == MethodChoice::direct && order_of(p) != ElementOrder::hilbert &&
+      order_of(p) != ElementOrder::balanced)
+    problems.push_back("the method direct knows the curves hilbert and balanced");
+  if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts && order_of(p) == ElementOrder::balanced)
+    problems.push_back("the locator first-hit follows a curve: it has no balanced order");
   if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
   check_range(problems, "descriptor bins", p.describe.bins, 8, 1024);
@@ -59,9 +66,16 @@ bool casts_rays(const SampleParameters& parameters) {
   return method_of(parameters).makes_charts && parameters.locate != LocatorKind::elements;
 }
 
+ElementOrder order_of(const SampleParameters& parameters) {
+  return parameters.order.value_or(method_of(parameters).order);
+}
+
 double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
-  return method_of(parameters).follows_tensor ? std::max(asked, tensor_elements_per_sample) : asked;
+  double least = 0;
+  if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
+  if (order_of(parameters) == ElementOrder::balanced) least = std::max(least, balanced_elements_per_sample);
+  return std::max(asked, least);
 }
 
 void set_samples(SampleParameters& parameters, std::uint32_t samples) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,13 +20,17 @@
 
 namespace meander {
 
-enum class MethodChoice : std::uint8_t { conformal, direct, anisotropic };
+enum class MethodChoice : std::uint8_t { automatic, conformal, direct, anisotropic };
 enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 
 // The least number of elements per sample of anisotropic sampling, whatever ElementParameters ask for:
 // triangles that are round in space are needles in a metric, and unless elements are small relative to a
 // sample's cell, samples are less anisotropic than requested (docs/ANISOTROPIC.md has the numbers).
 inline constexpr double tensor_elements_per_sample = 16;
+
+// The least number of elements per sample of the balanced order: its cells follow the borders of elements, and
+// coarse elements make ragged cells (bench/README.md has the numbers).
+inline constexpr double balanced_elements_per_sample = 16;
 
 // How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).
 struct TensorChartParameters {
@@ -37,7 +42,8 @@ struct TensorChartParameters {
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.
 struct SampleParameters {
-  MethodChoice method = MethodChoice::conformal;
+  MethodChoice method = MethodChoice::automatic;
+  std::optional<ElementOrder> order;  // of the elements; without a value that of the method (see order_of)
   LocatorKind locate = LocatorKind::embree;
   std::uint64_t seed = 1;
   CutParameters cut;
@@ -59,13 +65,15 @@ std::vector<std::string> validate(const SampleParameters& parameters);
 struct SamplingMethod {
   MethodChoice choice;
   std::string_view name;  // on the command line and in stores
+  ElementOrder order;     // of its elements, unless another one is asked for
   bool makes_charts;      // cuts and flattens the surface: has a curve and a locator to choose
   bool follows_tensor;    // samples under a tensor field: has segments, and rows of AnisotropyReport
 };
-inline constexpr std::array<SamplingMethod, 3> sampling_methods = {
-    {{MethodChoice::conformal, "conformal", true, false},
-     {MethodChoice::direct, "direct", false, false},
-     {MethodChoice::anisotropic, "anisotropic", true, true}}};
+inline constexpr std::array<SamplingMethod, 4> sampling_methods = {
+    {{MethodChoice::automatic, "auto", ElementOrder::balanced, false, false},
+     {MethodChoice::conformal, "conformal", ElementOrder::hilbert, true, false},
+     {MethodChoice::direct, "direct", ElementOrder::hilbert, false, false},
+     {MethodChoice::anisotropic, "anisotropic", ElementOrder::hilbert, true, true}}};
 constexpr const SamplingMethod& method_of(const SampleParameters& parameters) {
   return sampling_methods[static_cast<std::size_t>(parameters.method)];
 }
@@ -75,8 +83,10 @@ SampleParameters parameters_for(std::string_view method);
 // Whether the parameters cast rays: only then do the stages need an Embree device.
 bool casts_rays(const SampleParameters& parameters);
 
-// elements.elements_per_sample, or tensor_elements_per_sample where that is more and the method is
-// anisotropic.
+// The order of the elements: the one asked for, or that of the method.
+ElementOrder order_of(const SampleParameters& parameters);
+
+// elements.elements_per_sample, or what the method or the order needs at least where that is more.
 double elements_per_sample(const SampleParameters& parameters);
 
 // Sets the number of samples wherever the stages need it.

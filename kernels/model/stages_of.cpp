@@ -47,10 +47,11 @@ void measure_surface(Model& model) {
 }
 
 ModelStages charting_direct(const SampleParameters& p) {
-  return {{"prepare_mesh", [density = p.density](Model& model) {
+  const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
+  return {{"prepare_mesh", [density = p.density, method](Model& model) {
              prepare_surface(model, density);
              measure_surface(model);
-             model.row.report.method = Method::direct;
+             model.row.report.method = method;
            }}};
 }
 
@@ -99,7 +100,7 @@ ElementParameters element_parameters(const SampleParameters& p) {
   ElementParameters elements = p.elements;
   elements.elements_per_sample = elements_per_sample(p);
   elements.keep_vertices = p.place.place == PlaceKind::vertex;
-  elements.curve = p.locator.curve.kind;
+  elements.order = order_of(p);
   return elements;
 }
 
@@ -113,19 +114,21 @@ ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
 }
 
 ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device, DomainOf domain_of) {
-  ModelStages stages = {{"build_curve", [locator = p.locator, domain_of](Model& model) {
+  LocateParameters curved = p.locator;
+  curved.curve.kind = curve_of(order_of(p));
+  ModelStages stages = {{"build_curve", [locator = curved, domain_of](Model& model) {
                            const Domain domain = domain_of(model);
                            model.trees = build_curves(domain.mesh.mesh(), model.charts, domain.measure.masses,
                                                       locator, model.cancel);
                          }}};
   if (p.locate == LocatorKind::first_hit) {
-    stages.push_back({"locate_vertices", [locator = p.locator, device, domain_of](Model& model) {
+    stages.push_back({"locate_vertices", [locator = curved, device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
                         model.elements = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
                                                           model.charts, model.trees, locator, model.cancel);
                       }});
   } else {
-    stages.push_back({"locate_vertices", [locator = p.locator, elements = element_parameters(p), device,
+    stages.push_back({"locate_vertices", [locator = curved, elements = element_parameters(p), device,
                                           domain_of](Model& model) {
                         const Domain domain = domain_of(model);
                         const Located located = locate_with_embree(*device, domain.mesh.mesh(), model.charts,
@@ -239,7 +242,8 @@ struct MethodStages {
   ModelStages (*describing)(const SampleParameters&);
 };
 constexpr std::array<MethodStages, sampling_methods.size()> stages_by_method = {
-    {{MethodChoice::conformal, charting_conformal, placing_conformal, describing},
+    {{MethodChoice::automatic, charting_direct, placing_direct, describing},
+     {MethodChoice::conformal, charting_conformal, placing_conformal, describing},
      {MethodChoice::direct, charting_direct, placing_direct, describing},
      {MethodChoice::anisotropic, charting_anisotropic, placing_anisotropic, describing_anisotropy}}};
 

@@ -19,7 +19,7 @@ DESCRIPTORS = {"d2": 64, "a3": 5}
 STATUSES = ["ok", "empty", "unreadable", "unsupported_format", "non_finite", "index_out_of_range", "zero_area",
             "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal", "missing_attribute"]
 SPLITS = ["none", "train", "test", "validation"]
-METHODS = ["none", "conformal", "mean-value", "direct", "anisotropic"]
+METHODS = ["none", "conformal", "mean-value", "direct", "anisotropic", "balanced"]
 
 
 def layout_table(page):

@@ -54,7 +54,7 @@ std::vector<double> moves(const fs::path& mesh, const ScratchFolder& scratch) {
 
 TEST_CASE("run --curved: points of coarse spheres lie on the sphere to fourth order, flat ones to second") {
   const ScratchFolder scratch;
-  for (const char* method : {"conformal", "direct"}) {
+  for (const char* method : {"auto", "conformal", "direct"}) {
     double flat[2], curved[2];
     for (const int level : {0, 1}) {
       const fs::path mesh = scratch / "ball.off";

@@ -58,6 +58,7 @@ TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes 
   write_file(models / "too_large.off", triangle_text("1e200"));
   for (const std::vector<std::string>& more :
        std::vector<std::vector<std::string>>{{"--certify"},
+                                             {"--method", "conformal", "--certify"},
                                              {"--method", "direct", "--certify"},
                                              {"--method", "anisotropic"},
                                              {"--method", "anisotropic", "--parameterisation", "gradient"}}) {

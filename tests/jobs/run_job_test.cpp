@@ -233,7 +233,7 @@ TEST_CASE("run: too_large is a row, and --max-failures stops early") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   write_mesh(scratch / "in/big.off", icosphere(6), MeshFile::off);
-  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M"})).exit_code == 3);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M", "--method", "conformal"})).exit_code == 3);
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.report(*reader.find("big.off")).status == Status::too_large);
   CHECK(run_process(run_command(scratch / "in", scratch / "m.h5", {"--max-failures", "2"})).exit_code == 75);
@@ -252,9 +252,13 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
   says({"--density", "mena"}, "not one of uniform");
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
+  says({"--locate", "elements"}, "name a method with charts");
+  says({"--curve", "hilbert"}, "name a method to choose the curve");
+  says({"--method", "direct", "--curve", "peano"}, "hilbert and balanced");
+  says({"--method", "conformal", "--locate", "first-hit", "--curve", "balanced"}, "no balanced order");
   says({"--memory", "12Q"}, "unit");
   says({"--retry", "broken"}, "`broken` is neither a status of a failed item");
-  says({"--locate", "first-hit", "--place", "element"}, "curve vertices");
+  says({"--method", "conformal", "--locate", "first-hit", "--place", "element"}, "curve vertices");
   CHECK(run_process({program, "rum"}).exit_code == 2);
   CHECK(run_process({program, "run", "nowhere", "-o", "x.h5"}).exit_code == 2);
   CHECK(run_process({program, "--help"}).exit_code == 0);
@@ -283,19 +287,38 @@ TEST_CASE("run: every method, locator, curve, sequence, order, density and frame
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   const std::vector<std::vector<std::string>> variants = {
-      {"--method", "direct"},      {"--locate", "elements"},     {"--locate", "first-hit"},
-      {"--place", "vertex"},       {"--sequence", "stratified"}, {"--sequence", "owen"},
-      {"--sequence", "regular"},   {"--sequence", "random"},     {"--order", "curve"},
-      {"--curve", "peano"},        {"--curve", "peano-meander"}, {"--normalize", "unit-sphere"},
-      {"--normalize", "unit-box"}, {"--density", "mean"},        {"--density", "gaussian"},
-      {"--density", "max"},        {"--compress", "none"}};
+      {"--method", "auto"},
+      {"--method", "direct"},
+      {"--method", "direct", "--curve", "balanced"},
+      {"--method", "direct", "--place", "vertex"},
+      {"--method", "conformal", "--curve", "balanced"},
+      {"--method", "conformal", "--curve", "balanced", "--locate", "elements", "--place", "vertex"},
+      {"--method", "conformal", "--locate", "elements"},
+      {"--method", "conformal", "--locate", "first-hit"},
+      {"--method", "conformal", "--place", "vertex"},
+      {"--method", "conformal", "--curve", "peano"},
+      {"--method", "conformal", "--curve", "peano-meander"},
+      {"--place", "vertex"},
+      {"--sequence", "stratified"},
+      {"--sequence", "owen"},
+      {"--sequence", "regular"},
+      {"--sequence", "random"},
+      {"--order", "curve"},
+      {"--normalize", "unit-sphere"},
+      {"--normalize", "unit-box"},
+      {"--density", "mean"},
+      {"--density", "gaussian"},
+      {"--density", "max"},
+      {"--compress", "none"}};
   for (const auto& variant : variants) {
     const ProcessResult result = run_process(run_command(scratch / "in", scratch / "s.h5", [&] {
       auto more = variant;
       more.push_back("--fresh");
       return more;
     }()));
-    INFO(variant[0] << " " << variant[1] << "\n" << result.err);
+    std::string words;
+    for (const std::string& word : variant) words += word + " ";
+    INFO(words << "\n" << result.err);
     CHECK(result.exit_code == 3);
     const VerifyResult verified = verify_store(scratch / "s.h5");
     CHECK(verified.problems.empty());

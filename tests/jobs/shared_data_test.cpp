@@ -101,9 +101,9 @@ std::vector<std::filesystem::path> good_models() {
 }
 
 // Areas of the file's triangles in long double against the masses of the curve's elements.
-void check_masses(const std::filesystem::path& path) {
-  INFO(path.filename());
-  SampleParameters parameters;
+void check_masses(const std::filesystem::path& path, std::string_view method) {
+  INFO(path.filename() << ", " << method);
+  SampleParameters parameters = parameters_for(method);
   set_samples(parameters, 2048);
   const EmbreeDevice device;
   Model model;
@@ -165,10 +165,24 @@ TEST_CASE("shared data: every file of dirty/ has its expected status") {
   CHECK(verify_store(store).problems.empty());
 }
 
+TEST_CASE("shared data: a row for each of the 212 files, paper/ and retrieval/ ok, auto") {
+  MEANDER_NEEDS_SHARED_DATA();
+  const ScratchFolder scratch;
+  const StoreReader reader(run_over(scratch, "", 16));
+  REQUIRE(reader.rows() == 212);
+  for (std::uint64_t row = 0; row < reader.rows(); ++row) {
+    if (reader.id(row).starts_with("dirty/")) continue;
+    const ItemReport report = reader.report(row);
+    INFO(reader.id(row) << ": " << report.reason);
+    CHECK(report.status == Status::ok);
+    CHECK(report.method == Method::balanced);
+  }
+}
+
 TEST_CASE("shared data: a row for each of the 212 files, paper/ and retrieval/ ok, 95 % conformal") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
-  const auto store = run_over(scratch, "", 16);
+  const auto store = run_over(scratch, "", 16, {"--method", "conformal"});
   const StoreReader reader(store);
   REQUIRE(reader.rows() == 212);
   int good = 0, conformal = 0;
@@ -196,25 +210,28 @@ TEST_CASE("shared data: exactly n distinct points on their polygons, n = 1, 7, 2
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   for (const std::uint32_t samples : {1u, 7u, 256u})
-    check_points(run_over(scratch, "dirty", samples), shared_data("dirty"));
+    for (const char* method : {"auto", "conformal"})
+      check_points(run_over(scratch, "dirty", samples, {"--method", method, "--fresh"}), shared_data("dirty"));
 }
 
 TEST_CASE("shared data: exactly n distinct points on their polygons, every n, over everything", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   for (const std::uint32_t samples : {1u, 7u, 256u, 2048u, 100000u})
-    check_points(run_over(scratch, "", samples), shared_data(""));
+    for (const char* method : {"auto", "conformal"})
+      check_points(run_over(scratch, "", samples, {"--method", method, "--fresh"}), shared_data(""));
 }
 
 TEST_CASE("shared data: masses equal areas in long double, twelve models") {
   MEANDER_NEEDS_SHARED_DATA();
   const auto models = good_models();
-  for (std::size_t i = 10; i < models.size(); i += 10) check_masses(models[i]);
+  for (std::size_t i = 10; i < models.size(); i += 10) check_masses(models[i], i % 20 == 10 ? "auto" : "conformal");
 }
 
 TEST_CASE("shared data: masses equal areas in long double, all of paper/ and retrieval/", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
-  for (const auto& model : good_models()) check_masses(model);
+  for (const auto& model : good_models())
+    for (const std::string_view method : {"auto", "conformal"}) check_masses(model, method);
 }
 
 TEST_CASE("shared data: the same bytes for 1 and 2 threads, half the memory, other lists", "[slow]") {

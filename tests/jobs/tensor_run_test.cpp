@@ -237,7 +237,7 @@ TEST_CASE("run --method anisotropic: whatever the conformal route samples of the
     REQUIRE(result.exit_code == 3);
     return store;
   };
-  const StoreReader conformal(run("conformal.h5", {}));
+  const StoreReader conformal(run("conformal.h5", {"--method", "conformal"}));
   for (const char* const form : {"metric", "gradient"}) {
     const std::vector<std::string> options = {"--method", "anisotropic", "--parameterisation", form, "-j"};
     const auto with = [&](const char* threads) {

@@ -68,6 +68,10 @@ TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, with certific
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, denser where the surface bends") {
   check_threads({"--method", "conformal", "--density", "mean"});
 }
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, auto") { check_threads({"--certify"}); }
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, balanced order over charts") {
+  check_threads({"--method", "conformal", "--curve", "balanced"});
+}
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, direct") { check_threads({"--method", "direct"}); }
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, anisotropic") {
   check_threads({"--method", "anisotropic"});

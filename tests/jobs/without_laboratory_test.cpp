@@ -85,7 +85,7 @@ TEST_CASE("without the laboratory: what needs it is a usage error that says so")
 
 TEST_CASE("without the laboratory: stores have the same bytes") {
   const Place place;
-  for (const char* const method : {"conformal", "direct", "anisotropic"}) {
+  for (const char* const method : {"auto", "conformal", "direct", "anisotropic"}) {
     const auto store_of = [&](const std::string& program) {
       const std::string store = place.path("s.h5");
       REQUIRE(place

@@ -27,7 +27,7 @@ Row sampled() {
   std::vector<double> positions;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     positions.insert(positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
-  SampleParameters parameters;
+  SampleParameters parameters = parameters_for("conformal");
   set_samples(parameters, 64);
   return Sampler(parameters).sample(positions, triangles_of(mesh));
 }

@@ -23,8 +23,9 @@ struct MethodCase {
   MethodChoice method;
   AlignmentForm form;
 };
-constexpr std::array<MethodCase, 4> methods = {
-    {{"conformal", MethodChoice::conformal, AlignmentForm::metric},
+constexpr std::array<MethodCase, 5> methods = {
+    {{"auto", MethodChoice::automatic, AlignmentForm::metric},
+     {"conformal", MethodChoice::conformal, AlignmentForm::metric},
      {"direct", MethodChoice::direct, AlignmentForm::metric},
      {"anisotropic, metric", MethodChoice::anisotropic, AlignmentForm::metric},
      {"anisotropic, gradient", MethodChoice::anisotropic, AlignmentForm::gradient}}};

@@ -41,7 +41,7 @@ std::pair<double, double> unrolled(Vector3 p) {
 // Root mean square over seeds of the error over rotated boxes, relative to random points.
 double error_of(const ChartMap& map, LocatorKind locate, std::uint32_t samples) {
   Model model;
-  SampleParameters parameters;
+  SampleParameters parameters = parameters_for("conformal");
   parameters.locate = locate;
   set_samples(parameters, samples);
   model.file = spiral_ramp();

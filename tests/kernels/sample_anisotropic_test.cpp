@@ -237,7 +237,7 @@ TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 /
 }
 
 TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as those of conformal") {
-  SampleParameters conformal;
+  const SampleParameters conformal = parameters_for("conformal");
   ChartedModel plain = charted(torus(60, 36), conformal),
                equal = charted(torus(60, 36), anisotropic(TensorKind::isotropic));
   const double plain_error = box_error(plain, 1000, 8), equal_error = box_error(equal, 1000, 8);

@@ -208,7 +208,7 @@ void check_model(const PolygonMesh& file, MethodChoice method, bool linear_densi
   const Counts triangles = gathered(quarters, triangle, quarters.cells / 4);
   const std::vector<double> triangle_shares = gathered(shares, triangle, quarters.cells / 4);
   check_unbiased(triangles, triangle_shares);
-  if (method == MethodChoice::direct) return;
+  if (!method_of(model.parameters).makes_charts) return;
 
   std::vector<std::uint8_t> on_seam(model.state.surface.vertex_count(), 0);
   for (const FlatChart& chart : model.state.charts)
@@ -238,11 +238,13 @@ PolygonMesh small_torus() { return moved(torus(11, 6), 1, 0, 0, 0); }
 }  // namespace
 
 TEST_CASE("sampling bias: every quarter of every triangle gets its share, 300 seeds") {
+  check_model(small_torus(), MethodChoice::automatic, false, 300);
   check_model(small_torus(), MethodChoice::direct, false, 300);
   check_model(small_torus(), MethodChoice::conformal, false, 300);
 }
 
 TEST_CASE("sampling bias: linear density, 300 seeds") {
+  check_model(small_torus(), MethodChoice::automatic, true, 300);
   check_model(small_torus(), MethodChoice::direct, true, 300);
   check_model(small_torus(), MethodChoice::conformal, true, 300);
 }
@@ -261,9 +263,10 @@ TEST_CASE("sampling bias: the sharp test sees a bias of a tenth") {
 
 TEST_CASE("sampling bias: 2000 seeds", "[slow]") {
   for (const PolygonMesh& file : {small_torus(), icosphere(1), moved(two_sided_plate(4, 0.05), 1, 0, 0, 0)})
-    for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal})
+    for (const MethodChoice method :
+         {MethodChoice::automatic, MethodChoice::direct, MethodChoice::conformal})
       for (const bool linear_density : {false, true}) {
-        CAPTURE(file.polygon_count(), method == MethodChoice::direct, linear_density);
+        CAPTURE(file.polygon_count(), static_cast<int>(method), linear_density);
         check_model(file, method, linear_density, 2000);
       }
 }

@@ -2,6 +2,7 @@
 // boxes against Monte Carlo, quality of prefixes, and the absence of bias. The cases over the shared meshes
 // with the full number of seeds are slow.
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -126,7 +127,11 @@ void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std:
   }
 }
 
-std::string label(MethodChoice method) { return method == MethodChoice::direct ? "direct" : "conformal"; }
+std::string label(MethodChoice method) {
+  return std::string(sampling_methods[static_cast<std::size_t>(method)].name);
+}
+
+constexpr MethodChoice methods[] = {MethodChoice::automatic, MethodChoice::direct, MethodChoice::conformal};
 
 void check_shared_prefixes(MethodChoice method) {
   for (const char* file : {"bunny_closed.off", "maxplanck_25k.off"}) {
@@ -175,7 +180,7 @@ constexpr Limits limits[] = {{"bunny_closed.off", 0.29, 0.175, 0.105},
 }  // namespace
 
 TEST_CASE("sampling quality: a third of the error of random points on simple shapes") {
-  for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal})
+  for (const MethodChoice method : methods)
     for (const PolygonMesh& mesh : {icosphere(3), torus(40, 24), moved(torus(12, 9), 2, 1, 2, 3)}) {
       ChartedModel model = flattened(mesh, method);
       const double ratio = rms_ratio(model, boxes_on(model), 1000, 6);
@@ -186,7 +191,7 @@ TEST_CASE("sampling quality: a third of the error of random points on simple sha
 }
 
 TEST_CASE("sampling quality: prefixes of a set on a torus") {
-  for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal}) {
+  for (const MethodChoice method : methods) {
     INFO(label(method));
     ChartedModel model = flattened(torus(30, 18), method);
     // Eight seeds know a ratio to about 5 %, hence the wider limits than in the slow case.
@@ -196,40 +201,45 @@ TEST_CASE("sampling quality: prefixes of a set on a torus") {
 
 // The shapes are turned: the sides of an axis-parallel plate lie in different octants around its own centre,
 // and the 3-D curve would tell them apart by luck.
-TEST_CASE("sampling quality: the conformal method tells the sides of a thin plate apart") {
+TEST_CASE("sampling quality: auto and conformal tell the sides of a thin plate apart") {
   const PolygonMesh plate = moved(two_sided_plate(16, 0.004), 1, 0, 0, 0);
   const FlatMesh flat = plate_side_by_side(16);
   const double direct = unfolded_ratio(plate, flat, MethodChoice::direct, 1000, 5);
   const double conformal = unfolded_ratio(plate, flat, MethodChoice::conformal, 1000, 5);
-  INFO("direct " << direct << ", conformal " << conformal);
+  const double balanced = unfolded_ratio(plate, flat, MethodChoice::automatic, 1000, 5);
+  INFO("direct " << direct << ", conformal " << conformal << ", auto " << balanced);
   CHECK(conformal < 0.8 * direct);
+  CHECK(balanced < 1.1 * conformal);
 }
 
-TEST_CASE("sampling quality: the conformal method tells the layers of a folded sheet apart") {
+TEST_CASE("sampling quality: auto and conformal tell the layers of a folded sheet apart") {
   const PolygonMesh folded = moved(folded_sheet(6, 12, 0.003), 1, 0, 0, 0);
   const FlatMesh flat = unfolded_sheet(6, 12);
   const double direct = unfolded_ratio(folded, flat, MethodChoice::direct, 1000, 5);
   const double conformal = unfolded_ratio(folded, flat, MethodChoice::conformal, 1000, 5);
-  INFO("direct " << direct << ", conformal " << conformal);
+  const double balanced = unfolded_ratio(folded, flat, MethodChoice::automatic, 1000, 5);
+  INFO("direct " << direct << ", conformal " << conformal << ", auto " << balanced);
   CHECK(conformal < 0.8 * direct);
+  CHECK(balanced < 0.8 * direct);
 }
 
 TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const Limits& limit : limits) {
-    double of_method[2][3];
-    for (const MethodChoice method : {MethodChoice::direct, MethodChoice::conformal}) {
+    std::array<std::array<double, 3>, sampling_methods.size()> of_method{};
+    for (const MethodChoice method : methods) {
       ChartedModel model = flattened(shared_mesh(limit.file), method);
       const std::vector<RotatedBox> boxes = boxes_on(model);
       REQUIRE(boxes.size() == 1000);
-      double* ratio = of_method[static_cast<std::size_t>(method)];
+      auto& ratio = of_method[static_cast<std::size_t>(method)];
       ratio[0] = rms_ratio(model, boxes, 1000, 20);
       ratio[1] = rms_ratio(model, boxes, 10000, 8);
       ratio[2] = rms_ratio(model, boxes, 100000, 4);
       WARN(limit.file << ", " << label(method) << ": " << ratio[0] << " " << ratio[1] << " " << ratio[2]);
     }
-    const double* conformal = of_method[static_cast<std::size_t>(MethodChoice::conformal)];
-    const double* direct = of_method[static_cast<std::size_t>(MethodChoice::direct)];
+    const auto& conformal = of_method[static_cast<std::size_t>(MethodChoice::conformal)];
+    const auto& direct = of_method[static_cast<std::size_t>(MethodChoice::direct)];
+    const auto& balanced = of_method[static_cast<std::size_t>(MethodChoice::automatic)];
     INFO(limit.file);
     CHECK(conformal[0] <= limit.thousand);
     CHECK(conformal[1] <= limit.ten_thousand);
@@ -238,12 +248,21 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
     CHECK(conformal[0] <= 1.05 * direct[0]);
     CHECK(conformal[1] <= 1.07 * direct[1]);
     CHECK(conformal[2] <= 1.10 * direct[2]);
+    // The default is the best of the three.
+    CHECK(balanced[0] <= 1.02 * std::min(conformal[0], direct[0]));
+    CHECK(balanced[1] <= 1.02 * std::min(conformal[1], direct[1]));
+    CHECK(balanced[2] <= 1.03 * std::min(conformal[2], direct[2]));
   }
 }
 
 TEST_CASE("sampling quality: prefixes on the shared meshes, direct", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
   check_shared_prefixes(MethodChoice::direct);
+}
+
+TEST_CASE("sampling quality: prefixes on the shared meshes, auto", "[slow]") {
+  MEANDER_NEEDS_SHARED_DATA();
+  check_shared_prefixes(MethodChoice::automatic);
 }
 
 TEST_CASE("sampling quality: prefixes on the shared meshes, conformal", "[slow]") {
@@ -260,6 +279,11 @@ TEST_CASE("sampling quality: thin plates and folded sheets, many sizes", "[slow]
     const double plate_conformal = unfolded_ratio(plate, sides, MethodChoice::conformal, n, 20);
     const double fold_direct = unfolded_ratio(folded, flat, MethodChoice::direct, n, 20);
     const double fold_conformal = unfolded_ratio(folded, flat, MethodChoice::conformal, n, 20);
+    const double plate_auto = unfolded_ratio(plate, sides, MethodChoice::automatic, n, 20);
+    const double fold_auto = unfolded_ratio(folded, flat, MethodChoice::automatic, n, 20);
+    WARN(n << ": plate auto " << plate_auto << ", folded sheet auto " << fold_auto);
+    CHECK(plate_auto < 0.8 * plate_direct);
+    CHECK(fold_auto < 0.8 * fold_direct);
     WARN(n << ": plate direct " << plate_direct << ", conformal " << plate_conformal
            << "; folded sheet direct " << fold_direct << ", conformal " << fold_conformal);
     CHECK(plate_conformal < 0.8 * plate_direct);

@@ -241,7 +241,7 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
   constexpr int sets = 10;
   PowerSpectrum spectrum = make_power_spectrum(66);
   for (std::uint64_t seed = 1; seed <= sets; ++seed) {
-    SampleParameters parameters;
+    SampleParameters parameters = parameters_for("conformal");
     parameters.seed = seed;
     set_samples(parameters, 1024);
     parameters.place.sequence = SequenceKind::stratified;

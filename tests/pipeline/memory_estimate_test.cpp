@@ -36,13 +36,15 @@ struct Setting {
 std::vector<Setting> settings(std::uint32_t samples) {
   std::vector<Setting> all;
   const auto add = [&](const char* name, auto change) {
-    Setting setting{name, {}};
+    Setting setting{name, parameters_for("conformal")};
     change(setting.parameters);
     set_samples(setting.parameters, samples);
     all.push_back(std::move(setting));
   };
   using P = SampleParameters;
   add("conformal", [](P&) {});
+  add("auto", [](P& p) { p = parameters_for("auto"); });
+  add("balanced over charts", [](P& p) { p.order = ElementOrder::balanced; });
   add("elements", [](P& p) { p.locate = LocatorKind::elements; });
   add("direct", [](P& p) { p.method = MethodChoice::direct; });
   add("direct certify", [](P& p) { p.method = MethodChoice::direct; });

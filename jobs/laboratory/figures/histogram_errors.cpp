@@ -16,7 +16,7 @@
 namespace meander {
 
 HistogramModel::HistogramModel(const FigureMesh& mesh, std::uint64_t seed_of_all)
-    : name(mesh.name), charted(staged_model(mesh, {})), seed(seed_of_all) {
+    : name(mesh.name), charted(staged_model(mesh, parameters_for("conformal"))), seed(seed_of_all) {
   const PreparedMesh& surface = charted.surface;
   creased = crease_normals(surface.x, surface.y, surface.z, surface.triangles);
   vertex_area = vertex_curvature(surface).mixed_area;

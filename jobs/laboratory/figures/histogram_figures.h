@@ -24,7 +24,7 @@ struct HistogramModel {
   // By the method anisotropic with the isotropic tensor: in its metric, along its directions.
   std::vector<Model> tensor_charted;
   std::vector<double> creased;      // 9 T corner normals, split at creases
-  SampleParameters parameters;      // but for points, sequence and seed
+  SampleParameters parameters = parameters_for("conformal");  // but for points, sequence and seed
   std::vector<double> vertices;     // 3 W
   std::vector<double> vertex_area;  // W mixed areas
   std::uint64_t seed = 1;

@@ -20,7 +20,8 @@ namespace meander {
 namespace {
 
 void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
-  SampleParameters conformal, direct = parameters_for("direct"), vertex, random;
+  const SampleParameters conformal = parameters_for("conformal"), direct = parameters_for("direct");
+  SampleParameters vertex = conformal, random = conformal;
   vertex.locate = LocatorKind::first_hit;
   vertex.place.place = PlaceKind::vertex;
   vertex.locator.curve.leaves_per_sample = 64;

@@ -1,0 +1,119 @@
+#include "kernels/locate/pieces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace meander {
+
+WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
+  return {{{0, 1, 0}, {0, 0, 1}}, corners, 1};
+}
+
+std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
+  std::size_t longest = 0;
+  double best = -1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 edge = piece.corner[(k + 1) % 3] - piece.corner[k];
+    const double length = dot(edge, edge);
+    if (length > best) {
+      best = length;
+      longest = k;
+    }
+  }
+  const std::size_t a = longest, b = (longest + 1) % 3;
+  std::array<WorkPiece, 2> children = {piece, piece};
+  const double b1 = 0.5 * (piece.weights.b1[a] + piece.weights.b1[b]),
+               b2 = 0.5 * (piece.weights.b2[a] + piece.weights.b2[b]);
+  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]);
+  for (std::size_t child = 0; child < 2; ++child) {
+    const std::size_t replaced = child == 0 ? b : a;
+    children[child].weights.b1[replaced] = b1;
+    children[child].weights.b2[replaced] = b2;
+    children[child].corner[replaced] = middle;
+    children[child].path = piece.path << 1 | static_cast<std::uint32_t>(child);
+  }
+  return children;
+}
+
+TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::size_t triangle) {
+  TriangleSource source;
+  for (std::size_t k = 0; k < 3; ++k) {
+    source.corner[k] = mesh.position(mesh.triangles[3 * triangle + k]);
+    source.density[k] = density.uniform() ? 1.0 : density.corner[3 * triangle + k];
+  }
+  source.area = mesh.area[triangle];
+  source.uniform = density.uniform();
+  return source;
+}
+
+std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,
+                                   RandomKey key) {
+  const UnitPair uniform =
+      random_pair(key, Stream::element_key, static_cast<std::uint64_t>(triangle) << 32 | path);
+  const double root = std::sqrt(uniform.first);
+  const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
+  return {w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2],
+          w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
+}
+
+bool is_needle(const WorkPiece& piece, double mass, double limit) {
+  if (!(8 * mass > limit)) return false;
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 edge = piece.corner[(k + 1) % 3] - piece.corner[k];
+    longest = std::max(longest, dot(edge, edge));
+  }
+  // 2.3 for an equilateral triangle of this mass, 4 for half a square.
+  return longest * mass > 4.1 * triangle_area(piece.corner[0], piece.corner[1], piece.corner[2]) * limit;
+}
+
+ChartPlaces::ChartPlaces(const PreparedMesh& mesh, std::span<const FlatChart> charts)
+    : mesh_(mesh), charts_(charts) {
+  if (charts.empty()) return;
+  chart_of_.assign(mesh.triangle_count(), no_index);
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (charts[c].report.method != Method::none)
+      std::fill(chart_of_.begin() + mesh.components[c].triangle_begin,
+                chart_of_.begin() + mesh.components[c].triangle_end, static_cast<std::uint32_t>(c));
+}
+
+bool ChartPlaces::find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const {
+  if (chart_of_.empty() || chart_of_[triangle] == no_index) return false;
+  const FlatChart& chart = charts_[chart_of_[triangle]];
+  const std::size_t local = 3 * (triangle - mesh_.components[chart_of_[triangle]].triangle_begin);
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = chart.u[chart.cut.triangles[local + k]];
+    v[k] = chart.v[chart.cut.triangles[local + k]];
+  }
+  return true;
+}
+
+std::vector<std::uint32_t> sheet_groups(const PreparedMesh& mesh, std::span<const FlatChart> charts,
+                                        std::span<const std::uint8_t> sheet) {
+  std::vector<std::uint32_t> group(charts.empty() ? 0 : mesh.triangle_count());
+  if (group.empty()) return group;
+  for (std::size_t c = 0; c < mesh.components.size(); ++c)
+    for (std::size_t t = mesh.components[c].triangle_begin; t < mesh.components[c].triangle_end; ++t)
+      group[t] = static_cast<std::uint32_t>(c) * 16 + (sheet.empty() ? 0u : sheet[t]);
+  return group;
+}
+
+std::array<Vector3, 3> bisection_corners(const MeasuredMesh& surface, std::uint32_t triangle) {
+  const PreparedMesh& mesh = surface.mesh();
+  const std::uint32_t h = 3 * triangle;
+  if (surface.in_space())
+    return {mesh.position(mesh.triangles[h]), mesh.position(mesh.triangles[h + 1]),
+            mesh.position(mesh.triangles[h + 2])};
+  const double a = surface.length(h), b = surface.length(h + 1), c = surface.length(h + 2);
+  if (!(a > 0)) return {Vector3{}, Vector3{}, Vector3{b, 0, 0}};
+  const double x = 0.5 * (a + (c - b) * (c + b) / a), y = 2 * area_from_lengths(a, b, c) / a;
+  return {Vector3{}, Vector3{a, 0, 0}, Vector3{x, y, 0}};
+}
+
+Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path) {
+  WorkPiece piece = whole_triangle(corners);
+  for (int bit = std::bit_width(path) - 2; bit >= 0; --bit) piece = bisect(piece)[path >> bit & 1u];
+  return piece.weights;
+}
+
+}  // namespace meander

@@ -1,0 +1,158 @@
+// Pieces of triangles by longest-edge bisection: what curve elements are (docs/METHODS.md 6.1).
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/parallel.h"
+#include "kernels/locate/elements.h"
+
+namespace meander {
+
+// A path is 1 followed by one bit a bisection: 31 bisections fit. No run needs more than 2^30 pieces of one
+// triangle.
+inline constexpr std::uint32_t deepest_path = 1u << 30;
+
+// A piece while it is being bisected: barycentric weights of its corners, and where they lie in the triangle
+// whose longest edge decides.
+struct WorkPiece {
+  Piece weights;
+  std::array<Vector3, 3> corner;
+  std::uint32_t path;
+};
+
+WorkPiece whole_triangle(const std::array<Vector3, 3>& corners);
+
+// Bisects the longest edge (the lowest one of equals); child 0 keeps the edge's first end, child 1 its
+// second.
+std::array<WorkPiece, 2> bisect(const WorkPiece& piece);
+
+// Geometry and density of one triangle, from which masses and points of its pieces follow.
+struct TriangleSource {
+  std::array<Vector3, 3> corner;  // in space
+  double density[3];
+  double area;
+  bool uniform;  // density 1 everywhere
+
+  Vector3 at(double b1, double b2) const {
+    return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
+  }
+};
+TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::size_t triangle);
+
+// Mass of a piece: area x mean of the linear density at its corners (exact for a linear density).
+inline double piece_mass(const TriangleSource& source, const Piece& piece, int bisections) {
+  // 2^-bisections, exact; a call of ldexp costs more than the rest.
+  const double share = std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
+  if (source.uniform) return source.area * share;
+  double mean = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double b1 = piece.b1[k], b2 = piece.b2[k];
+    mean += (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
+  }
+  return source.area * share * mean / 3;
+}
+
+// The weights of a piece's centroid (of corners 1 and 2 of its triangle).
+inline std::array<double, 2> centroid(const Piece& piece) {
+  return {(piece.b1[0] + piece.b1[1] + piece.b1[2]) / 3, (piece.b2[0] + piece.b2[1] + piece.b2[2]) / 3};
+}
+
+// Those of a uniformly random point of it; a pure function of (key, triangle, path).
+std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,
+                                   RandomKey key);
+
+// Whether a piece is much longer, where lengths are measured, than a well-shaped one of mass `limit` would be
+// there: samples would be spread along it. Never for pieces of less than limit / 8, so that their number is
+// bounded.
+bool is_needle(const WorkPiece& piece, double mass, double limit);
+
+// Depth-first bisection of one triangle until every piece weighs at most `limit` (and, where asked for, none
+// is a needle) and there are at least `wanted` of them; `emit` is called in path order.
+template <class Emit>
+void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& shape, double limit,
+                  std::uint32_t wanted, bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
+  const int least = wanted > 1 ? std::bit_width(wanted - 1) : 0;
+  const WorkPiece whole = whole_triangle(shape);
+  const double whole_mass = piece_mass(source, whole.weights, 0);
+  if (!(whole_mass > 0)) return;
+  const auto too_large = [&](const WorkPiece& piece, double mass) {
+    return mass > limit || (no_needles && is_needle(piece, mass, limit));
+  };
+  if (!too_large(whole, whole_mass) && least == 0) {  // most triangles of a fine mesh
+    emit(whole, whole_mass);
+    return;
+  }
+  stack.push_back(whole);
+  while (!stack.empty()) {
+    const WorkPiece piece = stack.back();
+    stack.pop_back();
+    const int bisections = std::bit_width(piece.path) - 1;
+    const double mass = piece_mass(source, piece.weights, bisections);
+    if ((too_large(piece, mass) || bisections < least) && mass > 0 && piece.path < deepest_path) {
+      const auto children = bisect(piece);
+      stack.push_back(children[1]);
+      stack.push_back(children[0]);
+    } else if (mass > 0) {
+      emit(piece, mass);
+    }
+  }
+}
+
+// Cuts all triangles of positive area, in their order. `record` is a class with
+//   void operator()(std::size_t triangle, const TriangleSource&, const WorkPiece&, double mass);
+//   void reserve(std::size_t pieces);
+//   void append(const Record& of_the_next_triangles);
+// `make` makes an empty one. Parallel by blocks of triangles, appended in order.
+template <class Make>
+auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<const std::uint32_t> wanted,
+             double limit, const Make& make, const CancelToken& cancel) {
+  const PreparedMesh& mesh = surface.mesh();
+  const std::size_t triangles = mesh.triangle_count();
+  // Large, so that a model of usual size is one block, whose pieces need no copying.
+  constexpr std::size_t block = 16384;
+  std::vector<decltype(make())> parts((triangles + block - 1) / block, make());
+  parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    auto& part = parts[begin / block];
+    part.reserve(end - begin);
+    std::vector<WorkPiece> stack;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!(mesh.area[t] > 0)) continue;
+      const TriangleSource source = source_of(mesh, density, t);
+      cut_triangle(source, bisection_corners(surface, static_cast<std::uint32_t>(t)), limit,
+                   wanted.empty() ? 0 : wanted[t], !surface.in_space(), stack,
+                   [&](const WorkPiece& piece, double mass) { part(t, source, piece, mass); });
+    }
+  });
+  if (parts.empty()) return make();
+  auto all = std::move(parts.front());
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    all.append(parts[i]);
+    parts[i] = make();
+  }
+  return all;
+}
+
+// Where triangles lie in their charts. Empty charts: nowhere.
+class ChartPlaces {
+ public:
+  ChartPlaces(const PreparedMesh& mesh, std::span<const FlatChart> charts);
+
+  // The corners' (u, v), or false where the triangle's component has no chart.
+  bool find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const;
+
+ private:
+  const PreparedMesh& mesh_;
+  std::span<const FlatChart> charts_;
+  std::vector<std::uint32_t> chart_of_;  // by triangle, no_index without
+};
+
+// Component and sheet of every triangle, as one number; empty without charts.
+std::vector<std::uint32_t> sheet_groups(const PreparedMesh& mesh, std::span<const FlatChart> charts,
+                                        std::span<const std::uint8_t> sheet);
+
+}  // namespace meander

@@ -1,0 +1,427 @@
+#include "kernels/order/balanced_order.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+#include "kernels/core/vector3.h"
+#include "kernels/order/sheet_cut.h"
+
+namespace meander {
+
+namespace {
+
+// Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
+constexpr std::size_t sorted_node = 32;
+constexpr std::size_t bins = 64;
+// Nodes of more elements than this are worked on by other threads too.
+constexpr std::size_t parallel_node = 32768;
+// Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
+constexpr std::uint32_t least_stack = 8;
+
+
+struct Item {
+  float at[3];
+  std::uint32_t element;
+  std::uint64_t mass;
+};
+
+using Point = std::array<float, 3>;
+
+float distance(const Point& a, const Point& b) {
+  const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+// A range of one coordinate.
+struct Extent {
+  float least = INFINITY, most = -INFINITY;
+  void hold(float x) {
+    least = std::min(least, x);
+    most = std::max(most, x);
+  }
+  float length() const { return most - least; }
+};
+
+// The coordinates of a node's items along its largest extent.
+std::size_t largest_extent(std::span<const Item> items) {
+  std::array<Extent, 3> extent;
+  for (const Item& item : items)
+    for (std::size_t k = 0; k < 3; ++k) extent[k].hold(item.at[k]);
+  std::size_t axis = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+    if (extent[k].length() > extent[axis].length()) axis = k;
+  return axis;
+}
+
+// Arrays of one thread, reused from node to node.
+struct Scratch {
+  std::vector<float> coordinate;  // what the node is cut across, by item
+  std::vector<std::pair<float, std::uint32_t>> row;
+  SheetScratch sheets;
+};
+
+// The lowest numbers first, equal ones in their order.
+void sort_row(std::vector<std::pair<float, std::uint32_t>>& row) { std::sort(row.begin(), row.end()); }
+
+struct Leaf {
+  std::size_t begin = 0;
+  std::uint32_t count = 0;
+};
+
+class Bisection {
+ public:
+  Bisection(std::vector<MassPoint> elements, std::uint32_t n, const ElementTraits& traits,
+            const CancelToken& cancel)
+      : n_(n), traits_(traits), cancel_(cancel) {
+    double total = 0;
+    for (const MassPoint& e : elements) total += e.mass;
+    if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
+    unit_ = total * 0x1p-61;  // the sum of the rounded masses stays below 2^62
+    const double scale = 1 / unit_;
+    front_.resize(elements.size() + n);
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+      const MassPoint& e = elements[i];
+      const auto mass = static_cast<std::uint64_t>(e.mass * scale);
+      front_[i] = {{e.at[0], e.at[1], e.at[2]}, e.element, mass};
+      total_ += mass;
+    }
+    count_ = elements.size();
+    elements = std::vector<MassPoint>();
+    back_.resize(count_ + n);
+    leaves_.resize(n);
+    centre_.resize(2 * std::size_t{n});
+    low_leaves_.resize(2 * std::size_t{n});
+    if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
+  }
+
+  BalancedOrder run() {
+    Scratch scratch;
+    bisect({0, 0, n_, 0, count_, true}, scratch);
+    path_.reserve(n_);
+    visit(0, 0, n_, nullptr, nullptr);
+    return collect();
+  }
+
+ private:
+  static constexpr std::uint32_t several_groups = ~0u;
+
+  // A node: its number in depth-first order, its first leaf and number of leaves, and where its items are.
+  struct Node {
+    std::size_t number;
+    std::uint32_t first, leaves;
+    std::size_t begin, count;
+    bool in_front;
+  };
+
+  // The mass before the leaf of that number.
+  std::uint64_t boundary(std::uint32_t leaf) const {
+    return total_ / n_ * leaf + total_ % n_ * leaf / n_;  // floor(total leaf / n) without overflow
+  }
+
+  void bisect(const Node& node, Scratch& scratch) {
+    const std::span<const Item> items((node.in_front ? front_ : back_).data() + node.begin, node.count);
+    if (node.count > parallel_node) cancel_.check();
+    if (node.leaves == 1) {
+      finish_leaf(node, items);
+      return;
+    }
+    const std::uint32_t low_leaves = find_coordinates(node, items, scratch);
+    const std::uint32_t high_leaves = node.leaves - low_leaves;
+    const std::uint64_t target = boundary(node.first + low_leaves) - boundary(node.first);
+    // Every cut may add an item: a node of s leaves has room for s - 1 more, as its halves have.
+    Item* const to = (node.in_front ? back_ : front_).data() + node.begin;
+    Item* const end = to + node.count + node.leaves - 1;
+    const auto [low, high] = divide(items, target, to, end, scratch);
+    Item* const high_items = end - (high + high_leaves - 1);
+    std::copy(end - high, end, high_items);
+    const auto high_begin = node.begin + static_cast<std::size_t>(high_items - to);
+    const Node children[2] = {{node.number + 1, node.first, low_leaves, node.begin, low, !node.in_front},
+                              {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves,
+                               high_leaves, high_begin, high, !node.in_front}};
+    if (node.count > parallel_node) {
+      parallel_tasks(2, [&](std::size_t i) {
+        Scratch own;
+        bisect(children[i], own);
+      });
+    } else {
+      for (const Node& child : children) bisect(child, scratch);
+    }
+    low_leaves_[node.number] = low_leaves;
+    join(node.number, children[0].number, children[1].number,
+         static_cast<float>(low_leaves) / static_cast<float>(node.leaves));
+  }
+
+  void join(std::size_t node, std::size_t low, std::size_t high, float share) {
+    for (std::size_t k = 0; k < 3; ++k)
+      centre_[node][k] = share * centre_[low][k] + (1 - share) * centre_[high][k];
+    if (!group_.empty()) group_[node] = group_[low] == group_[high] ? group_[low] : several_groups;
+  }
+
+  // Fills the coordinates that the node is cut across; returns the leaves of its low half.
+  std::uint32_t find_coordinates(const Node& node, std::span<const Item> items, Scratch& scratch) const {
+    const std::size_t axis = largest_extent(items);
+    std::vector<float>& at = scratch.coordinate;
+    at.resize(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i) at[i] = items[i].at[axis];
+    const std::uint32_t half = node.leaves / 2;
+    if (!traits_.group.empty()) {
+      order_groups(items, boundary(node.first + half) - boundary(node.first), at);
+      return half;
+    }
+    if (node.leaves < least_stack || traits_.normal.empty()) return half;
+    scratch.sheets.probes.clear();
+    const std::size_t probes = std::min(items.size(), sheet_probes);
+    for (std::size_t p = 0; p < probes; ++p) {
+      // One of every block, not always the same one: sides may alternate in the file.
+      const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
+      const Item& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
+      scratch.sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item)});
+    }
+    const std::optional<SheetCut> cut = find_sheet_cut(scratch.sheets, node.leaves);
+    return cut ? separate_sheets(node, items, *cut, at, half) : half;
+  }
+
+  // One sheet, or one side of the stack, before the other: along the largest extent within each. The halves
+  // get as many leaves as their masses ask for; where that is none, the node is cut in space after all.
+  std::uint32_t separate_sheets(const Node& node, std::span<const Item> items, const SheetCut& cut,
+                                std::vector<float>& at, std::uint32_t half) const {
+    std::uint64_t low = 0;
+    for (const Item& item : items)
+      if (!is_above(cut, item)) low += item.mass;
+    const std::uint64_t mass = boundary(node.first + node.leaves) - boundary(node.first);
+    const double leaves = static_cast<double>(low) / static_cast<double>(mass) * node.leaves;
+    const auto low_leaves = static_cast<std::uint32_t>(std::lround(leaves));
+    if (low_leaves == 0 || low_leaves >= node.leaves) return half;
+    for (std::size_t i = 0; i < items.size(); ++i)  // coordinates lie in [-1, 1]
+      if (is_above(cut, items[i])) at[i] += 4;
+    return low_leaves;
+  }
+
+  bool is_above(const SheetCut& cut, const Item& item) const {
+    return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
+  }
+
+  Point normal_of(const Item& item) const {
+    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[item.element]}];
+    return {n[0], n[1], n[2]};
+  }
+  std::uint32_t group_of(const Item& item) const { return traits_.group[traits_.triangle[item.element]]; }
+
+  // Groups in their order; the one that the cut falls into is cut across its own largest extent.
+  void order_groups(std::span<const Item> items, std::uint64_t target, std::vector<float>& at) const {
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> masses;
+    for (const Item& item : items) {
+      const std::uint32_t group = group_of(item);
+      if (masses.empty() || masses.back().first != group) masses.emplace_back(group, 0);
+      masses.back().second += item.mass;
+    }
+    if (masses.size() < 2) return;
+    std::sort(masses.begin(), masses.end());
+    std::uint64_t below = 0;
+    std::uint32_t crossed = masses.back().first;
+    for (const auto& [group, mass] : masses) {
+      below += mass;
+      if (below <= target) continue;
+      crossed = group;
+      break;
+    }
+    std::array<Extent, 3> extent;
+    for (const Item& item : items)
+      if (group_of(item) == crossed)
+        for (std::size_t k = 0; k < 3; ++k) extent[k].hold(item.at[k]);
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (extent[k].length() > extent[axis].length()) axis = k;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const std::uint32_t group = group_of(items[i]);
+      at[i] = group < crossed ? -4 : group > crossed ? 4 : items[i].at[axis];
+    }
+  }
+
+  // The lower `target` of the mass to the front of [to, end), the rest to its end; how many items each.
+  static std::pair<std::size_t, std::size_t> divide(std::span<const Item> items, std::uint64_t target,
+                                                    Item* to, Item* end, Scratch& scratch) {
+    const std::vector<float>& at = scratch.coordinate;
+    auto& row = scratch.row;
+    row.clear();
+    std::size_t low = 0, high = 0;
+    std::uint64_t below = 0;
+    if (items.size() <= sorted_node) {
+      for (std::size_t i = 0; i < items.size(); ++i) row.emplace_back(at[i], static_cast<std::uint32_t>(i));
+    } else {
+      Extent extent;
+      for (const float x : at) extent.hold(x);
+      const float scale = extent.length() > 0 ? static_cast<float>(bins) / extent.length() : 0.0f;
+      const auto bin_of = [&](float x) {
+        return std::min(static_cast<std::uint32_t>((x - extent.least) * scale),
+                        static_cast<std::uint32_t>(bins - 1));
+      };
+      std::array<std::uint64_t, bins> sum{};
+      for (std::size_t i = 0; i < items.size(); ++i) sum[bin_of(at[i])] += items[i].mass;
+      std::uint32_t crossing = 0;
+      while (crossing + 1 < bins && below + sum[crossing] <= target) below += sum[crossing++];
+      for (std::size_t i = 0; i < items.size(); ++i) {
+        const std::uint32_t bin = bin_of(at[i]);
+        if (bin == crossing)
+          row.emplace_back(at[i], static_cast<std::uint32_t>(i));
+        else if (bin < crossing)
+          to[low++] = items[i];
+        else
+          *(end - ++high) = items[i];
+      }
+    }
+    sort_row(row);
+    for (const auto& [coordinate, i] : row) {
+      const Item& item = items[i];
+      if (below + item.mass <= target) {
+        to[low++] = item;
+        below += item.mass;
+        continue;
+      }
+      const std::uint64_t part = target - below;
+      if (part > 0) {
+        to[low] = item;
+        to[low++].mass = part;
+      }
+      *(end - ++high) = item;
+      (end - high)->mass = item.mass - part;
+      below = target;
+    }
+    return {low, high};
+  }
+
+  void finish_leaf(const Node& node, std::span<const Item> items) {
+    double sum[3] = {}, mass = 0;
+    for (const Item& item : items) {
+      const auto m = static_cast<double>(item.mass);
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += m * static_cast<double>(item.at[k]);
+      mass += m;
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+      centre_[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
+    if (!group_.empty()) {
+      group_[node.number] = items.empty() ? 0 : group_of(items.front());
+      for (const Item& item : items)
+        if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
+    }
+    leaves_[node.first] = {node.begin, static_cast<std::uint32_t>(items.size())};
+    // Leaves end in one buffer, whichever they were in.
+    if (node.in_front) std::copy(items.begin(), items.end(), back_.data() + node.begin);
+  }
+
+  bool same_group(std::size_t a, std::size_t b) const {
+    return group_.empty() || (group_[a] == group_[b] && group_[a] != several_groups);
+  }
+
+  // Appends the leaves of the node to the path, which comes from the node `from` and goes on to `to` (null:
+  // it begins or ends here); returns the number of the last leaf's node.
+  std::size_t visit(std::size_t node, std::uint32_t first, std::uint32_t leaves, const std::size_t* from,
+                    const std::size_t* to) {
+    if (leaves == 1) {
+      path_.push_back({first, node});
+      return node;
+    }
+    const std::uint32_t low_leaves = low_leaves_[node];
+    const std::size_t low = node + 1, high = node + 2 * std::size_t{low_leaves};
+    float straight = 0, swapped = 0;
+    if (from && same_group(*from, node)) {
+      straight += distance(centre_[*from], centre_[low]);
+      swapped += distance(centre_[*from], centre_[high]);
+    }
+    if (to && same_group(*to, node)) {
+      straight += distance(centre_[*to], centre_[high]);
+      swapped += distance(centre_[*to], centre_[low]);
+    }
+    if (swapped < straight && same_group(low, high)) {
+      const std::size_t last = visit(high, first + low_leaves, leaves - low_leaves, from, &low);
+      return visit(low, first, low_leaves, &last, to);
+    }
+    const std::size_t last = visit(low, first, low_leaves, from, &high);
+    return visit(high, first + low_leaves, leaves - low_leaves, &last, to);
+  }
+
+  // The direction in which the path passes its r-th leaf.
+  Point direction(std::size_t r) const {
+    const std::size_t node = path_[r].node;
+    const std::size_t before = r > 0 && same_group(path_[r - 1].node, node) ? path_[r - 1].node : node;
+    const std::size_t after =
+        r + 1 < path_.size() && same_group(path_[r + 1].node, node) ? path_[r + 1].node : node;
+    Point d;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = centre_[after][k] - centre_[before][k];
+    if (d[0] == 0 && d[1] == 0 && d[2] == 0) {  // alone: along its largest extent
+      const Leaf& leaf = leaves_[path_[r].leaf];
+      d[largest_extent(std::span(back_).subspan(leaf.begin, leaf.count))] = 1;
+    }
+    return d;
+  }
+
+  BalancedOrder collect() const {
+    std::vector<std::size_t> begin(path_.size() + 1, 0);
+    for (std::size_t r = 0; r < path_.size(); ++r) begin[r + 1] = begin[r] + leaves_[path_[r].leaf].count;
+    BalancedOrder order;
+    order.element.resize(begin.back());
+    order.cumulative.resize(begin.back() + 1);
+    order.cumulative[0] = 0;
+    // The mass before the r-th leaf of the path is not boundary(r) to the last unit: leaves of the tree are
+    // numbered along the axes.
+    std::vector<std::uint64_t> before(path_.size() + 1, 0);
+    for (std::size_t r = 0; r < path_.size(); ++r)
+      before[r + 1] = before[r] + boundary(path_[r].leaf + 1) - boundary(path_[r].leaf);
+    parallel_blocks(path_.size(), sum_block, [&](std::size_t from, std::size_t to) {
+      std::vector<std::pair<float, std::uint32_t>> row;
+      for (std::size_t r = from; r < to; ++r) {
+        const Leaf& leaf = leaves_[path_[r].leaf];
+        const Item* const items = back_.data() + leaf.begin;
+        const Point d = direction(r);
+        row.clear();
+        for (std::uint32_t i = 0; i < leaf.count; ++i)
+          row.emplace_back(d[0] * items[i].at[0] + d[1] * items[i].at[1] + d[2] * items[i].at[2], i);
+        sort_row(row);
+        if (!group_.empty() && group_[path_[r].node] == several_groups)
+          std::stable_sort(row.begin(), row.end(), [&](const auto& a, const auto& b) {
+            return group_of(items[a.second]) < group_of(items[b.second]);
+          });
+        std::uint64_t sum = before[r];
+        for (std::uint32_t i = 0; i < leaf.count; ++i) {
+          const Item& item = items[row[i].second];
+          sum += item.mass;
+          order.element[begin[r] + i] = item.element;
+          order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * unit_;
+        }
+      }
+    });
+    return order;
+  }
+
+  struct Step {
+    std::uint32_t leaf;
+    std::size_t node;
+  };
+
+  std::uint32_t n_;
+  const ElementTraits& traits_;
+  const CancelToken& cancel_;
+  std::size_t count_ = 0;  // of the elements
+  std::uint64_t total_ = 0;
+  double unit_ = 0;                 // mass of one integer unit
+  std::vector<Item> front_, back_;  // a node's items are in one, its halves' in the other
+  std::vector<Leaf> leaves_;        // by place in the tree
+  std::vector<Point> centre_;       // by node, as the next two
+  std::vector<std::uint32_t> low_leaves_;
+  std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
+  std::vector<Step> path_;
+};
+
+}  // namespace
+
+BalancedOrder balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n,
+                             const ElementTraits& traits, const CancelToken& cancel) {
+  return Bisection(std::move(elements), n, traits, cancel).run();
+}
+
+}  // namespace meander

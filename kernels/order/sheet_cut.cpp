@@ -1,0 +1,180 @@
+#include "kernels/order/sheet_cut.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace meander {
+
+namespace {
+
+constexpr double least_spread = 0.3;  // of normals, in a stack of two sides
+constexpr double thinness = 0.25;     // variance across a stack over that within it
+constexpr std::size_t least_probes = 8;
+constexpr float least_gap = 0.15f;  // between layers, over the whole height
+constexpr float gap_over_mean = 6;  // over the mean distance of heights
+
+// Neighbours in the two sheets, squared: across the stack, over the variance within it; and along it, over
+// the area of a share (a stack thicker than that needs no telling apart).
+constexpr double most_apart = 0.5;
+constexpr double most_offset = 0.125;
+constexpr double least_offset = 1e-12;  // squared; coordinates are known to 2^-24
+
+using Symmetric = std::array<double, 6>;  // xx, xy, xz, yy, yz, zz
+using Vector = std::array<double, 3>;
+
+struct Moments {
+  Vector mean{};
+  Symmetric covariance{};
+};
+
+template <class Get>
+Moments moments_of(const std::vector<SheetProbe>& probes, const Get& get) {
+  Moments result;
+  const auto count = static_cast<double>(probes.size());
+  for (const SheetProbe& probe : probes)
+    for (std::size_t k = 0; k < 3; ++k) result.mean[k] += static_cast<double>(get(probe)[k]) / count;
+  for (const SheetProbe& probe : probes) {
+    Vector v;
+    for (std::size_t k = 0; k < 3; ++k) v[k] = static_cast<double>(get(probe)[k]) - result.mean[k];
+    result.covariance[0] += v[0] * v[0] / count;
+    result.covariance[1] += v[0] * v[1] / count;
+    result.covariance[2] += v[0] * v[2] / count;
+    result.covariance[3] += v[1] * v[1] / count;
+    result.covariance[4] += v[1] * v[2] / count;
+    result.covariance[5] += v[2] * v[2] / count;
+  }
+  return result;
+}
+
+Vector product(const Symmetric& m, const Vector& v) {
+  return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+          m[2] * v[0] + m[4] * v[1] + m[5] * v[2]};
+}
+
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// The largest eigenvalue and its direction, by repeated squaring of the matrix (power iteration with 2^10
+// steps).
+double largest_eigenvalue(const Symmetric& m, Vector& direction) {
+  Symmetric power = m;
+  for (int i = 0; i < 10; ++i) {
+    const double trace = power[0] + power[3] + power[5];
+    if (!(trace > 0)) return 0;
+    for (double& x : power) x /= trace;
+    const Symmetric p = power;
+    power = {p[0] * p[0] + p[1] * p[1] + p[2] * p[2], p[0] * p[1] + p[1] * p[3] + p[2] * p[4],
+             p[0] * p[2] + p[1] * p[4] + p[2] * p[5], p[1] * p[1] + p[3] * p[3] + p[4] * p[4],
+             p[1] * p[2] + p[3] * p[4] + p[4] * p[5], p[2] * p[2] + p[4] * p[4] + p[5] * p[5]};
+  }
+  // The longest column of a matrix that is nearly of rank one.
+  const std::array<Vector, 3> columns = {{{power[0], power[1], power[2]},
+                                          {power[1], power[3], power[4]},
+                                          {power[2], power[4], power[5]}}};
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+    if (dot(columns[k], columns[k]) > dot(columns[best], columns[best])) best = k;
+  const double length = std::sqrt(dot(columns[best], columns[best]));
+  if (!(length > 0)) return 0;
+  for (std::size_t k = 0; k < 3; ++k) direction[k] = columns[best][k] / length;
+  return dot(direction, product(m, direction));
+}
+
+// The second largest eigenvalue of a covariance.
+double middle_eigenvalue(const Symmetric& m) {
+  Vector first{}, second{};
+  const double largest = largest_eigenvalue(m, first);
+  Symmetric rest = m;
+  rest[0] -= largest * first[0] * first[0];
+  rest[1] -= largest * first[0] * first[1];
+  rest[2] -= largest * first[0] * first[2];
+  rest[3] -= largest * first[1] * first[1];
+  rest[4] -= largest * first[1] * first[2];
+  rest[5] -= largest * first[2] * first[2];
+  return std::max(0.0, largest_eigenvalue(rest, second));
+}
+
+std::array<float, 3> rounded(const Vector& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+// Between the layers on both sides of the gap nearest to the middle, if there is a clear one.
+std::optional<SheetCut> cut_of_layers(SheetScratch& scratch, const Vector& direction) {
+  SheetCut cut{rounded(direction), 0, false};
+  std::vector<float>& height = scratch.height;
+  height.clear();
+  for (const SheetProbe& p : scratch.probes)
+    height.push_back(cut.direction[0] * p.at[0] + cut.direction[1] * p.at[1] + cut.direction[2] * p.at[2]);
+  std::sort(height.begin(), height.end());
+  const float range = height.back() - height.front();
+  const float clear = std::max(least_gap * range, gap_over_mean * range / static_cast<float>(height.size()));
+  std::size_t best = 0;
+  float nearest = INFINITY;
+  for (std::size_t i = 1; i < height.size(); ++i) {
+    if (!(height[i] - height[i - 1] > clear)) continue;
+    const float from_middle = std::abs(static_cast<float>(i) - 0.5f * static_cast<float>(height.size()));
+    if (from_middle >= nearest) continue;
+    nearest = from_middle;
+    best = i;
+  }
+  if (best == 0) return std::nullopt;
+  cut.threshold = 0.5f * (height[best - 1] + height[best]);
+  return cut;
+}
+
+// Whether the two parts lie over each other, and closely: seen along the direction, the elements of one have
+// near neighbours in the other, and those lie off them by less than `largest` (squared). Patches beside each
+// other are no stack, nor are faces of one flat sheet that are turned differently.
+bool lie_over_each_other(const std::vector<SheetProbe>& probes, const SheetCut& cut, const Vector& direction,
+                         double width, double largest) {
+  double squares = 0, apart = 0, count = 0;
+  for (const SheetProbe& above : probes) {
+    if (!cut.is_above(above.at, above.normal)) continue;
+    double nearest = INFINITY, height = 0;
+    for (const SheetProbe& below : probes) {
+      if (cut.is_above(below.at, below.normal)) continue;
+      Vector v;
+      for (std::size_t k = 0; k < 3; ++k)
+        v[k] = static_cast<double>(above.at[k]) - static_cast<double>(below.at[k]);
+      const double along = dot(v, direction), across = dot(v, v) - along * along;
+      if (across >= nearest) continue;
+      nearest = across;
+      height = along;
+    }
+    squares += height * height;
+    apart += nearest;
+    ++count;
+  }
+  if (count == 0 || !(apart < most_apart * width * count)) return false;
+  return squares < largest * count && squares > least_offset * count;
+}
+
+}  // namespace
+
+std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves) {
+  const std::vector<SheetProbe>& probes = scratch.probes;
+  if (probes.size() < least_probes) return std::nullopt;
+  const Moments normals = moments_of(probes, [](const SheetProbe& p) { return p.normal; });
+  const double agreement = dot(normals.mean, normals.mean);
+  const Moments positions = moments_of(probes, [](const SheetProbe& p) { return p.at; });
+  const double width = middle_eigenvalue(positions.covariance);
+  // A square of variance w has the area 12 w; two of them are shared by the leaves.
+  const double largest = most_offset * 24 * width / leaves;
+  const auto is_thin = [&](const Vector& direction, double share) {
+    return dot(direction, product(positions.covariance, direction)) < thinness * share * width;
+  };
+  if (1 - agreement > least_spread) {
+    Vector direction{};
+    const double spread = largest_eigenvalue(normals.covariance, direction);
+    if (!(spread > least_spread) || !is_thin(direction, spread)) return std::nullopt;
+    const SheetCut cut{rounded(direction), 0, true};
+    if (!lie_over_each_other(probes, cut, direction, width, largest)) return std::nullopt;
+    return cut;
+  }
+  Vector direction = normals.mean;
+  for (double& x : direction) x /= std::sqrt(agreement);
+  if (!is_thin(direction, 1)) return std::nullopt;
+  const std::optional<SheetCut> cut = cut_of_layers(scratch, direction);
+  return cut && lie_over_each_other(probes, *cut, direction, width, largest) ? cut : std::nullopt;
+}
+
+}  // namespace meander

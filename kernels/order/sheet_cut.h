@@ -1,0 +1,47 @@
+// Where a thin stack of sheets is to be cut: between the sides that face different ways, or between layers
+// that face the same way (docs/METHODS.md 6.5).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace meander {
+
+// Elements looked at to recognise a stack.
+inline constexpr std::size_t sheet_probes = 64;
+
+struct SheetProbe {
+  std::array<float, 3> at;
+  std::array<float, 3> normal;
+};
+
+struct SheetScratch {
+  std::vector<SheetProbe> probes;
+  std::vector<float> height;
+};
+
+// An element is above the cut if its normal (sides) or its centroid (layers) is beyond `threshold` along
+// `direction`.
+struct SheetCut {
+  std::array<float, 3> direction{};
+  float threshold = 0;
+  bool by_normal = false;
+  bool is_above(const std::array<float, 3>& at, const std::array<float, 3>& normal) const {
+    const std::array<float, 3>& v = by_normal ? normal : at;
+    return direction[0] * v[0] + direction[1] * v[1] + direction[2] * v[2] > threshold;
+  }
+};
+
+// Whether the probes of a node, which `leaves` samples are to share, show a stack of sheets that lie over each
+// other at less than a third of a sample's width. Sides: the normals' covariance has an eigenvalue l > 0.3, and
+// along its direction the positions vary by less than a quarter of l times their second largest eigenvalue.
+// Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap there. In
+// both cases the elements of one part must have near neighbours in the other, off them across the stack: patches
+// beside each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2) where a stack is
+// likely, else O(P). Nothing for fewer than 8 probes.
+std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves);
+
+}  // namespace meander

@@ -1,0 +1,260 @@
+// The balanced order: balance at every level, the mass of every share, compact cells, sheets, and one result
+// whatever the threads.
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "kernels/core/random.h"
+#include "kernels/order/balanced_order.h"
+#include "kernels/order/sheet_cut.h"
+
+using namespace meander;
+
+namespace {
+
+constexpr RandomKey key{{7, 11}};
+
+// Uniform points of the unit square at z = 0 with masses between 1 and 2.
+std::vector<MassPoint> square_points(std::uint32_t count) {
+  std::vector<MassPoint> points;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const UnitPair at = random_pair(key, Stream::test_shapes, i);
+    const double mass = 1 + random_pair(key, Stream::test_shapes, i, 1).first;
+    points.push_back({{static_cast<float>(at.first), static_cast<float>(at.second), 0}, i, mass});
+  }
+  return points;
+}
+
+double total_of(const std::vector<MassPoint>& points) {
+  double total = 0;
+  for (const MassPoint& p : points) total += p.mass;
+  return total;
+}
+
+// The bounding box of each of n equal shares of the order: lengths along x, y, z.
+std::vector<std::array<float, 3>> extents(const std::vector<MassPoint>& points, const BalancedOrder& order,
+                                          std::uint32_t n) {
+  std::vector<std::array<float, 3>> least(n, {9, 9, 9}), most(n, {-9, -9, -9});
+  const double share = order.cumulative.back() / n;
+  for (std::size_t i = 0; i < order.element.size(); ++i) {
+    const double middle = 0.5 * (order.cumulative[i] + order.cumulative[i + 1]);
+    const auto cell = static_cast<std::size_t>(std::min(middle / share, n - 1.0));
+    for (std::size_t k = 0; k < 3; ++k) {
+      least[cell][k] = std::min(least[cell][k], points[order.element[i]].at[k]);
+      most[cell][k] = std::max(most[cell][k], points[order.element[i]].at[k]);
+    }
+  }
+  for (std::size_t c = 0; c < n; ++c)
+    for (std::size_t k = 0; k < 3; ++k) most[c][k] -= least[c][k];
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
+  for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 1000u}) {
+    const std::vector<MassPoint> points = square_points(5000);
+    const BalancedOrder order = balanced_order(std::vector(points), n);
+    REQUIRE(order.cumulative.size() == order.element.size() + 1);
+    CHECK(order.element.size() <= points.size() + n - 1);
+    CHECK(order.cumulative.front() == 0);
+    CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
+    CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
+    std::vector<double> mass(points.size(), 0.0);
+    for (std::size_t i = 0; i < order.element.size(); ++i)
+      mass[order.element[i]] += order.cumulative[i + 1] - order.cumulative[i];
+    double worst = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) worst = std::max(worst, std::abs(mass[i] - points[i].mass));
+    CHECK(worst < 1e-10);
+  }
+}
+
+TEST_CASE("balanced order: at every level of the tree the cells are boxes that do not overlap") {
+  // With 64 shares, the 2^k blocks of consecutive shares are the nodes of level k: boxes of equal mass.
+  constexpr std::uint32_t n = 64;
+  const std::vector<MassPoint> points = square_points(20000);
+  const BalancedOrder order = balanced_order(std::vector(points), n);
+  for (std::uint32_t blocks = 2; blocks <= n; blocks *= 2) {
+    double area = 0;
+    for (const auto& e : extents(points, order, blocks))
+      area += static_cast<double>(e[0]) * static_cast<double>(e[1]);
+    INFO(blocks << " blocks cover " << area << " of the unit square");
+    CHECK(area < 1.03);  // divided elements stick out of their cells
+    CHECK(area > 0.8);   // and cells end at the centroids of their elements
+  }
+}
+
+TEST_CASE("balanced order: shares are cut where the masses ask for, not the numbers of elements") {
+  // All elements left of the middle weigh three times as much: of 8 shares 6 lie there.
+  std::vector<MassPoint> points = square_points(4096);
+  for (MassPoint& p : points) p.mass = p.at[0] < 0.5f ? 3 : 1;
+  const BalancedOrder order = balanced_order(std::vector(points), 8);
+  const double share = order.cumulative.back() / 8;
+  std::array<double, 8> left{};
+  for (std::size_t i = 0; i < order.element.size(); ++i) {
+    const double middle = 0.5 * (order.cumulative[i] + order.cumulative[i + 1]);
+    if (points[order.element[i]].at[0] < 0.5f)
+      left[static_cast<std::size_t>(std::min(middle / share, 7.0))] +=
+          order.cumulative[i + 1] - order.cumulative[i];
+  }
+  CHECK(std::accumulate(left.begin(), left.end(), 0.0) / share == Approx(6).epsilon(0.03));
+}
+
+TEST_CASE("balanced order: consecutive cells are neighbours") {
+  constexpr std::uint32_t n = 1000;
+  const std::vector<MassPoint> points = square_points(16000);
+  const BalancedOrder order = balanced_order(std::vector(points), n);
+  std::vector<std::array<double, 2>> centre(n, {0, 0});
+  std::vector<double> mass(n, 0);
+  for (std::size_t i = 0; i < order.element.size(); ++i) {
+    const double m = order.cumulative[i + 1] - order.cumulative[i];
+    const auto cell = static_cast<std::size_t>(std::min(
+        0.5 * (order.cumulative[i] + order.cumulative[i + 1]) / order.cumulative.back() * n, n - 1.0));
+    for (std::size_t k = 0; k < 2; ++k)
+      centre[cell][k] += m * static_cast<double>(points[order.element[i]].at[k]);
+    mass[cell] += m;
+  }
+  double sum = 0;
+  for (std::size_t c = 0; c + 1 < n; ++c)
+    sum += std::hypot(centre[c][0] / mass[c] - centre[c + 1][0] / mass[c + 1],
+                      centre[c][1] / mass[c] - centre[c + 1][1] / mass[c + 1]);
+  const double step = sum / (n - 1) * std::sqrt(static_cast<double>(n));
+  INFO("mean step " << step << " of a cell's width");
+  CHECK(step < 1.25);  // 1 is the least; children in the order of the axes have 1.5
+}
+
+TEST_CASE("balanced order: equal points, no extent, elements without mass and one share") {
+  std::vector<MassPoint> points;
+  for (std::uint32_t i = 0; i < 1000; ++i) points.push_back({{0.25f, 0.5f, -0.5f}, i, i % 3 == 0 ? 0.0 : 1.0});
+  for (const std::uint32_t n : {1u, 5u, 700u}) {
+    const BalancedOrder order = balanced_order(std::vector(points), n);
+    CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
+    CHECK(std::set<std::uint32_t>(order.element.begin(), order.element.end()).size() == points.size());
+  }
+  CHECK_THROWS_AS(balanced_order(std::vector(points), 0), std::invalid_argument);
+  CHECK_THROWS_AS(balanced_order({}, 4), std::invalid_argument);
+}
+
+TEST_CASE("balanced order: more shares than elements") {
+  const BalancedOrder order = balanced_order(square_points(10), 1000);
+  CHECK(order.element.size() <= 1009);
+  CHECK(order.cumulative.back() == Approx(total_of(square_points(10))).epsilon(1e-14));
+}
+
+TEST_CASE("balanced order: masses of very different size") {
+  std::vector<MassPoint> points = square_points(3000);
+  for (MassPoint& p : points) p.mass = std::ldexp(1.0, -static_cast<int>(p.element % 80));
+  const BalancedOrder order = balanced_order(std::vector(points), 50);
+  CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-12));
+  CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
+}
+
+TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
+  const std::vector<MassPoint> points = square_points(200000);
+  BalancedOrder expected;
+  for (const std::size_t threads : {1u, 2u, 8u}) {
+    const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const BalancedOrder order = balanced_order(std::vector(points), 3000);
+    if (expected.element.empty()) expected = order;
+    CHECK(order.element == expected.element);
+    CHECK(order.cumulative == expected.cumulative);
+  }
+}
+
+TEST_CASE("balanced order: scaling and the order of the axes change nothing but rounding") {
+  const std::vector<MassPoint> points = square_points(2000);
+  std::vector<MassPoint> other = points;
+  for (MassPoint& p : other) p = {{0, 0.25f * p.at[0], 0.25f * p.at[1]}, p.element, 16 * p.mass};
+  const BalancedOrder a = balanced_order(std::vector(points), 100);
+  const BalancedOrder b = balanced_order(std::vector(other), 100);
+  CHECK(a.element == b.element);
+}
+
+TEST_CASE("balanced order: groups stay together, in their order") {
+  std::vector<MassPoint> points = square_points(3000);
+  std::vector<std::uint32_t> triangle(points.size()), group(points.size());
+  std::iota(triangle.begin(), triangle.end(), 0u);
+  for (std::size_t i = 0; i < points.size(); ++i) group[i] = i < 700 ? 2 : i < 710 ? 5 : i < 2000 ? 16 : 48;
+  for (const std::uint32_t n : {1u, 10u, 333u}) {
+    const BalancedOrder order = balanced_order(std::vector(points), n, {triangle, {}, group});
+    std::uint32_t before = 0;
+    std::size_t descents = 0;
+    for (const std::uint32_t e : order.element) {
+      descents += group[e] < before;
+      before = group[e];
+    }
+    INFO(n);
+    CHECK(descents == 0);
+  }
+}
+
+TEST_CASE("balanced order: the sides of a thin plate are told apart by their normals") {
+  // Two coincident squares, 0.002 apart.
+  std::vector<MassPoint> points = square_points(16000);
+  std::vector<float> normal;
+  std::vector<std::uint32_t> triangle(points.size());
+  std::iota(triangle.begin(), triangle.end(), 0u);
+  for (MassPoint& p : points) {
+    const bool top = p.element % 2 == 0;
+    p.at[2] = top ? 0.002f : 0.0f;
+    p.mass = 1;
+    normal.insert(normal.end(), {0, 0, top ? 1.0f : -1.0f});
+  }
+  constexpr std::uint32_t n = 500;
+  const auto mixed = [&](const BalancedOrder& order) {
+    std::array<std::vector<int>, 2> counts = {std::vector<int>(n), std::vector<int>(n)};
+    for (std::size_t i = 0; i < order.element.size(); ++i) {
+      const auto cell = static_cast<std::size_t>(
+          std::min(0.5 * (order.cumulative[i] + order.cumulative[i + 1]) / order.cumulative.back() * n, n - 1.0));
+      ++counts[order.element[i] % 2][cell];
+    }
+    int cells = 0;
+    for (std::size_t c = 0; c < n; ++c) cells += counts[0][c] > 0 && counts[1][c] > 0;
+    return cells;
+  };
+  CHECK(mixed(balanced_order(std::vector(points), n, {triangle, normal, {}})) <= 2);
+  CHECK(mixed(balanced_order(std::vector(points), n, {triangle, {}, {}})) > 400);
+}
+
+TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are not") {
+  SheetScratch scratch;
+  const auto fill = [&](auto make) {
+    scratch.probes.clear();
+    for (std::uint32_t i = 0; i < sheet_probes; ++i) {
+      const UnitPair at = random_pair(key, Stream::test_shapes, i, 3);
+      scratch.probes.push_back(make(static_cast<float>(at.first), static_cast<float>(at.second), i));
+    }
+    return find_sheet_cut(scratch, 64);
+  };
+  const auto plate = [](float thickness) {
+    return [thickness](float x, float y, std::uint32_t i) {
+      return SheetProbe{{x, y, i % 2 == 0 ? 0.0f : thickness}, {0, 0, i % 2 == 0 ? -1.0f : 1.0f}};
+    };
+  };
+  const std::optional<SheetCut> sides = fill(plate(0.01f));
+  REQUIRE(sides);
+  CHECK(sides->by_normal);
+  CHECK_FALSE(fill(plate(0.3f)));  // thicker than a sample's share is wide
+  CHECK_FALSE(fill(plate(0.0f)));  // faces of one flat sheet, turned differently
+  const std::optional<SheetCut> layers = fill([](float x, float y, std::uint32_t i) {
+    return SheetProbe{{x, y, 0.01f * static_cast<float>(i % 4)}, {0, 0, 1}};
+  });
+  REQUIRE(layers);
+  CHECK_FALSE(layers->by_normal);
+  CHECK(std::abs(layers->threshold) == Approx(0.015).margin(1e-4));  // two layers on either side
+  CHECK_FALSE(fill([](float x, float y, std::uint32_t) { return SheetProbe{{x, y, 0}, {0, 0, 1}}; }));
+  CHECK_FALSE(fill([](float x, float y, std::uint32_t) {  // a step: patches beside each other
+    return SheetProbe{{x, y, x < 0.5f ? 0.0f : 0.01f}, {0, 0, 1}};
+  }));
+  CHECK_FALSE(fill([](float x, float y, std::uint32_t) {  // a sphere's cap
+    const float z = std::sqrt(4 - x * x - y * y);
+    return SheetProbe{{x, y, z}, {x / 2, y / 2, z / 2}};
+  }));
+}
