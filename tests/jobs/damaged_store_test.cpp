@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -72,10 +72,6 @@ std::string joined(const Words& words) {
   std::string text;
   for (const std::string& word : words) text += word + " ";
   return text;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 // The file is refused by every command and stays as it is.

@@ -4,8 +4,8 @@
 #include <regex>
 #include <sstream>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -14,11 +14,6 @@ using namespace meander::test;
 namespace {
 
 using Words = std::vector<std::string>;
-
-ProcessResult meander_with(Words arguments) {
-  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
-  return run_process(arguments);
-}
 
 // "LOW to HIGH" behind an option in the help of its command.
 std::pair<double, double> stated_range(const std::string& command, const std::string& option) {
