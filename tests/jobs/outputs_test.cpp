@@ -302,7 +302,7 @@ ProcessOptions ending_in(End out, End error) {
   return options;
 }
 
-// Meshes with one good model among many that say nothing but their status: more text than any buffer holds.
+// One good model among many that fail with a status: their list is longer than any pipe buffer.
 void write_failing(const fs::path& folder) {
   fs::create_directory(folder);
   write_mesh(folder / "good.off", icosphere(1));
@@ -312,7 +312,7 @@ void write_failing(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("closed pipes: a job ends as it would have, whoever reads") {
+TEST_CASE("closed pipes: a job ends as it would have with a reader") {
   const ScratchFolder scratch;
   write_failing(scratch / "in");
   const auto run = [&](const std::string& store) {
@@ -393,7 +393,7 @@ TEST_CASE("export: no id of a store leads out of the folder") {
   }
 }
 
-TEST_CASE("run: an attribute that no model has is said in the summary") {
+TEST_CASE("run: the summary reports an attribute that no model has") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "in");
   write_mesh(scratch / "in/a.off", icosphere(1));
