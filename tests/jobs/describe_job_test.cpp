@@ -151,7 +151,7 @@ TEST_CASE("describe: rows that no time is left for are 0 and named, and the stor
   }
 }
 
-TEST_CASE("describe: killed, the old store is whole and the same command goes on") {
+TEST_CASE("describe: when killed, the old store is whole and the same command continues") {
   const Collection c;
   c.sample("s.h5", {"--describe", "a3"});
   c.sample("all.h5", {"--describe", "a3,d2,geodesic", "--geodesic-sources", "0"});
@@ -235,10 +235,11 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   CHECK(contains(error_of({}), "describe needs --descriptors: one or more of d2, a3"));
   CHECK(contains(error_of({"--descriptors", "d2,a3"}), "has the descriptor d2 already (--replace"));
   CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
-  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "need no meshes"));
+  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "no mesh is needed for a3"));
   CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--descriptor-scale", "largest"}), "d2 and geodesic only"));
-  CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}), "basics is not a histogram"));
+  CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}),
+                 "--bins applies to d2, a3, d1, d3, d4 and geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
   CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "give at least"));
   fs::create_directories(c.path("other"));
