@@ -68,8 +68,12 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
                   describe.scale == HistogramScale::mean ? "\"mean\"" : "\"largest\"", described,
                   [](Descriptor d) { return group_of(d).takes_scale; });
   merge_parameter(members, "geodesic_sources", fmt::format("{}", describe.geodesic_sources), described,
-                  [](Descriptor d) { return d == Descriptor::geodesic; });
+                  [](Descriptor d) { return group_of(d).takes_sources; });
   return join_members(members);
+}
+
+std::string described_by_meshes() {
+  return descriptors_with([](const DescriptorGroup& group) { return group.needs_mesh; });
 }
 
 }  // namespace
@@ -111,11 +115,12 @@ void resolve_describe_options(DescribeOptions& options) {
   const bool meshes = std::any_of(describe.descriptors.begin(), describe.descriptors.end(), needs_mesh);
   if (problems.empty() && meshes && options.inputs.empty())
     problems.push_back(
-        "geodesic and basics need the meshes, and a store does not keep their paths: give the inputs of the "
-        "run behind the store (meander describe STORE INPUT... --descriptors ...)");
+        fmt::format("the meshes are needed for {}, and a store does not keep their paths: give the inputs of "
+                    "the run behind the store (meander describe STORE INPUT... --descriptors ...)",
+                    described_by_meshes()));
   if (problems.empty() && !meshes && !options.inputs.empty())
     problems.push_back(
-        fmt::format("{} need no meshes: leave `{}` out", options.descriptors, options.inputs.front()));
+        fmt::format("no mesh is needed for {}: leave `{}` out", options.descriptors, options.inputs.front()));
   if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
   const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
   options.memory_bytes = budgets.memory_bytes;
@@ -130,8 +135,8 @@ std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options
     throw UsageError("`" + options.store + "` is not finished: repeat the `meander` command that began it");
   auto store = std::make_unique<StoreReader>(options.store, options.check);
   if (store->content() == StoreContent::surfaces && !options.inputs.empty())
-    throw UsageError("`" + options.store +
-                     "` is a store of parametric surfaces: there are no meshes for geodesic and basics");
+    throw UsageError("`" + options.store + "` is a store of parametric surfaces: there are no meshes for " +
+                     described_by_meshes());
   return store;
 }
 
@@ -157,7 +162,8 @@ void add_describe_command(Command& program, DescribeOptions& options) {
       program.add_subcommand("describe", "Add descriptors to a finished store without sampling again");
   command.add_option("STORE", options.store, "The store; it is replaced as a whole at the end").required();
   command.add_option("INPUT", options.inputs,
-                     "The inputs of `meander run`, for geodesic and basics; files are found by their ids");
+                     fmt::format("The inputs of `meander run`, for {}; files are found by their ids",
+                                 described_by_meshes()));
   command.add_option(
       "--descriptors", options.descriptors,
       fmt::format("One or more of {}, separated by commas; required", fmt::join(descriptor_names, ",")));

@@ -29,6 +29,22 @@ std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_v
   return chosen;
 }
 
+std::string descriptors_with(bool (*has)(const DescriptorGroup&)) {
+  std::vector<std::string_view> names;
+  for (const DescriptorGroup& group : descriptor_groups)
+    if (has(group)) names.push_back(group.name);
+  if (names.size() < 2) return names.empty() ? "none" : std::string(names.front());
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+namespace {
+
+bool has_bins(const DescriptorGroup& group) { return group.has_bins; }
+bool takes_scale(const DescriptorGroup& group) { return group.takes_scale; }
+bool takes_sources(const DescriptorGroup& group) { return group.takes_sources; }
+
+}  // namespace
+
 void add_descriptor_shape_options(Command& command, ParameterTable& table, DescriptorShapeOptions& given,
                                   DescribeParameters& describe) {
   static constexpr Word<HistogramScale> scale_words[] = {{"mean", HistogramScale::mean},
@@ -37,7 +53,8 @@ void add_descriptor_shape_options(Command& command, ParameterTable& table, Descr
       .on_given([&given] { given.bins_given = true; });
   table
       .add(command, "descriptor_scale", "--descriptor-scale", describe.scale, scale_words,
-           "Bins of d2 and geodesic up to 3 x the mean (Osada) or to the largest distance (the survey)")
+           fmt::format("Bins of {} up to 3 x the mean (Osada) or to the largest distance (the survey)",
+                       descriptors_with(takes_scale)))
       .on_given([&given] { given.scale_given = true; });
   table
       .add(command, "geodesic_sources", "--geodesic-sources", describe.geodesic_sources,
@@ -47,15 +64,14 @@ void add_descriptor_shape_options(Command& command, ParameterTable& table, Descr
 
 void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeParameters& describe,
                             std::vector<std::string>& problems) {
-  const auto none_is = [&](bool (*shaped)(Descriptor)) {
-    return std::none_of(describe.descriptors.begin(), describe.descriptors.end(), shaped);
+  const auto check = [&](bool is_given, const char* option, bool (*shaped)(const DescriptorGroup&)) {
+    if (is_given && std::none_of(describe.descriptors.begin(), describe.descriptors.end(),
+                                 [&](Descriptor d) { return shaped(group_of(d)); }))
+      problems.push_back(fmt::format("{} applies to {} only", option, descriptors_with(shaped)));
   };
-  if (given.bins_given && none_is([](Descriptor d) { return group_of(d).has_bins; }))
-    problems.push_back("--bins applies to histograms only, and basics is not a histogram");
-  if (given.scale_given && none_is([](Descriptor d) { return group_of(d).takes_scale; }))
-    problems.push_back("--descriptor-scale applies to the descriptors d2 and geodesic only");
-  if (given.sources_given && none_is([](Descriptor d) { return d == Descriptor::geodesic; }))
-    problems.push_back("--geodesic-sources applies to the descriptor geodesic only");
+  check(given.bins_given, "--bins", has_bins);
+  check(given.scale_given, "--descriptor-scale", takes_scale);
+  check(given.sources_given, "--geodesic-sources", takes_sources);
 }
 
 namespace {

@@ -17,6 +17,9 @@ namespace meander {
 std::vector<Descriptor> parse_descriptors(std::string_view option, std::string_view text,
                                           std::vector<std::string>& problems);
 
+// The names of the descriptors for which `has` is true: "d2 and geodesic".
+std::string descriptors_with(bool (*has)(const DescriptorGroup&));
+
 // Which of the options --bins, --descriptor-scale and --geodesic-sources were given.
 struct DescriptorShapeOptions {
   bool bins_given = false, scale_given = false, sources_given = false;

@@ -211,13 +211,13 @@ int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
 void add_common_options(Command& command, RetrieveOptions& options) {
   command.add_option("STORE", options.store, "The store").required();
   command.add_option("--descriptor", options.descriptor,
-                     "Its name in the store; several as a+b, each scaled by its mean distance (default: the "
-                     "first of the store)");
-  command.add_option("--distance", options.distance, "Between descriptors")
+                     "Descriptor by its name in the store; several as a+b, each scaled by its mean distance "
+                     "(default: the first of the store)");
+  command.add_option("--distance", options.distance, "Distance between descriptors")
       .show_default()
       .one_of(all_words(distance_words));
-  command.add_flag("--json", options.json, "As JSON");
-  command.add_option("--csv", options.csv, "The table as a CSV file as well");
+  command.add_flag("--json", options.json, "Print the results as JSON");
+  command.add_option("--csv", options.csv, "Also write the table to this CSV file");
   add_trust_option(command, options.check);
 }
 
@@ -225,26 +225,31 @@ void add_common_options(Command& command, RetrieveOptions& options) {
 
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   Command command = program.add_subcommand(
-      "retrieve", "Similar models of a store by their descriptors, and how well that finds classes");
+      "retrieve",
+      "Search a store for similar models by their descriptors, and evaluate the search by classes");
   command.require_subcommand();
   auto options = std::make_shared<RetrieveOptions>();
-  Command ask = command.add_subcommand("query", "The models most similar to one of the store");
+  Command ask = command.add_subcommand("query", "List the models most similar to a model of the store");
   add_common_options(ask, *options);
   ask.add_option("ITEM", options->item, "An id or a row number").required();
-  ask.add_option("-k,--count", options->k, "How many, 1 to 1000000").show_default().range(1, 1000000);
-  Command judge =
-      command.add_subcommand("evaluate", "Every model as a query: scores, precision over recall, confusion");
+  ask.add_option("-k,--count", options->k, "Number of models to list, 1 to 1000000")
+      .show_default()
+      .range(1, 1000000);
+  Command judge = command.add_subcommand(
+      "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
   add_common_options(judge, *options);
   judge.add_option("--classes", options->classes,
-                   "Princeton .cla file (default: the labels of the store); its order is that of --matrix");
-  judge.add_flag("--psb-compat", options->psb_compat,
-                 "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
-  judge.add_flag("--per-class", options->per_class, "A line for every class, in the picture too");
+                   "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
+  judge.add_flag(
+      "--psb-compat", options->psb_compat,
+      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
+  judge.add_flag("--per-class", options->per_class, "Scores of every class, also in the picture");
   judge.add_option("--matrix", options->matrix,
-                   "File for all distances: N x N float32 without header, row by row");
-  judge.add_option("--picture", options->picture, "SVG file: precision over recall");
-  judge.add_option("--confusion", options->confusion,
-                   "SVG or PNG file: classes of the nearest models by class of the query");
+                   "Write all distances to this file: N x N float32 in row order, no header");
+  judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
+  judge.add_option(
+      "--confusion", options->confusion,
+      "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
   const JobFunction select = add_select_command(command);
   return [options, laboratory, command, select] {
     if (command.chose("query")) return query(*options);

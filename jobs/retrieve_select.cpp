@@ -250,33 +250,35 @@ int select(const SelectOptions& options) {
 
 JobFunction add_select_command(Command& retrieve) {
   Command command = retrieve.add_subcommand(
-      "select", "All combinations of descriptors under all distances: scores, and the choice among them");
+      "select", "Evaluate combinations of descriptors and distances, and choose the best");
   auto options = std::make_shared<SelectOptions>();
   command.add_option("STORE", options->store, "The store").required();
   const Option listed = command
                             .add_option("--descriptors", options->descriptors,
-                                        "Combinations with commas, as d2,d2+geodesic (default: all "
-                                        "combinations of the store's histograms)")
+                                        "Combinations, separated by commas, such as d2,d2+geodesic "
+                                        "(default: all combinations of the store's histograms)")
                             .separator(',');
-  command.add_option("--most", options->most, "Largest combination of the default, 1 to 10")
+  command.add_option("--most", options->most, "Most descriptors in a combination of the default, 1 to 10")
       .show_default()
       .range(1, 10)
       .excludes(listed);
-  command.add_option("--distances", options->distances, "With commas (default: l1,l2,emd,chi2,cosine)")
+  command
+      .add_option("--distances", options->distances,
+                  "Distances, separated by commas (default: l1,l2,emd,chi2,cosine)")
       .separator(',')
       .one_of(all_words(distance_words));
   command
-      .add_option("--criterion", options->criterion,
-                  "What the best is best in; nn+ft: the mean of NN and 1st tier")
+      .add_option("--criterion", options->criterion, "Score that decides; nn+ft: mean of NN and first tier")
       .show_default()
       .one_of(all_words(criterion_words));
   command.add_option("--classes", options->classes, "Princeton .cla file (default: the labels of the store)");
-  command.add_flag("--psb-compat", options->psb_compat,
-                   "The rules of psbTable: ties by row, tiny and miscellaneous classes in no average");
-  command.add_option("--show", options->show, "How many settings to print; 0: all. Files have all")
+  command.add_flag(
+      "--psb-compat", options->psb_compat,
+      "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
+  command.add_option("--show", options->show, "Settings to print (0: all); files always contain all")
       .show_default();
-  command.add_flag("--json", options->json, "As JSON");
-  command.add_option("--csv", options->csv, "The table of settings as a CSV file as well");
+  command.add_flag("--json", options->json, "Print the results as JSON");
+  command.add_option("--csv", options->csv, "Also write the table of settings to this CSV file");
   add_trust_option(command, options->check);
   return [options] { return select(*options); };
 }

@@ -25,24 +25,25 @@ struct Measure {
   const char* name;
   const char* help;
   Table (*table)(PointSets&, MeasuredSurfaces&, const MeasureOptions&);
-  bool draws, shapes, random;  // which of --picture, --shapes, --seed mean something
+  bool draws, shapes, random;  // which of --picture, --shapes, --seed apply
 };
 constexpr Measure measures[] = {
-    {"boxes", "error over random rotated boxes with exact areas, relative to random points (meshes)",
-     measure_boxes, false, true, true},
-    {"rings", "discrepancy over patches grown ring by ring, the survey's (meshes)", measure_rings, false,
+    {"boxes", "error over random rotated boxes, relative to random points (meshes)", measure_boxes, false,
      true, true},
+    {"rings", "the survey's discrepancy over patches grown ring by ring (meshes)", measure_rings, false, true,
+     true},
     {"spacing", "nearest-neighbour distances, rho, coverage radius (plane, meshes)", measure_spacing, false,
      false, true},
-    {"discrepancy", "boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
+    {"discrepancy", "over boxes, triangles, quarter circles (plane); caps, triangles (sphere)",
      measure_discrepancy, false, true, true},
-    {"integral", "integration error over n and its slope (plane, meshes)", measure_integral, false, false,
-     false},
-    {"spectrum", "radially averaged power and anisotropy over all sets (plane)", measure_spectrum, true,
+    {"integral", "integration error by number of points, and its slope (plane, meshes)", measure_integral,
+     false, false, false},
+    {"spectrum", "radially averaged power and anisotropy, mean of all sets (plane)", measure_spectrum, true,
      false, false},
-    {"differences", "differential domain analysis over all sets (plane, meshes)", measure_differences, true,
+    {"differences", "differential domain analysis, mean of all sets (plane, meshes)", measure_differences,
+     true, false, true},
+    {"distance", "mean, RMS and largest distance between two meshes, in both directions", nullptr, false,
      false, true},
-    {"distance", "mean, RMS and largest distance between two meshes, both ways", nullptr, false, false, true},
 };
 
 void check_outputs(const MeasureOptions& options) {
@@ -60,11 +61,11 @@ int measure(const MeasureOptions& options) {
   const Measure& chosen = *std::find_if(std::begin(measures), std::end(measures),
                                         [&](const Measure& m) { return options.what == m.name; });
   if (!options.picture.empty() && !chosen.draws)
-    throw UsageError("measure " + options.what + " draws nothing: leave --picture out");
+    throw UsageError("measure " + options.what + " has no picture: leave --picture out");
   if (options.samples > 0 && chosen.table != nullptr)
-    throw UsageError("measure " + options.what + " takes the points that it is given: leave --samples out");
+    throw UsageError("measure " + options.what + " measures the given points: leave --samples out");
   if (options.seed_given && !chosen.random)
-    throw UsageError("measure " + options.what + " draws nothing at random: leave --seed out");
+    throw UsageError("measure " + options.what + " uses no random numbers: leave --seed out");
   if (options.shapes > 0 && !chosen.shapes)
     throw UsageError("measure " + options.what + " has no shapes: leave --shapes out");
   check_outputs(options);
@@ -101,10 +102,10 @@ int measure(const MeasureOptions& options) {
 }  // namespace
 
 JobFunction add_measure_job(Command& program) {
-  Command command = program.add_subcommand("measure", "How good point sets are, ours or anybody's");
+  Command command = program.add_subcommand("measure", "Quality of point sets from any source");
   auto options = std::make_shared<MeasureOptions>();
   std::vector<std::string> names;
-  std::string help = "What to measure:";
+  std::string help = "The measure:";
   for (const Measure& m : measures) {
     names.push_back(m.name);
     help += fmt::format("\n  {}: {}", m.name, m.help);
@@ -117,21 +118,22 @@ JobFunction add_measure_job(Command& program) {
       .required();
   command.add_option(
       "--surface", options->surface,
-      "Where the points lie: plane (unit square), sphere (unit sphere), a mesh, or the folder of "
+      "Surface of the points: plane (unit square), sphere (unit sphere), a mesh file, or the folder of "
       "a store's models");
   command
-      .add_option(
-          "--shapes", options->shapes,
-          "Test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar shapes, 200 cap axes)")
+      .add_option("--shapes", options->shapes,
+                  "Number of test shapes, 1 to 200000 (default: 1000 boxes, 256 ring seeds, 4096 planar "
+                  "shapes, 200 cap axes)")
       .range(1, 200000);
-  command.add_option("--seed", options->seed, "Seed of shapes and references").show_default().whole_number();
+  command.add_option("--seed", options->seed, "Seed of test shapes and reference points")
+      .show_default()
+      .whole_number();
   command
-      .add_option("--samples", options->samples,
-                  "Points on each mesh for distance, 1 to 10^9 (default 100000)")
+      .add_option("--samples", options->samples, "distance: points on each mesh, 1 to 10^9 (default 100000)")
       .range(1.0, 1e9);
-  command.add_option("--csv", options->csv, "Write the table to this file too");
-  command.add_option("--picture", options->picture, "PNG file: the map of spectrum or differences");
-  command.add_flag("--json", options->json, "The table as JSON");
+  command.add_option("--csv", options->csv, "Also write the table to this CSV file");
+  command.add_option("--picture", options->picture, "spectrum, differences: PNG file for the map");
+  command.add_flag("--json", options->json, "Print the table as JSON");
   add_trust_option(command, options->check);
   return [options, command] {
     options->seed_given = command.given("--seed");

@@ -195,6 +195,17 @@ Dip dip_contour(const DifferenceMap& map, const DifferenceMap& expected, const D
   return fit.dip;
 }
 
+std::vector<std::array<double, 2>> half_depth_ellipse(const Dip& dip, std::size_t count) {
+  const double half_depth = std::sqrt(2 * std::log(2.0)), c = std::cos(dip.angle), s = std::sin(dip.angle);
+  std::vector<std::array<double, 2>> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double t = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+    const double a = half_depth * dip.first * std::cos(t), b = half_depth * dip.second * std::sin(t);
+    points.push_back({a * c - b * s, a * s + b * c});
+  }
+  return points;
+}
+
 std::vector<std::uint32_t> ratio_classes(std::span<const double> s1, std::span<const double> s2,
                                          std::span<const double> edges) {
   require(s1.size() == s2.size(), "ratio_classes: as many s1 as s2");

@@ -7,6 +7,8 @@
 // the scale-free statement, for fields of any kind.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -52,6 +54,11 @@ Dip dip_moments(const DifferenceMap& map, const DifferenceMap& expected,
 // the contour is that of dip_moments; without a contour inside the map nothing is found.
 Dip dip_contour(const DifferenceMap& map, const DifferenceMap& expected,
                 const DipParameters& parameters = {});
+
+// Points of the ellipse at half the depth of a Gaussian dip whose standard deviations are those of `dip`, in
+// units of the map around its middle: `count` points counter-clockwise, evenly by eccentric angle, the first
+// on the long axis. Needs a dip that was found. Pure.
+std::vector<std::array<double, 2>> half_depth_ellipse(const Dip& dip, std::size_t count);
 
 // Classes of the ratio s1 / s2: the number of edges <= ratio per sample; edges ascending. With it choose the
 // samples to count. Throws std::invalid_argument when lengths differ or edges do not ascend.

@@ -6,6 +6,8 @@
 
 namespace meander {
 
+double SlopeFit::at(double count) const { return std::exp(intercept + slope * std::log(count)); }
+
 SlopeFit fit_slope(std::span<const double> counts, std::span<const double> errors) {
   const std::size_t n = counts.size();
   if (n < 2 || errors.size() != n)

@@ -12,6 +12,8 @@ struct SlopeFit {
   double slope = 0;
   double intercept = 0;       // natural logarithm of the error at count 1
   double standard_error = 0;  // of the slope, from the residuals; NaN for two points
+
+  double at(double count) const;  // the error on the line, count > 0
 };
 
 // Least-squares line through (log count, log error). Needs at least two different counts, all numbers

@@ -62,6 +62,7 @@ struct DescriptorGroup {
   bool has_bins = true;          // a histogram, shaped by DescribeParameters::bins
   bool takes_scale = false;      // and by ::scale; else its bins end at `range` or at 3 x the mean
   std::string_view range = {};   // a fixed one
+  bool takes_sources = false;    // shaped by DescribeParameters::geodesic_sources
   bool needs_mesh = false;       // besides the samples
   bool needs_triangles = false;  // Samples::triangle too
   bool may_be_zero = false;      // a row of zeros need not be one that could not be made
@@ -87,7 +88,7 @@ inline constexpr std::array<CompanionRow, 1> geodesic_companions = {
       disconnected_columns}}};
 
 // The one table of descriptors: a new one is a maker and a line here.
-inline constexpr std::array<DescriptorGroup, 7> descriptor_groups = {
+inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
     {{.descriptor = Descriptor::d2,
       .name = "d2",
       .value = "distance of all pairs of samples (Osada et al. 2002, D2)",
@@ -114,6 +115,7 @@ inline constexpr std::array<DescriptorGroup, 7> descriptor_groups = {
       .name = "geodesic",
       .value = "distance along the surface from the first samples to all (heat method)",
       .takes_scale = true,
+      .takes_sources = true,
       .needs_mesh = true,
       .needs_triangles = true,
       .may_be_zero = true,
@@ -125,7 +127,7 @@ inline constexpr std::array<DescriptorGroup, 7> descriptor_groups = {
       .has_bins = false,
       .needs_mesh = true,
       .columns = basics_names,
-      .make = descriptor_makers::basics}}};
+      .make = descriptor_makers::basics}});
 
 static_assert([] {
   for (std::size_t i = 0; i < descriptor_groups.size(); ++i)

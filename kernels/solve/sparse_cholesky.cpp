@@ -114,46 +114,33 @@ void SparseCholesky::factorise(const Permuted& matrix, const CancelToken& cancel
     return nodes_.rows_below(s) * (nodes_.rows_below(s) + 1) / 2;
   };
   panel_.resize(panel_begin_.back());
-  std::vector<double> front, stack;  // update matrices of finished subtrees, last one on top
-  stack.reserve(most_waiting(nodes_, update_entries));
-  std::vector<std::uint32_t> local(nodes_.place.size(), 0);  // row -> row of the front
-  std::vector<std::uint32_t> waiting;                        // supernodes whose updates are on the stack
-  std::vector<std::uint32_t> mapped;
+  WaitingUpdates updates(nodes_, update_entries);
+  std::vector<double> front;
   for (std::uint32_t s = 0; s < nodes_.count(); ++s) {
     if (s % 4096 == 0) cancel.check();
-    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
-    const std::size_t m = rows.size(), w = nodes_.columns(s);
-    for (std::size_t i = 0; i < m; ++i) local[rows[i]] = static_cast<std::uint32_t>(i);
+    const std::size_t m = updates.begin_front(s).size(), w = nodes_.columns(s);
     front.assign(m * m, 0);
     for (std::uint32_t k = nodes_.first[s]; k < nodes_.first[s + 1]; ++k) {
       double* column = front.data() + (k - nodes_.first[s]) * m;
       column[k - nodes_.first[s]] = matrix.diagonal[k];
       for (std::uint32_t e = lower.begin[k]; e < lower.begin[k + 1]; ++e)
-        column[local[lower.row[e]]] += lower.value[e];
+        column[updates.place(lower.row[e])] += lower.value[e];
     }
-    while (!waiting.empty() && nodes_.parent[waiting.back()] == s) {
-      const std::uint32_t c = waiting.back();
-      waiting.pop_back();
-      const std::span<const std::uint32_t> below = nodes_.rows_of(c).subspan(nodes_.columns(c));
-      const std::size_t count = below.size();
-      mapped.resize(count);
-      for (std::size_t i = 0; i < count; ++i) mapped[i] = local[below[i]];
-      const double* update = stack.data() + (stack.size() - update_entries(c));
+    updates.take(s, [values = front.data(), m](std::span<const std::uint32_t> places, const double* update) {
+      const std::size_t count = places.size();
       for (std::size_t j = 0; j < count; ++j) {
-        double* column = front.data() + mapped[j] * m;
-        for (std::size_t i = j; i < count; ++i) column[mapped[i]] += update[i - j];
+        double* column = values + places[j] * m;
+        for (std::size_t i = j; i < count; ++i) column[places[i]] += update[i - j];
         update += count - j;
       }
-      stack.resize(stack.size() - update_entries(c));
-    }
+    });
     if (!factorise_front(front.data(), m, w)) return;
     std::copy(front.begin(), front.begin() + static_cast<std::ptrdiff_t>(m * w),
               panel_.begin() + static_cast<std::ptrdiff_t>(panel_begin_[s]));
-    if (nodes_.parent[s] == Supernodes::none) continue;
-    waiting.push_back(s);
+    if (!updates.put(s)) continue;
     for (std::size_t j = w; j < m; ++j) {
       const double* column = front.data() + j * m;
-      stack.insert(stack.end(), column + j, column + m);
+      updates.append(column + j, column + m);
     }
   }
   succeeded_ = true;

@@ -103,48 +103,36 @@ bool SparseLu::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> or
   left_.resize(left_begin_.back());
   right_.resize(right_begin_.back());
   const auto update_entries = [&](std::size_t s) { return nodes_.rows_below(s) * nodes_.rows_below(s); };
-  std::vector<double> front, stack;  // update matrices of finished subtrees, last one on top
-  stack.reserve(most_waiting(nodes_, update_entries));
-  std::vector<std::uint32_t> local(nodes_.place.size(), 0);  // row -> row of the front
-  std::vector<std::uint32_t> waiting, mapped;
+  WaitingUpdates updates(nodes_, update_entries);
+  std::vector<double> front;
   for (std::uint32_t s = 0; s < nodes_.count(); ++s) {
     if (s % 1024 == 0) cancel.check();
-    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
-    const std::size_t m = rows.size(), w = nodes_.columns(s);
-    for (std::size_t i = 0; i < m; ++i) local[rows[i]] = static_cast<std::uint32_t>(i);
+    const std::size_t m = updates.begin_front(s).size(), w = nodes_.columns(s);
     front.assign(m * m, 0);
     for (std::uint32_t k = nodes_.first[s]; k < nodes_.first[s + 1]; ++k) {
       const std::size_t j = k - nodes_.first[s];
       front[j * m + j] = triangles.diagonal[k];
       for (std::uint32_t e = triangles.lower.begin[k]; e < triangles.lower.begin[k + 1]; ++e)
-        front[j * m + local[triangles.lower.row[e]]] += triangles.lower.value[e];
+        front[j * m + updates.place(triangles.lower.row[e])] += triangles.lower.value[e];
       for (std::uint32_t e = triangles.upper.begin[k]; e < triangles.upper.begin[k + 1]; ++e)
-        front[local[triangles.upper.row[e]] * m + j] += triangles.upper.value[e];
+        front[updates.place(triangles.upper.row[e]) * m + j] += triangles.upper.value[e];
     }
-    while (!waiting.empty() && nodes_.parent[waiting.back()] == s) {
-      const std::uint32_t c = waiting.back();
-      waiting.pop_back();
-      const std::span<const std::uint32_t> below = nodes_.rows_of(c).subspan(nodes_.columns(c));
-      const std::size_t count = below.size();
-      mapped.resize(count);
-      for (std::size_t i = 0; i < count; ++i) mapped[i] = local[below[i]];
-      const double* update = stack.data() + (stack.size() - update_entries(c));
+    updates.take(s, [values = front.data(), m](std::span<const std::uint32_t> places, const double* update) {
+      const std::size_t count = places.size();
       for (std::size_t j = 0; j < count; ++j) {
-        double* column = front.data() + mapped[j] * m;
-        for (std::size_t i = 0; i < count; ++i) column[mapped[i]] += update[j * count + i];
+        double* column = values + places[j] * m;
+        for (std::size_t i = 0; i < count; ++i) column[places[i]] += update[j * count + i];
       }
-      stack.resize(stack.size() - update_entries(c));
-    }
+    });
     if (!eliminate(front.data(), m, w)) return false;
     std::copy_n(front.data(), m * w, left_.data() + left_begin_[s]);
     double* right = right_.data() + right_begin_[s];
     for (std::size_t j = 0; j < w; ++j)
       for (std::size_t i = w; i < m; ++i) *right++ = front[i * m + j];
-    if (nodes_.parent[s] == Supernodes::none) continue;
-    waiting.push_back(s);
+    if (!updates.put(s)) continue;
     for (std::size_t j = w; j < m; ++j) {
       const double* column = front.data() + j * m;
-      stack.insert(stack.end(), column + w, column + m);
+      updates.append(column + w, column + m);
     }
   }
   return true;

@@ -70,4 +70,55 @@ std::size_t most_waiting(const Supernodes& nodes, const Entries& entries) {
   return most;
 }
 
+// The update matrices of supernodes that are eliminated in turn, as far as their parents have not taken them
+// in: a stack, the last one on top. `entries(s)` is the size of the update matrix of s.
+template <class Entries>
+class WaitingUpdates {
+ public:
+  WaitingUpdates(const Supernodes& nodes, const Entries& entries)
+      : nodes_(nodes), entries_(entries), local_(nodes.place.size(), 0) {
+    stack_.reserve(most_waiting(nodes, entries));
+  }
+
+  // The rows of the front of s, and from now on their places in it.
+  std::span<const std::uint32_t> begin_front(std::size_t s) {
+    const std::span<const std::uint32_t> rows = nodes_.rows_of(s);
+    for (std::size_t i = 0; i < rows.size(); ++i) local_[rows[i]] = static_cast<std::uint32_t>(i);
+    return rows;
+  }
+  std::uint32_t place(std::uint32_t row) const { return local_[row]; }
+
+  // Calls add(places, update) for the update matrix of every child of s and removes it; places: where its
+  // rows lie in the front.
+  template <class Add>
+  void take(std::size_t s, const Add& add) {
+    while (!waiting_.empty() && nodes_.parent[waiting_.back()] == s) {
+      const std::uint32_t child = waiting_.back();
+      waiting_.pop_back();
+      const std::span<const std::uint32_t> below = nodes_.rows_of(child).subspan(nodes_.columns(child));
+      places_.resize(below.size());
+      for (std::size_t i = 0; i < below.size(); ++i) places_[i] = local_[below[i]];
+      const std::size_t begin = stack_.size() - entries_(child);
+      add(std::span<const std::uint32_t>(places_), stack_.data() + begin);
+      stack_.resize(begin);
+    }
+  }
+
+  // Begins the update matrix of s, of which append() adds the columns; false at roots, which have none.
+  bool put(std::uint32_t s) {
+    if (nodes_.parent[s] == Supernodes::none) return false;
+    waiting_.push_back(s);
+    return true;
+  }
+  void append(const double* begin, const double* end) { stack_.insert(stack_.end(), begin, end); }
+
+ private:
+  const Supernodes& nodes_;
+  const Entries& entries_;
+  std::vector<double> stack_;
+  std::vector<std::uint32_t> local_;    // row -> place in the front
+  std::vector<std::uint32_t> waiting_;  // supernodes whose update matrices are on the stack
+  std::vector<std::uint32_t> places_;
+};
+
 }  // namespace meander

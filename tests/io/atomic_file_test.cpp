@@ -56,7 +56,7 @@ TEST_CASE("AtomicFile: pieces become one file, but only when it is finished") {
   CHECK_THROWS_AS(AtomicFile(folder / "no/m.bin"), FileError);
 }
 
-TEST_CASE("atomic files: whoever writes them, a link is followed and a pipe is never replaced") {
+TEST_CASE("atomic files: for every writer, a link is followed and a pipe is never replaced") {
   const ScratchFolder folder;
   const auto write_all = [](const fs::path& path) {
     return std::vector<std::function<void()>>{[=] { replace_file(path, "text"); },
@@ -78,7 +78,7 @@ TEST_CASE("atomic files: whoever writes them, a link is followed and a pipe is n
   CHECK(entries(folder.path()) == 3);
 }
 
-TEST_CASE("content_of_file: all bytes, from a pipe too; what is not there is told or empty") {
+TEST_CASE("content_of_file: all bytes, from a pipe too; a missing file is an error or empty") {
   const ScratchFolder folder;
   const std::string text(100000, 'x');
   replace_file(folder / "long", text);

@@ -45,7 +45,9 @@ TEST_CASE("coloured_mesh_ply: the reader finds positions, faces and the colours 
   CHECK(attribute(mesh.face_attributes, "blue") == std::vector<double>{7, 3});
 }
 
-TEST_CASE("coloured_points_ply: the reader finds points and normals; every row has the promised bytes") {
+TEST_CASE(
+    "coloured_points_ply: the reader finds points and normals; every row has the bytes that the header "
+    "states") {
   const ScratchFolder scratch;
   const std::vector<float> normals = {0, 0, 1, 0, 1, 0, 1, 0, 0, 0.6f, 0.8f, 0},
                            axes = {1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, values = {1, 2, 3, 4, 5, 6, 7, 8};

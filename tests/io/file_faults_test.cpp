@@ -1,5 +1,5 @@
-// Files on a disk that fails: the calls of the program go through those below, which note them and fail at
-// will.
+// Files on a failing disk: the calls of the program go through those below, which record them and fail on
+// demand.
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ struct Faults {
   std::string call;          // that fails
   int error = 0;             // with this
   std::size_t short_by = 0;  // bytes that the first write takes less, without an error
-  bool watched = false;      // calls are noted and fail
+  bool watched = false;      // calls are recorded and fail
   std::vector<std::string> calls;
 };
 Faults faults;
@@ -78,7 +78,7 @@ struct Writer {
   std::function<void(const fs::path&)> write;
 };
 
-// Everything that goes under its name at once.
+// Everything that replaces a file atomically.
 std::vector<Writer> writers() {
   Samples samples;
   samples.points = samples.normals = {0, 0, 1};
@@ -161,7 +161,7 @@ TEST_CASE("atomic files: a write that takes less than it was given is continued"
   CHECK(content_of_file(folder / "file") == "a text");
 }
 
-TEST_CASE("atomic files: a folder that cannot be synced is told, one whose file system never can is not") {
+TEST_CASE("atomic files: a folder that cannot be synced is an error, unless its file system never can") {
   const ScratchFolder folder;
   faults.call = "sync folder";
   faults.error = EIO;

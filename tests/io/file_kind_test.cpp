@@ -73,7 +73,7 @@ TEST_CASE("file kind: meshes of every format") {
   CHECK(kind_of("OFF # comment\n# another\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") == FileKind::off_mesh);
 }
 
-TEST_CASE("file kind: what belongs to somebody else is none of ours") {
+TEST_CASE("file kind: files of other programs are not recognised as our own") {
   CHECK(kind_of("import sys, os\nprint(sys.argv, os.name, 1)\n") == FileKind::text);
   CHECK(kind_of("Dear reader,\n\nthis is a letter.\n") == FileKind::text);
   CHECK(kind_of("v for victory, f for fun\nand more\n") == FileKind::text);
@@ -91,7 +91,7 @@ TEST_CASE("file kind: what belongs to somebody else is none of ours") {
   CHECK_THROWS_AS(kind_of_file(scratch / "nothing"), RunError);
 }
 
-TEST_CASE("file kind: long files are told by their beginning") {
+TEST_CASE("file kind: long files are recognised by their beginning") {
   std::string table = "id,value\n";
   while (table.size() < (std::size_t{1} << 17)) table += "a,1\n";
   CHECK(kind_of(table) == FileKind::csv);

@@ -87,6 +87,6 @@ TEST_CASE("html_page: file names that are not relative are errors") {
     CHECK_THROWS_AS(html_page(page), std::invalid_argument);
   }
   FigurePage page = two_figures();
-  page.figures[0].data = {"sub/a:b.csv"};  // a colon behind a slash is no scheme
+  page.figures[0].data = {"sub/a:b.csv"};  // a colon after a slash is not that of a scheme
   CHECK_NOTHROW(html_page(page));
 }

@@ -1,5 +1,5 @@
 // Files with more elements than 32 bits can number: refused before memory is taken for them. Their bytes are
-// pages that nobody touches.
+// pages that are never touched.
 #include <catch2/catch.hpp>
 #include <cstring>
 

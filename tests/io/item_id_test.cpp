@@ -46,7 +46,7 @@ TEST_CASE("item id: what is escaped") {
 
 TEST_CASE("item id: every name comes back, and no two share an id") {
   std::mt19937_64 random(5);
-  // Few different bytes, so that escapes, halves of escapes and sequences meet.
+  // Few different bytes, so that escapes, halves of escapes and sequences are adjacent.
   const std::string bytes = "%%%%2505EFfa/ \n\xC3\xA9\xFF\xC2\x80\x7F";
   std::set<std::string> names, ids;
   for (int i = 0; i < 200000; ++i) {

@@ -194,7 +194,7 @@ TEST_CASE("read_mesh: a file cut at any byte gives a mesh or an error") {
     const std::string content = mesh_bytes(mesh, file);
     for (std::size_t length = 0; length < content.size(); ++length) {
       CAPTURE(static_cast<int>(file), length);
-      // On the heap in its own size, so that a sanitizer sees every byte too far.
+      // On the heap in its exact size, so that a sanitizer detects every read past its end.
       const std::vector<char> cut(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(length));
       check_outcome({cut.data(), cut.size()}, format_of(file));
     }
@@ -209,7 +209,7 @@ TEST_CASE("read_mesh: random damage gives a mesh or an error") {
       CAPTURE(static_cast<int>(file), round);
       std::vector<char> bytes(content.begin(), content.end());
       const PhiloxBlock shape = philox4x32({round, static_cast<std::uint32_t>(file), 0, 0}, {3, 4});
-      // Mostly single damage; half of it in the header, where it hurts most.
+      // Mostly a single change; half of them in the header, where they matter most.
       const std::uint32_t hits = 1 + shape[0] % 8 / 3;
       for (std::uint32_t hit = 0; hit < hits; ++hit) {
         const PhiloxBlock random = philox4x32({round, static_cast<std::uint32_t>(file), hit, 1}, {3, 4});

@@ -57,7 +57,7 @@ TEST_CASE("OBJ: normals per corner") {
   REQUIRE(mesh.normals == std::vector<float>{0, 0, 1, 0, 1, 0});
   REQUIRE(mesh.corner_normals ==
           std::vector<std::uint32_t>{0, 1, 1, no_index, no_index, no_index, 1, no_index, no_index});
-  // Normals that no face names belong to nothing.
+  // Normals that no face refers to are ignored.
   const PolygonMesh unused = obj("vn 0 0 1\n" + four + "f 1 2 3\n");
   REQUIRE(unused.normals.empty());
   REQUIRE(unused.corner_normals.empty());
@@ -74,7 +74,7 @@ TEST_CASE("OBJ: objects, groups, materials, texture, lines, points and free form
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {2, 3, 4}});
 }
 
-TEST_CASE("OBJ: colours and weights behind a position are ignored, also when they are NaN") {
+TEST_CASE("OBJ: colours and weights after a position are ignored, also when they are NaN") {
   const PolygonMesh mesh = obj("v 0 0 0 nan nan nan\nv 1 0 0 1.0\nv 0 1 0 0.5 0.25 1 x\nf 1 2 3\n");
   REQUIRE(mesh.y == std::vector<double>{0, 0, 1});
   REQUIRE(mesh.vertex_attributes.empty());
@@ -96,7 +96,7 @@ TEST_CASE("OBJ: line ends, continuations, blanks and comments") {
   REQUIRE(faces_of(obj(four + "f 1 2 \\\n3\nf 2 \\\r\n 3\\\n 4\n")) == expected);
   REQUIRE(faces_of(obj("  \tv\t0 0 0\nv 1 0 0#c\n v 0\t1  0\nv 0 0 1 \\\n0.5 0.5\n\n\nf   1\t2 3 # f 1 1 "
                        "1\nf 2 3 4#\n")) == expected);
-  // The backslash of a Windows path does not swallow the next line.
+  // The backslash of a Windows path does not continue the line.
   REQUIRE(faces_of(obj("# C:\\models\\\nmtllib C:\\models\\\n" + four + "f 1 2 3\nf 2 3 4\n")) == expected);
 }
 

@@ -141,11 +141,11 @@ TEST_CASE("OFF: NaN and infinite coordinates are read as such") {
   REQUIRE(mesh.y[2] == -HUGE_VAL);
 }
 
-TEST_CASE("OFF: fewer faces than promised are a repair while one is left") {
+TEST_CASE("OFF: fewer faces than announced are a repair while one is left") {
   const PolygonMesh mesh = off("OFF\n3 5 0\n" + triangle);
   check_triangle(mesh);
   REQUIRE(mesh.repairs[Repair::missing_faces] == 4);
-  // Cut in a face, and cut behind a digit: the last face may name another vertex than it did.
+  // Cut in a face, and cut after a digit: the last face may refer to another vertex than before.
   for (const std::string end : {"3 0 1", "3 0", "3", "3 0 1 2"}) {
     const PolygonMesh cut = off("OFF\n3 3 0\n" + triangle + end);
     check_triangle(cut);
@@ -155,7 +155,7 @@ TEST_CASE("OFF: fewer faces than promised are a repair while one is left") {
           "unreadable: line 6: the file ends before the first of 5 faces");
 }
 
-TEST_CASE("OFF: bytes behind the last face are counted") {
+TEST_CASE("OFF: bytes after the last face are counted") {
   const PolygonMesh mesh = off("OFF\n3 1 0\n" + triangle + "# comment\n3 0 1 2\n");
   check_triangle(mesh);
   REQUIRE(mesh.repairs[Repair::extra_data] == 8);
@@ -193,7 +193,7 @@ TEST_CASE("OFF: what cannot be read says where") {
   }
 }
 
-TEST_CASE("OFF: a promise of faces takes no memory that the file does not cover") {
+TEST_CASE("OFF: announced faces take no more memory than the file covers") {
   const PolygonMesh mesh = off("OFF\n3 900000000000000 0\n" + triangle);
   check_triangle(mesh);
   REQUIRE(mesh.repairs[Repair::missing_faces] == 0xFFFFFFFFu);

@@ -11,7 +11,7 @@ TEST_CASE("parameters: every member that differs is named with both its values")
                             R"({"bins":64,"seed":2,"z":{"k":1}})") ==
       R"(parameter "bins" was not given, now it is 64; parameter "order" was "curve" and is not given now; )"
       R"(parameter "seed" was 1, now it is 2)");
-  // The order of the members means nothing.
+  // The order of the members does not matter.
   CHECK(parameter_differences(R"({"a":1,"b":2})", R"({"b":2,"a":1})").empty());
   CHECK(parameter_differences("old", R"({"a":1})") == R"(the parameters were old, now they are {"a":1})");
 }

@@ -144,7 +144,7 @@ TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
       REQUIRE(mesh_format_of(name, format));
       const std::string cut = content.substr(0, length);
       if (failure(cut, format)) continue;
-      // How many of the promised polygons a cut binary file holds depends on their sizes: there it is a
+      // How many of the announced polygons a cut binary file holds depends on their sizes: there it is a
       // guess.
       const bool guess = file == MeshFile::off_binary || file == MeshFile::ply_little_endian ||
                          file == MeshFile::ply_big_endian;

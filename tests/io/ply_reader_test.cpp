@@ -207,7 +207,7 @@ TEST_CASE("PLY: faces and strips together; strips have no face attributes") {
   REQUIRE(std::isnan(mesh.face_attributes[0].values[2]));
 }
 
-TEST_CASE("PLY: fewer faces than promised are a repair while one is left") {
+TEST_CASE("PLY: fewer faces than announced are a repair while one is left") {
   const std::string head =
       vertex_head + "element face 5\nproperty list uchar int vertex_indices\nproperty float q\n";
   const PolygonMesh text = ply(ascii(head, four + "3 0 1 2 1\n3 1 2 3 2\n"));
@@ -246,7 +246,7 @@ TEST_CASE("PLY: a vertex element that is cut") {
   REQUIRE(binary.repairs[Repair::missing_vertices] == 2);
 }
 
-TEST_CASE("PLY: bytes behind the last element are counted, blanks are not") {
+TEST_CASE("PLY: bytes after the last element are counted, blanks are not") {
   REQUIRE(ply(ascii(vertex_head + face_head, four + two + "3 0 1 2\n")).repairs[Repair::extra_data] == 8);
   REQUIRE(ply(ascii(vertex_head + face_head, four + two + "\n\n")).repairs[Repair::extra_data] == 0);
   const std::string data = mesh_bytes(cube(), MeshFile::ply_little_endian);
@@ -312,7 +312,7 @@ TEST_CASE("PLY: what cannot be read says where") {
     CAPTURE(content);
     REQUIRE(outcome(content, MeshFormat::ply) == expected);
   }
-  // Counts beyond the bytes take no memory.
+  // Counts larger than the file allocate no memory.
   const std::string huge =
       "element vertex 999999999999\nproperty float x\nproperty float y\nproperty float z\n";
   REQUIRE(outcome(ascii(huge + face_head, four + two), MeshFormat::ply) ==

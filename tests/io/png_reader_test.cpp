@@ -138,7 +138,7 @@ TEST_CASE("read_gray_png: colours become BT.709 luma, and grey colours are grey"
         for (std::size_t i = 0; i < 77; ++i)
           REQUIRE(grey.values[i] == static_cast<float>(noise(i % 11, i / 11, 0, depth) / white));
       }
-  // Pure colours tell the channels apart.
+  // Pure colours distinguish the channels.
   const GrayImage pure = read(encoded({3, 1, 8, PNG_COLOR_TYPE_RGB, false, {}, false},
                                       [](auto x, auto, auto c) { return x == c ? 255u : 0u; }));
   REQUIRE(pure.values == std::vector<float>{0.2126f, 0.7152f, 0.0722f});
@@ -170,7 +170,7 @@ TEST_CASE("read_gray_png: what write_png writes, top row first") {
     REQUIRE(again.values[i] == static_cast<float>((50 * (i / 5) + i % 5) / 255.0));
 }
 
-TEST_CASE("read_gray_png: what is wrong is said") {
+TEST_CASE("read_gray_png: errors say what is wrong") {
   const std::string good = encoded({20, 20, 8, PNG_COLOR_TYPE_GRAY, false, {}, false},
                                    [](auto x, auto y, auto c) { return noise(x, y, c, 8); });
   CHECK(result(good) == "400 values");

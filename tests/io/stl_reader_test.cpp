@@ -77,7 +77,7 @@ TEST_CASE("STL: wrong facet counts of binary files") {
   check_own_vertices(extra);
   REQUIRE(extra.polygon_count() == 10);
   REQUIRE(extra.repairs[Repair::extra_data] == 100);
-  // What programs leave that never came back to fill the count in.
+  // Counts left by programs that never went back to fill them in.
   set_count(zero, 0);
   set_count(unknown, 0xFFFFFFFFu);
   for (const std::string& streamed : {zero, unknown}) {

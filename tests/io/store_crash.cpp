@@ -115,7 +115,7 @@ TEST_CASE("run: the journal cut off at every byte") {
   }
   const std::string journal = read_file(wal);
   for (std::size_t length = 0; length <= journal.size(); ++length) {
-    // Behind the cut stands what a crashed file system may leave: nothing, zeros, or anything.
+    // After the cut comes what a crashed file system may leave: nothing, zeros or arbitrary bytes.
     std::string bytes = journal.substr(0, length);
     if (length % 3 == 1) bytes += std::string(100, '\0');
     if (length % 3 == 2) bytes += std::string(100, 'M');
@@ -277,7 +277,7 @@ TEST_CASE("run: suspects are the rows that were begun and never ended") {
     end(run, 12);
   }
   {
-    // A suspect that nobody dealt with remains one.
+    // A suspect row that was not tried remains one.
     const RunDirectory run(folder / "s.h5", header);
     CHECK(run.suspects() == std::vector<std::uint64_t>{3, 9, 11});
   }
@@ -294,7 +294,7 @@ TEST_CASE("run: suspects are the rows that were begun and never ended") {
   CHECK(run.suspects().size() == 2);
 }
 
-TEST_CASE("run: a second process is stopped, a name left by a dead one is no obstacle") {
+TEST_CASE("run: a second process is stopped, a lock left by a dead one is ignored") {
   const StoreHeader header = make_header(5, 2);
   const ScratchFolder folder;
   {

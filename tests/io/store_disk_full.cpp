@@ -1,4 +1,4 @@
-// A full disk stops a run; nothing is lost, and with room again it goes on to the same bytes.
+// A full disk stops a run; no row is lost, and once there is space it continues to the same bytes.
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Goes on with a run as far as it goes. True when it finished, false when it was stopped.
+// Continues a run as far as possible. True when it finished, false when it was stopped.
 bool advance(RunDirectory& run, const StoreHeader& header) {
   try {
     for (std::uint64_t row = 0; row < header.ids.size(); ++row) {

@@ -1,4 +1,4 @@
-// Runs that must not begin or go on, and what is said of them.
+// Runs that must not start or continue, and their messages.
 #include <catch2/catch.hpp>
 
 #include "store_support.h"

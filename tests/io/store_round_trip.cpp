@@ -1,4 +1,4 @@
-// What goes into a store comes out of it.
+// A store returns what was written to it.
 #include <catch2/catch.hpp>
 
 #include "io/store/crc32c.h"
@@ -156,7 +156,7 @@ TEST_CASE("reader: a store of format version 1 is whole and lacks what came late
   for (std::uint64_t i = 0; i < 3; ++i) CHECK(same(again.read_row(i), reader.read_row(i)));
 }
 
-TEST_CASE("reader: what is no store is refused with a sentence") {
+TEST_CASE("reader: a file that is not a store is refused with a message") {
   const ScratchFolder folder;
   const auto refusal = [&](const std::string& bytes) {
     write_file(folder / "x.h5", bytes);

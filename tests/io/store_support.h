@@ -141,7 +141,7 @@ inline std::vector<std::uint64_t> row_order(std::uint64_t rows, std::uint64_t se
   return order;
 }
 
-// A whole run without any trouble; the rows arrive in an order of that seed (0: ascending).
+// A whole run without errors; the rows arrive in an order of that seed (0: ascending).
 inline void write_store(const std::filesystem::path& store, const StoreHeader& header,
                         std::uint64_t seed = 0) {
   RunDirectory run(store, header);

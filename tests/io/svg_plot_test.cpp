@@ -248,7 +248,7 @@ TEST_CASE("svg_plot: steps hold each value to the next x") {
   CHECK(x[3] == x[4]);
 }
 
-TEST_CASE("svg_plot: the legend stands where nothing is drawn") {
+TEST_CASE("svg_plot: the legend is placed where nothing is drawn") {
   // A falling line leaves top right free, one that fills every corner sends the legend out of the frame.
   Plot plot;
   plot.series = {series_of({0, 1}, {1, 0})};

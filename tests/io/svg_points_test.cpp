@@ -34,7 +34,7 @@ TEST_CASE("svg_points: dots stand where they belong, y upwards, one scale") {
   CHECK(value(circles[1], "cx") - value(circles[0], "cx") == Approx(400));
   CHECK(value(circles[0], "cy") - value(circles[1], "cy") == Approx(200));
   CHECK(value(circles[2], "cx") == Approx(0.5 * (value(circles[0], "cx") + value(circles[1], "cx"))));
-  const auto frame = named(elements, "rect").at(1);  // behind the paper's
+  const auto frame = named(elements, "rect").at(1);  // after that of the background
   CHECK(value(frame, "width") == Approx(400));
   CHECK(value(frame, "height") == Approx(200));
   CHECK(elements[0].text.find("a & b") != std::string::npos);
@@ -59,7 +59,7 @@ TEST_CASE("svg_points: polylines are cut at the window, interrupted by NaN, clos
   line.y = {0.1, 0.1, 0.5, 0.9, 0.5, 0.5, 0.5};
   drawing.lines = {line};
   const auto path = named(XmlReader::read(svg_points(drawing)), "path").at(0).attributes.at("d");
-  CHECK(std::ranges::count(path, 'M') == 3);  // leaves, comes back, and begins again behind the NaN
+  CHECK(std::ranges::count(path, 'M') == 3);  // leaves, comes back, and begins again after the NaN
   CHECK(std::ranges::count(path, 'L') == 4);
 
   PlanarPolyline square;

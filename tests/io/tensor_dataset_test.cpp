@@ -73,7 +73,7 @@ TEST_CASE("read_tensor_dataset: every mistake is unreadable and names file and d
   CHECK_THROWS_AS(read_tensor_dataset(scratch / "nowhere.h5", "good", 2), ItemError);
   write_file(scratch / "text.h5", "1 0 0 1 0 1\n");
   CHECK_THROWS_AS(read_tensor_dataset(scratch / "text.h5", "good", 2), ItemError);
-  // It still reads after all these.
+  // Reading still works after all these errors.
   CHECK(read_tensor_dataset(file, "good", 2).row_count() == 2);
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("read_tensor_dataset: an extent beyond all memory takes none") {
   check_fails(file, "terabytes", 12, "rows, but the mesh 12 vertices");
 }
 
-TEST_CASE("read_tensor_dataset: words are no numbers") {
+TEST_CASE("read_tensor_dataset: words are not numbers") {
   const ScratchFolder scratch;
   const auto file = scratch / "words.h5";
   const hid_t word = H5Tcopy(H5T_C_S1);

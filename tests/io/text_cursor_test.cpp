@@ -21,12 +21,12 @@ double parsed(const std::string& token, bool& ok, const std::string& behind = ""
   return value;
 }
 
-// Room for the fast path, which needs some bytes behind the number.
+// Text for the fast path, which needs some bytes after the number.
 const std::string room = " 0.5 0.25 and so on until the end of the line is far enough away";
 
 }  // namespace
 
-TEST_CASE("parse_number: numbers in every spelling, with and without room behind them") {
+TEST_CASE("parse_number: numbers in every spelling, with and without text after them") {
   const double inf = std::numeric_limits<double>::infinity();
   const std::pair<const char*, double> cases[] = {{"0", 0},
                                                   {"-0", -0.0},
@@ -86,7 +86,7 @@ TEST_CASE("parse_number: numbers in every spelling, with and without room behind
     }
 }
 
-TEST_CASE("parse_number: what is no number is refused") {
+TEST_CASE("parse_number: text that is not a number is refused") {
   for (const char* const token :
        {"",   "-",   "+",  ".",    "-.",    "e5",          "1,5",    "1.5.2", "--1",       "+-1",
         "1e", "1e+", "1x", "0x10", "nanny", "information", "1.#ABC", "1/2",   "12345678x", "0.123456789x"})

@@ -1,4 +1,4 @@
-// A strict reader of the XML that the figures are made of: enough to tell well-formed text from other text
+// A strict reader of the XML that the figures are made of: enough to check that it is well-formed
 // and to find elements in it. Independent of the code under test.
 #pragma once
 

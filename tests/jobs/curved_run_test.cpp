@@ -1,4 +1,4 @@
-// meander run --curved: points on the smooth surface that the vertex normals tell of.
+// meander run --curved: points on the smooth surface that the vertex normals describe.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -74,10 +74,6 @@ std::string joined(const Words& words) {
   return text;
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 // The file is refused by every command and stays as it is.
 void check_refused(const Sampled& sampled, const std::string& damaged) {
   const std::string before = read_file(damaged);
@@ -110,7 +106,7 @@ TEST_CASE("damaged store: every command that reads one ends with a sentence, exi
   const Sampled sampled;
   const std::string good = read_file(sampled.store);
   const std::string damaged = sampled.scratch / "damaged.h5";
-  // The tables of HDF5 stand at the front, filtered chunks behind them. The first block is damaged too.
+  // The tables of HDF5 come first, filtered chunks after them. The first block is damaged too.
   for (const std::size_t at : {std::size_t{14}, std::size_t{512}, std::size_t{900}, std::size_t{3000},
                                good.size() / 3, good.size() / 2, good.size() - 1}) {
     INFO("byte " << at << " of " << good.size());

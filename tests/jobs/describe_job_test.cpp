@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -21,23 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string program = MEANDER_PROGRAM;
-
-ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
-  arguments.insert(arguments.begin(), program);
-  return run_process(arguments, options);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
 }
 
-// Five models and a file that is none.
+// Five models and an invalid file.
 struct Collection {
   ScratchFolder scratch;
   std::string in = scratch / "in";
@@ -116,7 +105,7 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
   CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
 }
 
-TEST_CASE("describe: a mesh that is gone or changed is that row's problem") {
+TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
   const Collection c;
   c.sample("s.h5");
   c.sample("whole.h5", {"--describe", "d2,geodesic"});
@@ -162,7 +151,7 @@ TEST_CASE("describe: rows that no time is left for are 0 and named, and the stor
   }
 }
 
-TEST_CASE("describe: killed, the old store is whole and the same command goes on") {
+TEST_CASE("describe: when killed, the old store is whole and the same command continues") {
   const Collection c;
   c.sample("s.h5", {"--describe", "a3"});
   c.sample("all.h5", {"--describe", "a3,d2,geodesic", "--geodesic-sources", "0"});
@@ -190,7 +179,7 @@ TEST_CASE("describe: killed, the old store is whole and the same command goes on
   if (unfinished) CHECK_FALSE(fs::exists(c.path("s.h5.run")));
 }
 
-TEST_CASE("describe: rows that failed before a kill are still told at the end") {
+TEST_CASE("describe: rows that failed before a kill are still listed at the end") {
   const Collection c;
   c.sample("s.h5");
   fs::remove(c.path("in/ring.off"));
@@ -201,7 +190,7 @@ TEST_CASE("describe: rows that failed before a kill are still told at the end") 
     run.end_item(encode_row(header, row, content));
     run.sync();
   };
-  // What a process leaves that dies after its second round has written that row: made by hand.
+  // What a process leaves behind that dies after its second pass has written that row: made by hand.
   REQUIRE(c.describe("s.h5", more + std::vector<std::string>{"-o", c.path("made.h5")}).exit_code == 3);
   {
     const StoreReader made(c.path("made.h5"));
@@ -246,10 +235,11 @@ TEST_CASE("describe: mistakes are usage errors, and nothing is written") {
   CHECK(contains(error_of({}), "describe needs --descriptors: one or more of d2, a3"));
   CHECK(contains(error_of({"--descriptors", "d2,a3"}), "has the descriptor d2 already (--replace"));
   CHECK(contains(error_of({"--descriptors", "geodesic"}), "give the inputs of the run"));
-  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "need no meshes"));
+  CHECK(contains(error_of({c.in, "--descriptors", "a3"}), "no mesh is needed for a3"));
   CHECK(contains(error_of({"--descriptors", "a3", "--geodesic-sources", "3"}), "geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--descriptor-scale", "largest"}), "d2 and geodesic only"));
-  CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}), "basics is not a histogram"));
+  CHECK(contains(error_of({c.in, "--descriptors", "basics", "--bins", "64"}),
+                 "--bins applies to d2, a3, d1, d3, d4 and geodesic only"));
   CHECK(contains(error_of({"--descriptors", "a3", "--bins", "4"}), "must be 8 to 1024"));
   CHECK(contains(error_of({"--descriptors", "a3", "--memory", "1M"}), "give at least"));
   fs::create_directories(c.path("other"));
@@ -318,7 +308,7 @@ TEST_CASE("basics: closed forms, and flags instead of NaN") {
 }
 
 TEST_CASE("basics: retrieve scales every value, whatever its range") {
-  // Two values, the second a thousand times the first and without meaning but for one stray.
+  // Two values; the second is a thousand times larger and meaningless but for one outlier.
   const ScratchFolder scratch;
   StoreHeader header;
   header.samples = 1;
@@ -396,7 +386,7 @@ TEST_CASE("export of descriptors: CSV and fbin") {
   CHECK(read_file(c.path("d.fbin.ids.csv")) == "position,row,id,label\n0,0,ball.off,in\n1,3,ring.off,in\n");
 }
 
-TEST_CASE("export of descriptors: neither the store nor what is no file is replaced") {
+TEST_CASE("export of descriptors: neither the store nor anything but a regular file is replaced") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2"});
   const std::string before = read_file(c.path("s.h5"));
@@ -412,7 +402,7 @@ TEST_CASE("export of descriptors: neither the store nor what is no file is repla
       CHECK((read_file(c.path("s.h5")) == before));
       CHECK_FALSE(fs::exists(output + ".ids.csv"));
     }
-  CHECK(fs::is_fifo(c.path("pipe")));  // a device would be taken away in the same manner
+  CHECK(fs::is_fifo(c.path("pipe")));  // a device would be removed in the same way
   const ProcessResult fresh = c.describe("s.h5", {"--descriptors", "a3", "--fresh", "-o", c.path("pipe")});
   CHECK(fresh.exit_code == 2);
   CHECK(contains(fresh.err, "cannot be replaced"));
@@ -427,7 +417,7 @@ TEST_CASE("export of descriptors: neither the store nor what is no file is repla
   CHECK(contains(read_file(c.path("far.csv")), "ball.off"));
 }
 
-TEST_CASE("describe and export: a limit on file sizes is told, and describe goes on") {
+TEST_CASE("describe and export: a limit on file sizes is reported, and describe continues") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2", "--bins", "1024"});
   const std::string before = read_file(c.path("s.h5"));

@@ -1,4 +1,4 @@
-// What `meander run` makes of every file of shared dirty/: its status and why. 71 of the 81 are usable.
+// The status that `meander run` gives to every file of shared dirty/, and why. 71 of the 81 are usable.
 #pragma once
 
 #include <array>

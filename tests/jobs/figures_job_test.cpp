@@ -106,7 +106,7 @@ TEST_CASE("figures: an unknown figure and a mesh of quadrilaterals are usage err
   const ProcessResult quads =
       run_process({program, "figures", "-o", scratch / "out", "--models", scratch / "quad.off"});
   CHECK(quads.exit_code == 2);
-  CHECK(quads.err.find("no triangles") != std::string::npos);
+  CHECK(quads.err.find("not triangles") != std::string::npos);
 }
 
 TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the same for one thread and two") {
@@ -135,8 +135,8 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
     INFO(name);
     CHECK(page.find(name) != std::string::npos);
   }
-  // 2 numbers of points x 3 ground truths x 3 kinds of charts; none of the survey's rows for a model that it
-  // has not.
+  // 2 numbers of points x 3 ground truths x 3 kinds of charts; no row of the survey for a model that it does
+  // not have.
   const std::vector<CsvRow> errors = csv_rows(scratch / "1/table1_histograms.csv");
   CHECK(errors.size() == 18);
   for (const CsvRow& row : errors) {

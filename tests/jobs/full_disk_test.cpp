@@ -1,12 +1,13 @@
-// Outputs on a disk without room: an error that names the file, the old files stay, no piece of a new one.
+// Outputs on a full disk: an error that names the file, the old files stay, no partial file remains.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <map>
+#include <functional>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/small_disk.h"
 #include "support/test_meshes.h"
 
@@ -15,22 +16,6 @@ using namespace meander::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
-  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
-  return run_process(arguments, options);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-std::map<std::string, std::string> content_of(const fs::path& folder) {
-  std::map<std::string, std::string> content;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) content[entry.path().string()] = read_file(entry.path());
-  return content;
-}
 
 // A store of three models with a class, samples and descriptors, and the commands that write files from it.
 struct Exports {
@@ -72,7 +57,7 @@ struct Exports {
   }
 };
 
-// Runs the command twice, the second time without room, which `take_room` makes sure of.
+// Runs the command twice, the second time without free space, which `take_room` uses up.
 void check_without_room(const std::vector<std::string>& command, const fs::path& folder, const char* reason,
                         const std::function<ProcessOptions()>& take_room) {
   fs::create_directory(folder / "x");
@@ -93,7 +78,7 @@ void check_without_room(const std::vector<std::string>& command, const fs::path&
 
 }  // namespace
 
-TEST_CASE("outputs: a limit on file sizes is told, the old files stay and no piece of a file is left") {
+TEST_CASE("outputs: a limit on file sizes is reported, the old files stay and no partial file is left") {
   const Exports exports;
   for (const std::vector<std::string>& command : exports.commands(exports.scratch.path())) {
     check_without_room(command, exports.scratch.path(), "File too large", [] {
@@ -108,7 +93,7 @@ TEST_CASE("outputs: a limit on file sizes is told, the old files stay and no pie
   }
 }
 
-TEST_CASE("outputs: a full disk is told, the old files stay and no piece of a file is left") {
+TEST_CASE("outputs: a full disk is reported, the old files stay and no partial file is left") {
   const Exports exports;
   const SmallDisk disk(exports.scratch / "disk", 4096);
   if (!disk.mounted()) {

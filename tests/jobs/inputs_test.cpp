@@ -75,7 +75,7 @@ TEST_CASE("collect_inputs: ids are paths with extension, sorted by bytes, other 
   CHECK(inputs.label_names[static_cast<std::size_t>(inputs.items[2].label)] == "c");
 }
 
-TEST_CASE("collect_inputs: several folders are told apart by their names, equal ids are refused") {
+TEST_CASE("collect_inputs: several folders are distinguished by their names, equal ids are refused") {
   const ScratchFolder scratch;
   for (const char* name : {"one/x.off", "two/x.off", "deep/one/x.off"}) {
     std::filesystem::create_directories((scratch / name).parent_path());
@@ -174,7 +174,7 @@ TEST_CASE("collect_inputs: a folder that cannot be read is named, the others are
   put_file(scratch / "set/closed/b.off");
   fs::permissions(scratch.path(), fs::perms::all);
   fs::permissions(scratch / "set/closed", fs::perms::none);
-  // Permissions do not bind root: the search runs as somebody else, in a process of its own.
+  // Root ignores permissions: the search runs as another user, in a process of its own.
   const ::pid_t child = ::fork();
   REQUIRE(child >= 0);
   if (child == 0) {
@@ -362,10 +362,10 @@ TEST_CASE("collect_inputs: a file of labels says more than the folders") {
   CHECK(inputs.notes.lines_without_item == 1);
   CHECK(inputs.notes.items_without_line == 1);
   CHECK(inputs.label_names == Ids{"big lamp", "chair", "m"});
-  // A header names the columns; the path itself will do for the id.
+  // A header names the columns; the path may stand for the id.
   CHECK(labels("split,colour,ID,Class\ntest,red,d.off,lamp\ntrain,,e\xFF.off,lamp\n").back() ==
         "e%FF.off lamp train");
-  // The same line twice is no conflict.
+  // A repeated line is not a conflict.
   CHECK(labels("a.off,chair,train\na.off,chair,train\n").front() == "a.off chair train");
   // A class with a line end is one class.
   CHECK(labels("a.off,\"two\nlines\"\n").front() == "a.off two%0Alines none");

@@ -194,7 +194,7 @@ TEST_CASE("measure: what cannot be measured is a usage error that says why") {
   CHECK(error_of({"boxes", scratch / "inside.xyz", "--surface", "plane"}).find("MESH") != std::string::npos);
   CHECK(error_of({"discrepancy", points, "--surface", "plane"}).find("not in the unit square") !=
         std::string::npos);
-  CHECK(error_of({"boxes", points, "--surface", mesh, "--picture", "x.png"}).find("draws nothing") !=
+  CHECK(error_of({"boxes", points, "--surface", mesh, "--picture", "x.png"}).find("has no picture") !=
         std::string::npos);
   CHECK(error_of({"spacing", points, "--surface", mesh, "--shapes", "9"}).find("no shapes") !=
         std::string::npos);

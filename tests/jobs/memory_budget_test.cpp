@@ -1,4 +1,4 @@
-// --memory is the budget of the whole process: its peak, as the kernel tells it, stays below.
+// --memory is the budget of the whole process: its peak as reported by the kernel stays below.
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
@@ -77,7 +77,9 @@ TEST_CASE("run --memory: the peak of the process stays within the budget, over t
   check_peaks(shared_data("retrieval"), scratch / "s.h5", {64, 96, 128, 192, 256});
 }
 
-TEST_CASE("run --memory: a budget that the process itself needs is refused with one that will do") {
+TEST_CASE(
+    "run --memory: a budget that the process itself needs is refused, and the message names one that "
+    "suffices") {
   if (sanitized) {
     WARN("skipped: sanitizers take memory of their own");
     return;
@@ -109,7 +111,7 @@ TEST_CASE("run --memory: a budget that the process itself needs is refused with 
     }
 }
 
-TEST_CASE("run: a limit on the address space that Embree cannot start in is told as lack of memory") {
+TEST_CASE("run: an address space too small for Embree is reported as lack of memory") {
   if (sanitized) {
     WARN("skipped: sanitizers take address space of their own");
     return;

@@ -1,11 +1,11 @@
-// The ranges that the help states are those that are checked.
+// The ranges that help and documents state are those that are checked.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <regex>
 #include <sstream>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -15,11 +15,6 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-ProcessResult meander_with(Words arguments) {
-  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
-  return run_process(arguments);
-}
-
 // "LOW to HIGH" behind an option in the help of its command.
 std::pair<double, double> stated_range(const std::string& command, const std::string& option) {
   const std::string help = meander_with({command, "--help"}).out;
@@ -27,6 +22,26 @@ std::pair<double, double> stated_range(const std::string& command, const std::st
   std::smatch found;
   REQUIRE(std::regex_search(help, found, pattern));
   return {std::stod(found[1]), std::stod(found[2])};
+}
+
+// The rows of the tables of a document, cell by cell.
+std::vector<Words> table_rows(const std::string& name) {
+  std::vector<Words> rows;
+  std::istringstream lines(read_file(std::string(MEANDER_SOURCE_DIR) + "/docs/" + name));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| ")) continue;
+    std::istringstream cells(line.substr(1));
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, '|');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+// The text between the first two backticks.
+std::string quoted(const std::string& cell) {
+  const std::size_t begin = cell.find('`');
+  if (begin == std::string::npos) return "";
+  return cell.substr(begin + 1, cell.find('`', begin + 1) - begin - 1);
 }
 
 // `step`: how far outside the range is refused. Only `run` can try values without computing.
@@ -70,4 +85,36 @@ TEST_CASE("options: the ranges of the help are those that are checked") {
   check_option(surface, "--leaves-per-sample", 0.01);
   check_option(surface, "--max-depth", 1);
   CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
+}
+
+TEST_CASE("options: the documents state the options and ranges of the help") {
+  const std::string help = meander_with({"run", "--help"}).out;
+  const std::regex range("([-+.0-9e]+) to ([-+.0-9e]+)");
+  int options = 0, ranges = 0;
+  for (const Words& row : table_rows("ANISOTROPIC.md")) {
+    const std::string option = quoted(row[0]).substr(0, quoted(row[0]).find(' '));
+    if (!option.starts_with("--")) continue;
+    INFO(option);
+    ++options;
+    CHECK(contains(help, option + " "));
+    std::smatch stated;
+    if (!std::regex_search(row.at(1), stated, range)) continue;
+    ++ranges;
+    CHECK(stated_range("run", option) == std::pair(std::stod(stated[1]), std::stod(stated[2])));
+  }
+  CHECK(options >= 7);
+  CHECK(ranges >= 2);
+}
+
+TEST_CASE("options: METHODS.md states the sequences of --sequence in their order, and its default") {
+  std::string words, standard;
+  bool inside = false;
+  for (const Words& row : table_rows("METHODS.md")) {
+    if (quoted(row[0]).empty()) inside = row.size() > 1 && row[1] == " t_i ";  // the head of a table
+    if (!inside || quoted(row[0]).empty()) continue;
+    words += (words.empty() ? "" : "|") + quoted(row[0]);
+    if (row.at(2).starts_with(" default")) standard = quoted(row[0]);
+  }
+  INFO(words << ", default " << standard);
+  CHECK(contains(meander_with({"run", "--help"}).out, "--sequence TEXT:" + words + "=" + standard + "\n"));
 }

@@ -1,4 +1,4 @@
-// What the commands replace and what they leave alone, and what their output does when nobody reads it.
+// Which files the commands replace and which they keep, and output to a closed pipe or a full device.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <map>
 
 #include "io/file_kind.h"
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -19,23 +18,6 @@ using namespace meander::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
-  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
-  return run_process(arguments, options);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-// Every file below a folder with its bytes.
-std::map<std::string, std::string> content_of(const fs::path& folder) {
-  std::map<std::string, std::string> content;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) content[entry.path().string()] = read_file(entry.path());
-  return content;
-}
 
 // A folder with a mesh, a store of surfaces with descriptors, points and texts.
 struct Place {
@@ -166,7 +148,7 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
     place.refuses({"export", store, "-o", out, "--format", format}, "exists (--fresh replaces it)");
     place.does({"export", store, "-o", out, "--format", format, "--fresh"});
   }
-  // The second file in the order of the rows is somebody's mesh: the first is not written either.
+  // The second file in row order is an existing mesh: the first file is not written either.
   fs::create_directory(place.path("meshes"));
   write_file(place.path("meshes/torus.off"), mesh_bytes(cube(), MeshFile::off));
   place.refuses({"export", store, "-o", place.path("meshes"), "--format", "off", "--fresh"},
@@ -320,7 +302,7 @@ ProcessOptions ending_in(End out, End error) {
   return options;
 }
 
-// Meshes with one good model among many that say nothing but their status: more text than any buffer holds.
+// One good model among many that fail with a status: their list is longer than any pipe buffer.
 void write_failing(const fs::path& folder) {
   fs::create_directory(folder);
   write_mesh(folder / "good.off", icosphere(1));
@@ -330,7 +312,7 @@ void write_failing(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("closed pipes: a job ends as it would have, whoever reads") {
+TEST_CASE("closed pipes: a job ends as it would have with a reader") {
   const ScratchFolder scratch;
   write_failing(scratch / "in");
   const auto run = [&](const std::string& store) {
@@ -355,7 +337,7 @@ TEST_CASE("closed pipes: a job ends as it would have, whoever reads") {
   CHECK(meander_with({"--help"}, ending_in(End::closed_pipe, End::closed_pipe)).exit_code == 0);
 }
 
-TEST_CASE("a full disk behind standard output is told, however short the output") {
+TEST_CASE("a full disk behind standard output is reported, however short the output") {
   const ScratchFolder scratch;
   const std::string store = scratch / "s.h5";
   REQUIRE(meander_with({"surface", "torus", "-n", "16", "-o", store}).exit_code == 0);
@@ -411,7 +393,7 @@ TEST_CASE("export: no id of a store leads out of the folder") {
   }
 }
 
-TEST_CASE("run: an attribute that no model has is said in the summary") {
+TEST_CASE("run: the summary reports an attribute that no model has") {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "in");
   write_mesh(scratch / "in/a.off", icosphere(1));
@@ -432,14 +414,14 @@ TEST_CASE("run: an attribute that no model has is said in the summary") {
   CHECK(contains(run("j.h5", {"--density", "attribute:heat", "--json"}).out, "\"notice\":\"" + words));
   result = run("t.h5", {"--method", "anisotropic", "--tensor", "face-attribute:grain"});
   CHECK(contains(result.out, words + ": the tensor field needs the face attributes grain_xx"));
-  // One model that has it is enough for silence.
+  // No message when at least one model has it.
   PolygonMesh with = cube();
   with.vertex_attributes = {{"heat", std::vector<double>(with.vertex_count(), 1.0)}};
   write_mesh(scratch / "in/c.ply", with);
   CHECK_FALSE(contains(run("c.h5", {"--density", "attribute:heat"}).out, words));
 }
 
-TEST_CASE("run: reports beside the store are whole, or their lack is told") {
+TEST_CASE("run: reports beside the store are complete, or the command says that they are missing") {
   const ScratchFolder scratch;
   write_failing(scratch / "in");
   const auto run = [&](const std::string& store, const ProcessOptions& options = {}) {
@@ -449,7 +431,7 @@ TEST_CASE("run: reports beside the store are whole, or their lack is told") {
   const auto list = read_file(scratch / "calm.h5.failed.txt");
   CHECK(std::count(list.begin(), list.end(), '\n') == 400);
   CHECK(read_file(scratch / "calm.h5.run.json").ends_with("}\n"));
-  // A folder in the way of the list.
+  // A folder has the name of the list.
   fs::create_directory(scratch / "s.h5.failed.txt");
   const ProcessResult result = run("s.h5");
   CHECK(result.exit_code == 2);

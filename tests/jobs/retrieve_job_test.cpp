@@ -5,19 +5,17 @@
 #include <sstream>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 
 using namespace meander;
 using namespace meander::test;
 
 namespace {
 
-const std::string program = MEANDER_PROGRAM;
-
 ProcessResult retrieve(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {program, "retrieve"});
-  return run_process(arguments);
+  arguments.insert(arguments.begin(), "retrieve");
+  return meander_with(std::move(arguments));
 }
 
 // Cells of the line of a CSV file that begins with this cell.
@@ -33,10 +31,6 @@ std::vector<std::string> csv_line(const std::filesystem::path& path, const std::
   return {};
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 // Rows on a line: the descriptor `place` is (x, 0, 0, 0), `flat` is the same for all, `wide` is 10 x.
 struct Item {
   std::string id;
@@ -44,7 +38,7 @@ struct Item {
   float x;
   Status status = Status::ok;
 };
-// Class 0 lies around 0, class 1 around 10 but for one stray, class 2 has two rows, class 3 one.
+// Class 0 lies around 0, class 1 around 10 but for one outlier, class 2 has two rows, class 3 one.
 const std::vector<Item> items = {
     {"db/0/m10/m10.off", 0, 0.0f},  {"db/0/m11/m11.off", 0, 0.1f},
     {"db/0/m12/m12.off", 0, 0.3f},  {"db/0/m13/m13.off", 1, 10},
@@ -148,12 +142,12 @@ TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
   REQUIRE(result.exit_code == 0);
   CHECK(contains(result.out, "9 models, 8 queries of 3 classes; descriptor place, distance l1"));
   CHECK(contains(result.out, "left out: 1 not ok, 1 without a class"));
-  // Nearest: all of ant right; of bee the stray finds ant; both cats right.
+  // Nearest: all of ant right; of bee the outlier finds ant; both cats right.
   CHECK(std::stod(csv_line(scratch / "e.csv", "(micro)")[2]) == Approx(7.0 / 8));
   CHECK(std::stod(csv_line(scratch / "e.csv", "(macro)")[2]) == Approx((1 + 2.0 / 3 + 1) / 3));
   CHECK(std::stod(csv_line(scratch / "e.csv", "bee")[2]) == Approx(2.0 / 3));
   CHECK(std::stod(csv_line(scratch / "e.csv", "ant")[3]) == 1);
-  // First tier of bee: m13 finds m14, then m15 (9.3 away, ants 9.7); m14 the same; the stray nothing.
+  // First tier of bee: m13 finds m14, then m15 (9.3 away, ants 9.7); m14 the same; the outlier none.
   CHECK(std::stod(csv_line(scratch / "e.csv", "bee")[3]) == Approx(2.0 / 3));
   CHECK(csv_line(scratch / "e.csv", "dog")[1] == "1");  // counted, not scored
   CHECK(csv_line(scratch / "e.csv", "dog")[2].empty());
@@ -163,7 +157,7 @@ TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
   CHECK(contains(psb.out, R"("queries":6,"classes":2)"));
   CHECK(contains(psb.out, "as psbTable"));
 
-  // Without any information every place is a matter of chance: NN of a class of 3 among 8 is 2/8.
+  // Without any information every rank is random: NN of a class of 3 among 8 is 2/8.
   const ProcessResult flat = retrieve(
       {"evaluate", scratch / "s.h5", "--descriptor", "flat", "--per-class", "--csv", scratch / "f.csv"});
   REQUIRE(flat.exit_code == 0);

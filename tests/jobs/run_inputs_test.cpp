@@ -1,12 +1,12 @@
-// What a run makes of its inputs, as a user sees it: exit codes, messages, ids, classes, splits.
+// Inputs of a run as a user sees them: exit codes, messages, ids, classes, splits.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
-#include "support/run_process.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -16,13 +16,6 @@ using Catch::Matchers::Contains;
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::string program = MEANDER_PROGRAM;
-
-ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
-  arguments.insert(arguments.begin(), program);
-  return run_process(arguments, options);
-}
 
 ProcessResult run(const std::vector<std::string>& inputs, const fs::path& store,
                   const std::vector<std::string>& more = {}, const ProcessOptions& options = {}) {
@@ -55,7 +48,7 @@ TEST_CASE("run: a folder that cannot be read is named, counted, and the run ends
   for (const char* name : {"", "out"}) fs::permissions(scratch / name, fs::perms::all);
   fs::permissions(scratch / "in/closed", fs::perms::none);
   ProcessOptions options;
-  // Permissions do not bind root.
+  // Root ignores permissions.
   options.in_child = [] {
     if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(77);
   };
@@ -137,7 +130,7 @@ TEST_CASE("run: lists on two machines make the same store, and a list that grows
   const std::string root = (scratch / "here").string();
   REQUIRE(run({"-", "--root", root}, scratch / "g.h5", {}, one).exit_code == 0);
   CHECK(ids_of(scratch / "g.h5") == Ids{"chair/a.off"});
-  // Without --root the one of the store holds.
+  // Without --root that of the store applies.
   const ProcessResult grown = run({"-"}, scratch / "g.h5", {}, two);
   INFO(grown.err);
   CHECK(grown.exit_code == 0);

@@ -115,7 +115,7 @@ TEST_CASE("run: killed at random moments and started again, it ends with the byt
   CHECK_FALSE(std::filesystem::exists(scratch / "s.h5.run"));
 }
 
-TEST_CASE("run: an item that crashes the process is found, told apart from its neighbours and recorded") {
+TEST_CASE("run: an item that crashes the process is identified among its neighbours and recorded") {
   for (const std::string kind : {"segv", "abort"}) {
     const ScratchFolder scratch;
     const auto expected = write_collection(scratch / "in");
@@ -132,7 +132,7 @@ TEST_CASE("run: an item that crashes the process is found, told apart from its n
       CHECK(reader.report(row).status == (crashed ? Status::crashed : expected.at(reader.id(row))));
       if (crashed) CHECK(reader.report(row).reason.find("place_samples") != std::string::npos);
     }
-    // Mended: the row is done again, and the store is that of a run that never crashed.
+    // Corrected: the row is processed again, and the store is that of a run that never crashed.
     REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--retry", "crashed"})).exit_code ==
             3);
     REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
@@ -180,7 +180,7 @@ TEST_CASE("run: a full disk ends with 75, and the run continues once there is ro
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   ProcessOptions options;
-  options.in_child = [] {  // a file may not grow beyond this: the kernel's answer is that of a quota
+  options.in_child = [] {  // a limit on file sizes, which fails writes as a quota does
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{20000, 20000};
     setrlimit(RLIMIT_FSIZE, &limit);

@@ -142,7 +142,7 @@ TEST_CASE("run --tensor file: a folder has ID.txt or the id with .txt for its ex
     REQUIRE(run_tensors(scratch / "in", scratch / "calm.h5", file_of(scratch / "t")).exit_code == 0);
     CHECK(read_file(scratch / "s.h5") == read_file(scratch / "calm.h5"));
   }
-  SECTION("rows that are no tensors") {
+  SECTION("rows that are not tensors") {
     write_file(scratch / "t/plane.txt", "1 2 3 4\n");
     write_file(scratch / "t/tori/thin.txt",
                rows_text(all.at("tori/thin.ply").vertex_count(), "-1 0 0 -1 0 -1"));

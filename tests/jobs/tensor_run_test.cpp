@@ -134,7 +134,7 @@ TEST_CASE("run --method anisotropic: every tensor and form gives a whole store w
       REQUIRE(content.descriptors.size() == reader.descriptors().size());
     }
   }
-  // No tensor arrays where nobody asked for them.
+  // No tensor arrays in stores of other methods.
   REQUIRE(run_process({program, "run", scratch / "in", "-o", scratch / "c.h5", "-n", "64"}).exit_code == 0);
   CHECK(StoreReader(scratch / "c.h5").read_row(0).samples.tensor_direction.empty());
 }
@@ -155,7 +155,7 @@ TEST_CASE("run --method anisotropic: an attribute that a file lacks is that file
   CHECK(verify_store(scratch / "s.h5").problems.empty());
 }
 
-TEST_CASE("run --method anisotropic: info, verify and export know the store") {
+TEST_CASE("run --method anisotropic: info, verify and export read the store") {
   const ScratchFolder scratch;
   write_shapes(scratch / "in");
   const std::string store = (scratch / "s.h5").string();

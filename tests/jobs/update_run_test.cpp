@@ -1,4 +1,4 @@
-// A second `meander run` on a store: inputs that are new, changed or gone, --retry, --fresh, --reuse, and all
+// A second `meander run` on a store: new, changed and missing inputs, --retry, --fresh, --reuse, and all
 // of them interrupted.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -46,7 +46,7 @@ struct Collection {
   ProcessResult run(std::vector<std::string> more = {}, const std::string& name = "s.h5") const {
     return run_process(command(std::move(more), name));
   }
-  // The store of a run from nothing over the inputs of now.
+  // The store of a fresh run over the current inputs.
   std::string fresh_bytes(std::vector<std::string> more = {}) const {
     more.push_back("--fresh");
     const ProcessResult result = run(more, "fresh.h5");
@@ -218,7 +218,7 @@ TEST_CASE("second run: an unfinished run is finished first, then new inputs join
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
-TEST_CASE("second run: an update killed at any moment goes on, with more inputs and with another --retry") {
+TEST_CASE("second run: an update killed at any moment continues, with more inputs and with another --retry") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   for (int i = 0; i < 8; ++i) c.add("n" + std::to_string(i) + ".off", 60 + i);
@@ -237,7 +237,7 @@ TEST_CASE("second run: an update killed at any moment goes on, with more inputs 
 
 TEST_CASE("second run: a --retry that was interrupted is finished, and a second list is not ignored") {
   const Collection c;
-  write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is mended
+  write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is corrected
   write_mesh(c.in / "big.off", icosphere(5), MeshFile::off);
   REQUIRE(c.run({"--memory", "100M", "--timeout", "0.001ms"}).exit_code == 3);
   REQUIRE(StoreReader(c.store).report(0).status == Status::timeout);

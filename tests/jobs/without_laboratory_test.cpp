@@ -1,4 +1,5 @@
-// The program without the laboratory: everything that makes and reads stores, and a sentence for the rest.
+// The program without the laboratory: all commands that make and read stores work; the others say what is
+// missing.
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -32,7 +33,7 @@ struct Place {
     INFO(Catch::StringMaker<std::vector<std::string>>::convert(arguments) << ": " << result.err);
     CHECK(result.exit_code == 0);
   }
-  // A usage error that names the wish and says why; `file` is not made.
+  // A usage error that names the option or command and the reason; `file` is not created.
   void lacks(const std::vector<std::string>& arguments, const std::string& wish, const char* file) const {
     const ProcessResult result = with(MEANDER_PROGRAM, arguments);
     INFO(Catch::StringMaker<std::vector<std::string>>::convert(arguments) << ": " << result.err);

@@ -220,7 +220,7 @@ TEST_CASE("add_anisotropic_surface_differences: random samples of a sphere are w
   }
 }
 
-TEST_CASE("add_anisotropic_surface_differences: folded sheets do not see each other") {
+TEST_CASE("add_anisotropic_surface_differences: samples of other sheets of a fold do not count") {
   const PlanarSamples set = random_samples(300, 6), other = random_samples(300, 16);
   const std::vector<TangentTensor> field(300, scaled(log_spacing(4, 0.3), 300));
   Surface front = in_space(set, field, {1, 0, 0}, {0, 1, 0});

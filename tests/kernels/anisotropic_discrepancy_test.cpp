@@ -158,7 +158,7 @@ TEST_CASE("anisotropic_discrepancy: one rate and constant for every ratio", "[sl
       random = of_random;
       strata = of_strata;
     }
-    // Strata of another metric are worse, and the constant tells.
+    // Strata of another metric are worse, which the constant shows.
     const Rate wrong = rate_of(tensor, ratio, 4096, 0.72, 6, [&](double n, std::uint64_t run) {
       return jittered_samples(n, log_spacing(ratio, 0.6 + std::numbers::pi / 2), 0.3, 7 + run);
     });

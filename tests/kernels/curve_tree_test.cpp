@@ -275,7 +275,7 @@ TEST_CASE("build_curve_tree: points on and beyond the border of the square have 
     const CurveTree tree = build_curve_tree(u, v, mass, {}, 1.5, 4, parameters);
     const double area = std::inner_product(tree.side.begin(), tree.side.end(), tree.side.begin(), 0.0);
     CHECK(area == Approx(1.0));
-    // two points at (1, 0) can never be told apart by a leaf mass of 1.5
+    // two points at (1, 0) can never be separated by a leaf mass of 1.5
     CHECK(*std::max_element(tree.depth.begin(), tree.depth.end()) == curve_depth(kind, 24));
   }
 }
@@ -379,7 +379,7 @@ TEST_CASE("hilbert_key_3d: agrees with Skilling's own transform on all 21 levels
   CHECK(wrong == 0);
 }
 
-TEST_CASE("hilbert_key_3d: clamps, and tells the finest cells apart") {
+TEST_CASE("hilbert_key_3d: clamps, and distinguishes the finest cells") {
   CHECK(hilbert_key_3d({2, -7, 0.5}) == hilbert_key_3d({1, -1, 0.5}));
   const double cell = 0x1p-20;
   CHECK(hilbert_key_3d({0.5 * cell, 0, 0}) != hilbert_key_3d({1.5 * cell, 0, 0}));

@@ -161,7 +161,7 @@ TEST_CASE("survey: exact discrepancies of deterministic sets are the table's to 
   }
 }
 
-TEST_CASE("survey: regular Hilbert is a grid at powers of four, and boxes see it") {
+TEST_CASE("survey: regular Hilbert is a grid at powers of four, which boxes detect") {
   for (const std::uint32_t side : {8u, 32u, 64u}) {
     const double inner = 1 - 0.5 / side;
     CHECK(star(PlanarMethod::hilbert_regular)(side * side, 1) == Approx(1 - inner * inner).epsilon(1e-5));

@@ -92,7 +92,7 @@ TEST_CASE("star_discrepancy_exact: one point, equal points, centred grids") {
 }
 
 TEST_CASE("star_discrepancy_exact: blocks of columns do not matter") {
-  // The transposed set has other columns and the same discrepancy; the order of the points is nothing.
+  // The transposed set has other columns and the same discrepancy; the order of the points does not matter.
   const PlanarPoints points = planar_points(PlanarMethod::jittered, 3000, 2);
   const double d = star_discrepancy_exact(points.x, points.y);
   CHECK(star_discrepancy_exact(points.y, points.x) == Approx(d).epsilon(1e-13));
@@ -209,7 +209,7 @@ TEST_CASE("planar shapes: areas are those of a fine grid") {
   CHECK(metric_box_discrepancy(grid, {1, 0, 1}, exactly(1024)).discrepancy < 0.004);
   CHECK(metric_box_discrepancy(grid, {5, 2, 1.5}, exactly(1024)).discrepancy < 0.004);
   CHECK(density_box_discrepancy(grid, PlanarDensity::uniform, exactly(1024)).discrepancy < 0.004);
-  // An empty half of the square is seen by all.
+  // All measures detect an empty half of the square.
   PlanarPoints half = fine_grid(100);
   for (double& x : half.x) x *= 0.5;
   const PointIndex<2> left = index_of(half);
@@ -397,7 +397,7 @@ TEST_CASE("ring_discrepancy: patches of a strip by hand") {
   const std::vector<double> areas(12, 0.5);
   std::vector<std::uint32_t> counts(12, 3);
   const std::vector<std::uint32_t> first = {0}, last = {13}, both = {0, 13};
-  // Counts in proportion: nothing to see.
+  // Counts in proportion to the area: no discrepancy.
   CHECK(ring_discrepancy(triangles, around, areas, counts, both).discrepancy == Approx(0).margin(1e-15));
   // All samples in the square at vertex 0. Ring 1 of vertex 0 is this square: 1 - 1/6.
   counts.assign(12, 0);

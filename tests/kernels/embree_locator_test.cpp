@@ -359,7 +359,7 @@ TEST_CASE("locate_with_embree: the turns of a spiral lie in sheets of their own"
   CHECK(*std::max_element(model.located.sheet.begin(), model.located.sheet.end()) == 0);
 }
 
-TEST_CASE("locate_with_embree: a small overlap is no sheet of its own") {
+TEST_CASE("locate_with_embree: a small overlap gets no sheet of its own") {
   // The last hundredth of the strip lies over its beginning.
   const auto overlapping = [](Vector3 p) { return flat({p.x < 0.99 ? p.x : 1.98 - p.x, p.y, 0}); };
   Model model = model_of(wavy_grid(200, 20, 0, bumps), overlapping, 512);
@@ -379,13 +379,13 @@ TEST_CASE("locate_with_embree: a chart that collapses to a spot costs bounded ti
   model.locate();
   CHECK(model.located.leaves < 60 * 2048);
   CHECK(*std::max_element(model.trees[0].depth.begin(), model.trees[0].depth.end()) == 24);
-  for (std::uint32_t t = 0; t < model.masses.size(); ++t) {  // the sound half is located as ever
+  for (std::uint32_t t = 0; t < model.masses.size(); ++t) {  // the valid half is located as before
     const UvTriangle corners = uv_triangle(model.charts[0], t);
     if (std::max({corners.u[0], corners.u[1], corners.u[2]}) < 0.4) REQUIRE(model.located.sheet[t] == 0);
   }
 }
 
-TEST_CASE("locate_with_embree: triangles without UV area are no trouble") {
+TEST_CASE("locate_with_embree: triangles without UV area are harmless") {
   const auto line = [](Vector3 p) { return flat({p.x, 0.3, 0}); };
   Model model = model_of(jittered_grid(10), line);
   model.locate();
@@ -399,7 +399,7 @@ TEST_CASE("locate_with_embree: the same on one thread and on two") {
   const auto run = [&](std::size_t threads) {
     oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
     Model model = whole;
-    for (std::size_t c = 0; c < model.charts.size(); ++c)  // any map will do for the second component
+    for (std::size_t c = 0; c < model.charts.size(); ++c)  // the map of the second component is arbitrary
       for (std::size_t i = 0; c == 1 && i < model.charts[c].u.size(); ++i) {
         model.charts[c].u[i] = std::fmod(std::abs(model.charts[c].u[i]), 1.0);
         model.charts[c].v[i] = std::fmod(std::abs(model.charts[c].v[i]), 1.0);

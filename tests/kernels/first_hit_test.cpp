@@ -141,7 +141,7 @@ TEST_CASE("locate_first_hit: components without a curve keep their triangles and
   const Found without = first_hit(wavy_grid(12, 9, 0.3, bumps), flat, 256, Method::none);
   CHECK(without.elements.count() == without.masses.size());
   CHECK(without.ratio() == Approx(1.0).epsilon(1e-12));
-  const Found collapsed =  // rays meet nothing
+  const Found collapsed =  // rays hit nothing
       first_hit(
           wavy_grid(12, 9, 0.3, bumps), [](Vector3) { return std::pair(0.3, 0.3); }, 256);
   CHECK(collapsed.ratio() == Approx(1.0).epsilon(1e-12));

@@ -270,7 +270,7 @@ TEST_CASE("gradient_matching: the solution is the minimum of the energy over tri
     }
 }
 
-TEST_CASE("gradient_matching: a few flips are mended by patches in the metric") {
+TEST_CASE("gradient_matching: a few flips are repaired by patches in the metric") {
   const PreparedMesh mesh = prepare_mesh(wavy_grid(30, 30, 0.2, [](double, double) { return 0.0; }));
   // A small whirl in a constant field: the direction turns by pi within a few triangles, the spacing is four
   // times finer in the middle.
@@ -288,10 +288,10 @@ TEST_CASE("gradient_matching: a few flips are mended by patches in the metric") 
       match_gradients(disk, corner_geometry(disk.length).half_cotangent,
                       target_steps(unfolded, comb_directions(cut, geometry, unfolded, field)));
   REQUIRE(!flipped_triangles(cut.triangles, geometry.counts, plain.u, plain.v).empty());
-  const FieldChart mended = flatten_to_field(mesh, cut, field);
-  check_sound(mended);
-  CHECK(mended.flat.report.method == Method::anisotropic);
-  CHECK(mended.flat.report.repaired_triangles > 0);
+  const FieldChart repaired = flatten_to_field(mesh, cut, field);
+  check_sound(repaired);
+  CHECK(repaired.flat.report.method == Method::anisotropic);
+  CHECK(repaired.flat.report.repaired_triangles > 0);
 }
 
 TEST_CASE("gradient_matching: a whole real surface on one chart is refused, not crashed on") {

@@ -154,7 +154,7 @@ TEST_CASE("compare_band: the stated error of the ratio holds where band and rest
   CHECK(count_squares < 1.9);
 }
 
-TEST_CASE("compare_band: a band that was sampled at random stands out") {
+TEST_CASE("compare_band: a band that was sampled at random is detected") {
   const double count = 4096;
   Surface square = stratified_square(count, 4, 3);
   const PlanarSamples noise = random_samples(square.s1.size(), 8);

@@ -1,5 +1,5 @@
-// Embree earns its place: where a chart overlaps itself, sheets bring the error back to that of a chart that
-// does not.
+// The benefit of rays: where a chart overlaps itself, sheets reduce the error to that of a chart without
+// overlap.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

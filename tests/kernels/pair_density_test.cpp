@@ -324,3 +324,19 @@ TEST_CASE("pair density: classes, expectations and what is refused") {
   CHECK_THROWS_AS(dip_moments(expected, expected, wrong), std::invalid_argument);
   CHECK_THROWS_AS(dip_contour(expected, expected, wrong), std::invalid_argument);
 }
+
+TEST_CASE("half_depth_ellipse: a Gaussian of these deviations is at half its height there") {
+  Dip dip;
+  dip.first = 0.5;
+  dip.second = 0.2;
+  dip.angle = 0.7;
+  const auto points = half_depth_ellipse(dip, 64);
+  REQUIRE(points.size() == 64);
+  CHECK(std::atan2(points[0][1], points[0][0]) == Approx(dip.angle));
+  for (const auto& [x, y] : points) {
+    const double along = std::cos(dip.angle) * x + std::sin(dip.angle) * y,
+                 across = std::cos(dip.angle) * y - std::sin(dip.angle) * x;
+    const double u = along / dip.first, v = across / dip.second;
+    CHECK(std::exp(-0.5 * (u * u + v * v)) == Approx(0.5));
+  }
+}

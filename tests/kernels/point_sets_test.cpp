@@ -243,7 +243,7 @@ TEST_CASE("centroidal_points: fixed points and the Voronoi cells of few points")
   }
 }
 
-TEST_CASE("centroidal_points: cells as a dense raster sees them, also of clustered points") {
+TEST_CASE("centroidal_points: cells agree with a dense raster, also for clustered points") {
   PlanarPoints start = planar_points(PlanarMethod::random, 60, 2);
   for (std::size_t i = 0; i < 20; ++i) {  // a cluster, so that cells reach over many empty buckets
     start.x[i] = 0.01 + 0.01 * start.x[i];

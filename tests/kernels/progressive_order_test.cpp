@@ -35,8 +35,8 @@ TEST_CASE("progressive_order: prefixes are even along the curve at every length,
       for (std::uint64_t seed = 0; seed < 3; ++seed)
         worst = std::max(worst, worst_stretch(progressive_order(n, make_random_key(seed, {})), prefix, 64));
       INFO("the first " << prefix << " of " << n);
-      // Bit reversal strays by up to log2(64) / 3 + 1 on stretches of this length, and a level that is only
-      // begun adds to it; members that come in clumps stray by 4 to 6.
+      // Bit reversal deviates by up to log2(64) / 3 + 1 on stretches of this length, and a level that is only
+      // begun adds to it; members in clusters deviate by 4 to 6.
       CHECK(worst < 3.5);
     }
 }

@@ -111,7 +111,7 @@ TEST_CASE("descriptor distances against the definitions in double, for widths ar
   }
 }
 
-TEST_CASE("descriptor distances: the axioms of a metric, where they are promised") {
+TEST_CASE("descriptor distances: the axioms of a metric, for the distances that are metrics") {
   const std::uint32_t width = 32;
   const std::size_t n = 40;
   const std::vector<float> values = random_histograms(n, width, 3);

@@ -227,7 +227,7 @@ TEST_CASE("summarise: tiny classes, micro, macro, classes and confusion by hand"
     CHECK(s.macro.nearest_neighbour == Approx(psb ? 1 : 0.5));
     CHECK(s.confusion == (psb ? std::vector<double>{1, 0, 0, 0, 0, 0, 0, 0, 0}
                               : std::vector<double>{1, 0, 0, 1, 0, 0, 0, 0, 0}));
-    // Many classes have no room for their pairs.
+    // Without the table of confusions, which would be too large for many classes.
     const RetrievalSummary scores = summarise(task, queries, false);
     CHECK(scores.confusion.empty());
     CHECK(scores.micro.average_precision == s.micro.average_precision);

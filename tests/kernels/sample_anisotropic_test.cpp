@@ -293,7 +293,7 @@ TEST_CASE("anisotropic sampling: stored directions and spacings are those of the
   }
 }
 
-TEST_CASE("anisotropic sampling: a density of the user's goes on top of the tensor's") {
+TEST_CASE("anisotropic sampling: a density of the user multiplies that of the tensor") {
   PolygonMesh mesh = grid_plane(32, 32);
   ScalarAttribute weight{"weight", {}};
   for (const double x : mesh.x) weight.values.push_back(1 + 3 * x);
@@ -378,7 +378,7 @@ TEST_CASE("anisotropic sampling: attributes of the file are tensors, as a table 
   CHECK(by_face.state.segments.report.mean_spacing_ratio > 2);
 }
 
-TEST_CASE("anisotropic sampling: geodesic descriptors know nothing of segments") {
+TEST_CASE("anisotropic sampling: geodesic descriptors do not depend on segments") {
   SampleParameters parameters = anisotropic(TensorKind::constant, AlignmentForm::gradient);
   parameters.tensor.constant = {1, 0, 0, 1, 0, 4};
   parameters.tensor_charts.segment.count = 12;

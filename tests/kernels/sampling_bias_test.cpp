@@ -1,7 +1,7 @@
 // Samples are unbiased: over many seeds every part of a surface gets its share of area x density, along the
 // seams of the charts as anywhere else.
 //
-// Three tests, each blind where another sees:
+// Three tests that complement each other:
 //  - The first sample of the file, over seeds, is an independent draw: Pearson's chi-square is exact, but has
 //    only one draw a seed.
 //  - Pearson's chi-square over all samples. The counts of a low-discrepancy set vary less than those of
@@ -148,8 +148,7 @@ std::vector<double> gathered(const std::vector<double>& shares, const std::vecto
 // p-value of the sharp test of the head of this file.
 double score_p_value(const Counts& counts, const std::vector<double>& shares) {
   const auto seeds = static_cast<double>(counts.seeds);
-  // Standardised counts, cell by cell; what never varies (a cell that cannot be told from a constant) has to
-  // be right by itself.
+  // Standardised counts, cell by cell; a cell whose count never varies must have the expected count.
   std::vector<std::vector<double>> columns;
   double sum = 0;
   for (std::size_t c = 0; c < counts.cells; ++c) {
@@ -249,7 +248,7 @@ TEST_CASE("sampling bias: linear density, 300 seeds") {
   check_model(small_torus(), MethodChoice::conformal, true, 300);
 }
 
-TEST_CASE("sampling bias: the sharp test sees a bias of a tenth") {
+TEST_CASE("sampling bias: the sharp test detects a bias of a tenth") {
   // Expectations 10 % wrong on half of the triangles.
   ChartedModel model = flattened(small_torus(), MethodChoice::direct, false);
   const Counts quarters = count_quarters(model, 300);

@@ -142,7 +142,7 @@ void check_shared_prefixes(MethodChoice method) {
   }
 }
 
-// Root mean square ratio of the samples of `file` seen on the flat mesh, where boxes tell the layers apart.
+// Root mean square ratio of the samples of `file` seen on the flat mesh, where boxes separate the layers.
 double unfolded_ratio(const PolygonMesh& file, const FlatMesh& flat, MethodChoice method, std::uint32_t n,
                       std::uint64_t seeds) {
   ChartedModel model = flattened(file, method);
@@ -170,7 +170,7 @@ struct Limits {
   double thousand, ten_thousand, hundred_thousand;
 };
 
-// What the method promises of the shared meshes; those with many creases or thin parts get a little more.
+// The limits for the shared meshes; those with many creases or thin parts have slightly wider ones.
 constexpr Limits limits[] = {{"bunny_closed.off", 0.29, 0.175, 0.105},
                              {"maxplanck_25k.off", 0.29, 0.175, 0.105},
                              {"igea_full.ply", 0.29, 0.175, 0.105},
@@ -186,7 +186,7 @@ TEST_CASE("sampling quality: a third of the error of random points on simple sha
       const double ratio = rms_ratio(model, boxes_on(model), 1000, 6);
       INFO(label(method) << ", " << mesh.polygon_count() << " faces: " << ratio);
       CHECK(ratio < 0.30);
-      CHECK(ratio > 0.05);  // less would mean that the measure is blind
+      CHECK(ratio > 0.05);  // less would mean that the measure does not respond
     }
 }
 
@@ -194,14 +194,14 @@ TEST_CASE("sampling quality: prefixes of a set on a torus") {
   for (const MethodChoice method : methods) {
     INFO(label(method));
     ChartedModel model = flattened(torus(30, 18), method);
-    // Eight seeds know a ratio to about 5 %, hence the wider limits than in the slow case.
+    // Eight seeds determine a ratio to about 5 %, hence the wider limits than in the slow case.
     check_prefixes(model, boxes_on(model), 2048, 8, 0.2, 0.4);
   }
 }
 
 // The shapes are turned: the sides of an axis-parallel plate lie in different octants around its own centre,
-// and the 3-D curve would tell them apart by luck.
-TEST_CASE("sampling quality: auto and conformal tell the sides of a thin plate apart") {
+// and the 3-D curve would separate them by chance.
+TEST_CASE("sampling quality: auto and conformal separate the sides of a thin plate") {
   const PolygonMesh plate = moved(two_sided_plate(16, 0.004), 1, 0, 0, 0);
   const FlatMesh flat = plate_side_by_side(16);
   const double direct = unfolded_ratio(plate, flat, MethodChoice::direct, 1000, 5);
@@ -212,7 +212,7 @@ TEST_CASE("sampling quality: auto and conformal tell the sides of a thin plate a
   CHECK(balanced < 1.1 * conformal);
 }
 
-TEST_CASE("sampling quality: auto and conformal tell the layers of a folded sheet apart") {
+TEST_CASE("sampling quality: auto and conformal separate the layers of a folded sheet") {
   const PolygonMesh folded = moved(folded_sheet(6, 12, 0.003), 1, 0, 0, 0);
   const FlatMesh flat = unfolded_sheet(6, 12);
   const double direct = unfolded_ratio(folded, flat, MethodChoice::direct, 1000, 5);

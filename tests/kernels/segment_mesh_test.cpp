@@ -33,7 +33,7 @@ std::vector<double> euclidean_lengths(const PreparedMesh& mesh) {
   return metric_edge_lengths(mesh, round_field(mesh));
 }
 
-// Everything that split_into_segments promises, from the definitions.
+// All postconditions of split_into_segments, from their definitions.
 void check_split(const PreparedMesh& mesh, std::span<const std::uint32_t> label, const SegmentedMesh& split) {
   const PreparedMesh& out = split.mesh;
   const std::size_t count = mesh.triangle_count();

@@ -368,7 +368,7 @@ TEST_CASE("connect_singularities: closed surfaces can be combed after the cuts a
       std::vector<std::int32_t> sum(parent.size(), 0);
       for (const Singularity& s : list) sum[find(s.vertex)] += s.half_turns;
       for (const std::int32_t s : sum) CHECK(s % 2 == 0);
-      // Triangles without a direction (of the cube) have nothing to comb.
+      // Triangles without a direction (of the cube) have no direction to comb.
       const bool directed_everywhere =
           std::all_of(field.corner.begin(), field.corner.end(),
                       [](TangentTensor t) { return std::hypot(t.xx - t.yy, t.xy) > 1e-9; });

@@ -17,6 +17,7 @@ TEST_CASE("fit_slope: lines, residuals by hand, refusals") {
   SlopeFit fit = fit_slope(counts, errors);
   CHECK(fit.slope == Approx(-0.75));
   CHECK(std::exp(fit.intercept) == Approx(0.7));
+  CHECK(fit.at(1000) == Approx(0.7 * std::pow(1000, -0.75)));
   CHECK(fit.standard_error < 1e-12);
   // Logarithms (0, 0), (1, 1), (2, 0): slope 0, intercept 1/3, squares 2/3, error sqrt(2/3 / 1 / 2).
   const double e = std::numbers::e;

@@ -12,7 +12,7 @@ using namespace meander;
 
 namespace {
 
-// A symmetric matrix by entries: the form SparseCholesky takes, and the dense one it stands for.
+// A symmetric matrix by entries: in the form that SparseCholesky takes, and dense.
 struct System {
   UnknownGraph graph;
   std::vector<double> values, diagonal;
@@ -133,7 +133,7 @@ TEST_CASE("Sparse Cholesky: random graphs of every density, isolated unknowns in
   }
 }
 
-TEST_CASE("Sparse Cholesky: a matrix that is not positive definite is said to be none") {
+TEST_CASE("Sparse Cholesky: a matrix that is not positive definite is reported") {
   System system = system_of(3, {{0, 1, 1.0}, {1, 2, 1.0}}, 1.0);
   system.diagonal[1] = 0.25;
   SparseCholesky cholesky;

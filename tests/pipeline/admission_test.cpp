@@ -46,7 +46,7 @@ TEST_CASE("Admission: an item above the whole budget is too large, or runs alone
   CHECK(lenient.next()->item == 1);
 }
 
-TEST_CASE("Admission: small items fill up beside a large one and never keep a waiting giant from starting") {
+TEST_CASE("Admission: small items run beside a large one and never delay a waiting large one") {
   Admission admission(100, 100, false);
   admission.add(0, 80);
   admission.add(1, 70);  // does not fit beside item 0: waits
@@ -55,9 +55,9 @@ TEST_CASE("Admission: small items fill up beside a large one and never keep a wa
   REQUIRE(first->item == 0);
   std::vector<Admission::Ticket> ahead;
   while (const auto ticket = admission.next()) ahead.push_back(*ticket);
-  CHECK(ahead.size() == 2);  // 20 bytes are free, and 30 would be beside the giant
-  // Small items go on ending and starting while the first giant runs: the waiting one must start as soon as
-  // it ends.
+  CHECK(ahead.size() == 2);  // 20 bytes are free, and 30 would be beside the large item
+  // Small items keep ending and starting while the first large item runs: the waiting one must start as soon
+  // as it ends.
   for (int round = 0; round < 10; ++round) {
     admission.release(ahead.back());
     ahead.pop_back();

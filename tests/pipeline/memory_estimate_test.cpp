@@ -113,8 +113,8 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   return peak;
 }
 
-// Checks a setting over the models and tells how close it came. Estimates that are far too high would leave
-// threads without work: the models that come closest take a quarter of theirs.
+// Checks a setting over the models and reports how close the estimate was. Estimates that are far too high
+// would leave threads without work: the models that come closest take a quarter of theirs.
 void check_models(const std::vector<fs::path>& models, const Setting& setting, int threads,
                   const EmbreeDevice& device) {
   double highest = 0;

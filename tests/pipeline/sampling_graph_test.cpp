@@ -1,5 +1,5 @@
 // The graph on items made in memory, with failures put into every node (the traps of flow graphs: lost
-// messages, holes, re-entered bodies, exceptions that cancel everything, books that do not balance).
+// messages, holes, re-entered bodies, exceptions that cancel everything, items unaccounted for).
 #include "pipeline/sampling_graph.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -125,10 +125,10 @@ TEST_CASE("sampling graph: every kind of exception in every node becomes that it
         if (kind == 2) throw std::runtime_error("surprise");
         throw 42;
       };
-      std::vector<std::string> told;
+      std::vector<std::string> reported;
       const GraphResult result = setup.run(stages, [&](const FinishedItem& item) {
         if (item.report.status != Status::ok)
-          told.push_back(item.plan.id + " in " + std::string(item.failed_in));
+          reported.push_back(item.plan.id + " in " + std::string(item.failed_in));
       });
       CHECK(result.written == 60);
       CHECK(result.failed == 1);
@@ -137,8 +137,8 @@ TEST_CASE("sampling graph: every kind of exception in every node becomes that it
       CHECK(setup.sink.rows.at(30).report.status == expected[kind]);
       CHECK_FALSE(setup.sink.rows.at(30).report.reason.empty());
       CHECK(setup.sink.rows.at(31).report.status == Status::ok);
-      REQUIRE(told.size() == 1);
-      CHECK(told[0] == setup.plan[30].id + " in " + std::string(stages[node].name));
+      REQUIRE(reported.size() == 1);
+      CHECK(reported[0] == setup.plan[30].id + " in " + std::string(stages[node].name));
     }
 }
 
@@ -171,7 +171,8 @@ TEST_CASE("sampling graph: a node body is never entered again by a thread that w
   CHECK(deepest == 1);
 }
 
-TEST_CASE("sampling graph: cancelled from outside it drops what is in flight, and its books balance") {
+TEST_CASE(
+    "sampling graph: cancelled from outside it drops what is in flight, and all items are accounted for") {
   Setup setup(500);
   const auto stages = three_stages([&](GraphItem& item) {
     if (item.plan->row == 3) setup.cancelled = true;
@@ -189,7 +190,7 @@ TEST_CASE("sampling graph: a sink that fails ends the run with its exception, no
   setup.sink.fail_after = 50;
   CHECK_THROWS_AS(setup.run(three_stages([](GraphItem&) {})), RunError);
   CHECK(setup.sink.rows.size() == 50);
-  setup.sink.fail_after = ~std::uint64_t{0};  // space again: the rest goes on
+  setup.sink.fail_after = ~std::uint64_t{0};  // space again: the rest continues
   std::vector<PlanItem> rest;
   for (const PlanItem& item : setup.plan)
     if (!setup.sink.rows.contains(item.row)) rest.push_back(item);
@@ -305,7 +306,7 @@ TEST_CASE(
       INFO("item " << row);
       REQUIRE(ended_at_start[row] - ended_at_begin[row] <= 2 * threads);
     }
-    // The slow item ends as soon as it is done, and the others behind it by little.
+    // The slow item is written as soon as it is done, the others shortly after it.
     CHECK(place[0] <= (threads == 1 ? 0 : 20 + 2 * threads));
     for (int row = 1; row < 120; ++row) CHECK(place[static_cast<std::size_t>(row)] <= row + 2 * threads);
   }

@@ -1,4 +1,4 @@
-// Bytes that the process holds, counted at malloc and mmap, whoever calls them (Embree and TBB too).
+// Bytes that the process holds, counted at malloc and mmap, by any library (Embree and TBB too).
 #pragma once
 
 #include <cstdint>

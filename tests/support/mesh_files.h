@@ -1,4 +1,4 @@
-// Meshes as files: writers of every format that io/mesh reads, and folders that go away.
+// Meshes as files: writers of every format that io/mesh reads, and temporary folders.
 #pragma once
 
 #include <filesystem>

@@ -71,7 +71,7 @@ ProcessResult run_process(const std::vector<std::string>& arguments, const Proce
       std::this_thread::sleep_for(*options.signal_after);
       kill(child, options.send_signal);
     });
-  // The zombie keeps its number until it is reaped below, so a late signal hits nobody else.
+  // The process id is not reused until the child is reaped below, so a late signal reaches no other process.
   siginfo_t info{};
   waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOWAIT);
   if (killer.joinable()) killer.join();

@@ -1,4 +1,4 @@
-// Address space for input far larger than memory: zero pages that cost nothing until they are touched.
+// Address space for input far larger than memory: zero pages that take no memory until they are touched.
 #pragma once
 
 #include <sys/mman.h>

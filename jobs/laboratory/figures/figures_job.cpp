@@ -63,14 +63,15 @@ constexpr FigureName figure_names[] = {
 
 FigureMesh read_model(const std::string& path) {
   MeshFormat format{};
-  if (!mesh_format_of(path, format)) throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
+  if (!mesh_format_of(path, format))
+    throw UsageError("`" + path + "` is not an .off, .obj, .ply or .stl file");
   const PolygonMesh mesh = about_file(path, [&] { return read_mesh(MappedFile(path).bytes(), format); });
   FigureMesh result;
   result.name = fs::path(path).stem().string();
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
     result.positions.insert(result.positions.end(), {mesh.x[v], mesh.y[v], mesh.z[v]});
   if (mesh.corners.size() != 3 * mesh.polygon_count())
-    throw UsageError("`" + path + "` has faces that are no triangles; the figures take triangle meshes");
+    throw UsageError("`" + path + "` has faces that are not triangles; figures need triangle meshes");
   result.faces = mesh.corners;
   return result;
 }
@@ -100,7 +101,8 @@ int draw_figures(const FiguresOptions& options) {
     meshes.push_back(read_model(model));
     for (std::size_t i = 0; i + 1 < meshes.size(); ++i)
       if (meshes[i].name == meshes.back().name)
-        throw UsageError("two models are called `" + meshes.back().name + "`: their figures would be one");
+        throw UsageError("two models are called `" + meshes.back().name +
+                         "`: their figures would have the same names");
   }
   if (meshes.empty()) meshes.push_back(torus_mesh(96, 48));  // for machines without models
   fs::create_directories(options.folder);
@@ -135,22 +137,21 @@ int draw_figures(const FiguresOptions& options) {
 }  // namespace
 
 JobFunction add_figures_job(Command& program) {
-  Command command = program.add_subcommand(
-      "figures", "Remake the survey's figures: pictures, data and a page that shows them");
+  Command command =
+      program.add_subcommand("figures", "Reproduce the survey's figures: pictures, data and an HTML page");
   auto options = std::make_shared<FiguresOptions>();
-  command.add_option("-o,--output", options->folder, "Folder to write to (made when it is not there)")
-      .required();
-  command.add_option(
-      "--models", options->models,
-      "Triangle meshes for figures 4, 12 - 14, 16 and 22 to 26 (a torus made here when left out)");
+  command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
+  command.add_option("--models", options->models,
+                     "Triangle meshes for figures 4, 12 to 14, 16 and 22 to 26 (default: a generated torus)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);
   command.add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1").show_default().whole_number();
-  command.add_option("-j,--threads", options->threads, "Threads (0: all the machine gives), up to 1024")
+  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);
-  command.add_flag("--quick", options->quick, "Fewer points, shapes and sets: minutes instead of an hour");
+  command.add_flag("--quick", options->quick,
+                   "Fewer points, shapes and sets: takes minutes instead of an hour");
   return [options] { return draw_figures(*options); };
 }
 

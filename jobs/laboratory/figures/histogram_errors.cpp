@@ -9,7 +9,8 @@
 #include "io/table/json_table.h"
 #include "jobs/laboratory/figures/histogram_figures.h"
 #include "jobs/laboratory/figures/staged_model.h"
-#include "kernels/core/parallel.h"
+#include "kernels/analyse/lifted_area.h"
+#include "kernels/analyse/nearest_points.h"
 #include "kernels/density/curvature.h"
 #include "kernels/describe/curved_samples.h"
 
@@ -25,42 +26,11 @@ HistogramModel::HistogramModel(const FigureMesh& mesh, std::uint64_t seed_of_all
 }
 
 void HistogramModel::weigh_by_lifted_area() {
-  // Areas of triangles between lifted points of n x n parts miss O(1 / n^2) of what the surface bulges; of
-  // n = 2 and 4 together O(1 / n^4) is left.
-  constexpr std::uint32_t parts = 4, nodes = (parts + 1) * (parts + 2) / 2;
-  const auto node = [](std::uint32_t i, std::uint32_t j) {  // i parts to corner 1, j parts to corner 2
-    return i * (parts + 1) - i * (i + 1) / 2 + i + j;
-  };
   const PreparedMesh& mesh = charted.surface;
+  const std::vector<double> lifted = lifted_areas(mesh.x, mesh.y, mesh.z, mesh.triangles, creased);
   ScalarAttribute ratio{"lifted area / flat area", std::vector<double>(charted.file.polygon_count(), 1)};
-  for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
-    if (!(mesh.area[t] > 0)) continue;
-    std::vector<float> weights(2 * nodes);
-    for (std::uint32_t i = 0; i <= parts; ++i)
-      for (std::uint32_t j = 0; i + j <= parts; ++j) {
-        weights[2 * node(i, j)] = static_cast<float>(i) / parts;
-        weights[2 * node(i, j) + 1] = static_cast<float>(j) / parts;
-      }
-    const std::vector<double> lifted = lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, creased,
-                                                    std::vector<std::uint32_t>(nodes, t), weights);
-    const auto at = [&](std::uint32_t i, std::uint32_t j) {
-      const std::size_t n = 3 * std::size_t{node(i, j)};
-      return Vector3{lifted[n], lifted[n + 1], lifted[n + 2]};
-    };
-    const auto area_by = [&](std::uint32_t step) {
-      double area = 0;
-      for (std::uint32_t i = 0; i < parts; i += step)
-        for (std::uint32_t j = 0; i + j < parts; j += step) {
-          const Vector3 p = at(i, j), q = at(i + step, j), r = at(i, j + step);
-          area += 0.5 * norm(cross(q - p, r - p));
-          if (i + j + 2 * step <= parts)
-            area += 0.5 * norm(cross(q - at(i + step, j + step), r - at(i + step, j + step)));
-        }
-      return area;
-    };
-    const double fine = area_by(1), coarse = area_by(2);
-    ratio.values[mesh.polygon[t]] = (fine + (fine - coarse) / 3) / mesh.area[t];
-  }
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t)
+    if (mesh.area[t] > 0) ratio.values[mesh.polygon[t]] = lifted[t] / mesh.area[t];
   charted.file.face_attributes = {std::move(ratio)};
   parameters.density.kind = DensityKind::face_attribute;
   parameters.density.attribute = charted.file.face_attributes.front().name;
@@ -162,16 +132,7 @@ std::vector<float> curved_points(const HistogramModel& model, const MeshSamples&
 
 std::vector<std::uint32_t> nearest_vertices(const KdTree<3>& tree, const HistogramModel& model,
                                             const MeshSamples& samples) {
-  const std::vector<double> points = flat_positions(model, samples);
-  std::vector<std::uint32_t> nearest(samples.triangle.size());
-  parallel_blocks(nearest.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      KdTree<3>::Nearest best;
-      tree.nearest({points[3 * i], points[3 * i + 1], points[3 * i + 2]}, KdTree<3>::none, best);
-      nearest[i] = best.index;
-    }
-  });
-  return nearest;
+  return nearest_points(tree, flat_positions(model, samples));
 }
 
 void HistogramErrors::open(std::uint32_t count) {

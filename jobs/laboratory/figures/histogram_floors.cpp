@@ -3,52 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "io/table/text_table.h"
 #include "jobs/laboratory/figures/histogram_figures.h"
+#include "kernels/analyse/distance_shares.h"
 #include "kernels/describe/distance_histogram.h"
 
 namespace meander {
 
 namespace {
-
-// Shares of the distances between points of the unit sphere: their density on [0, 2] is d / 2.
-std::vector<double> sphere_shares() {
-  std::vector<double> shares;
-  for (std::uint32_t b = 0; b < histogram_bins; ++b)
-    shares.push_back((2 * b + 1) / static_cast<double>(histogram_bins * histogram_bins));
-  return shares;
-}
-
-// The same for the torus of radii 1 and 0.5 on [0, 3]. Two circles around the axis, rho_1 and rho_2 from it
-// and h apart in height, have the distances d^2 = rho_1^2 + rho_2^2 + h^2 - 2 rho_1 rho_2 cos(angle), the
-// angle uniform; the mean over pairs of circles, weighted by rho_1 rho_2, is taken by the midpoint rule.
-std::vector<double> torus_shares() {
-  constexpr std::uint32_t circles = 1024;
-  std::vector<double> cumulative(histogram_bins, 0), radius, height;
-  for (std::uint32_t i = 0; i < circles; ++i) {
-    const double angle = 2 * std::numbers::pi * (i + 0.5) / circles;
-    radius.push_back(1 + 0.5 * std::cos(angle));
-    height.push_back(0.5 * std::sin(angle));
-  }
-  for (std::uint32_t i = 0; i < circles; ++i)
-    for (std::uint32_t j = i; j < circles; ++j) {
-      const double rise = height[i] - height[j], twice = 2 * radius[i] * radius[j];
-      const double squares = radius[i] * radius[i] + radius[j] * radius[j] + rise * rise;
-      const double weight = (i == j ? 1 : 2) * radius[i] * radius[j];
-      for (std::uint32_t b = 0; b < histogram_bins; ++b) {
-        const double end = 3 * (b + 1.0) / histogram_bins;
-        const double cosine = std::clamp((squares - end * end) / twice, -1.0, 1.0);
-        cumulative[b] += weight * (cosine >= 1 ? 0 : cosine <= -1 ? 1 : std::acos(cosine) / std::numbers::pi);
-      }
-    }
-  std::vector<double> shares;
-  for (std::uint32_t b = 0; b < histogram_bins; ++b)
-    shares.push_back((cumulative[b] - (b > 0 ? cumulative[b - 1] : 0)) / cumulative.back());
-  return shares;
-}
 
 struct KnownShape {
   FigureMesh mesh;
@@ -61,8 +24,8 @@ struct KnownShape {
 void draw_histogram_floors(FigureSet& figures) {
   figures.begin("Histograms of distances with many points: what remains of the error");
   const EmbreeDevice device;
-  const KnownShape shapes[] = {{sphere_mesh(12), sphere_shares(), 2},
-                               {torus_mesh(32, 16), torus_shares(), 3}};
+  const KnownShape shapes[] = {{sphere_mesh(12), sphere_distance_shares(histogram_bins), 2},
+                               {torus_mesh(32, 16), torus_distance_shares(histogram_bins, 0.5), 3}};
   Table floors{{{"shape"},
                 {"triangles"},
                 {"samples"},

@@ -10,6 +10,7 @@
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/figures/staged_model.h"
 #include "kernels/analyse/discrepancy_anisotropic.h"
+#include "kernels/analyse/histogram_error.h"
 #include "kernels/analyse/pair_density.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/locate/embree_locator.h"
@@ -79,8 +80,7 @@ void add_slopes(Table& table, const std::string& kind, double ratio, const std::
                 const ErrorSeries& series) {
   std::vector<double> counts, errors;
   for (std::size_t i = 0; i < series.counts.size(); ++i) {
-    double mean = 0;
-    for (const double e : series.runs[i]) mean += e / static_cast<double>(series.runs[i].size());
+    const double mean = spread_of(series.runs[i]).mean;
     if (series.counts[i] < 16 || !(mean > 0)) continue;
     counts.push_back(series.counts[i]);
     errors.push_back(mean);
@@ -88,8 +88,7 @@ void add_slopes(Table& table, const std::string& kind, double ratio, const std::
   std::vector<TableCell> row = {kind, ratio, sequence};
   if (counts.size() > 2) {
     const SlopeFit fit = fit_slope(counts, errors);
-    row.insert(row.end(), {fit.slope, fit.standard_error, counts.front(), counts.back(),
-                           std::exp(fit.intercept + fit.slope * std::log(1000.0))});
+    row.insert(row.end(), {fit.slope, fit.standard_error, counts.front(), counts.back(), fit.at(1000)});
   }
   table.rows.push_back(std::move(row));
 }
@@ -129,14 +128,9 @@ RgbImage map_picture(const MapPair& maps, const Dip& dip) {
   const auto side = static_cast<std::uint32_t>(maps.ours.side());
   RgbImage image = heat_map(ratio, side, side, look);
   if (!dip.found) return image;
-  const double half_depth = std::sqrt(2 * std::log(2.0));
   const double pixel = maps.ours.cell() / cell_pixels, middle = 0.5 * image.width;
-  constexpr int steps = 4096;
-  for (int s = 0; s < steps; ++s) {
-    const double t = 2 * std::numbers::pi * s / steps;
-    const double a = half_depth * dip.first * std::cos(t), b = half_depth * dip.second * std::sin(t);
-    const double x = middle + (a * std::cos(dip.angle) - b * std::sin(dip.angle)) / pixel;
-    const double y = middle - (a * std::sin(dip.angle) + b * std::cos(dip.angle)) / pixel;
+  for (const std::array<double, 2>& q : half_depth_ellipse(dip, 4096)) {
+    const double x = middle + q[0] / pixel, y = middle - q[1] / pixel;
     for (const double dx : {0.0, -1.0})
       for (const double dy : {0.0, -1.0}) {
         const auto px = static_cast<std::int64_t>(x + dx), py = static_cast<std::int64_t>(y + dy);
