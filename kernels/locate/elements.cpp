@@ -28,6 +28,7 @@ class KeyedPieces {
               const ElementParameters& parameters)
       : places_(&places), group_(group), key_(key), parameters_(&parameters) {}
 
+  static constexpr bool takes_plain_pieces = false;
   void reserve(std::size_t pieces) { elements.reserve(pieces); }
   void append(const KeyedPieces& next) {
     elements.insert(elements.end(), next.elements.begin(), next.elements.end());
@@ -69,6 +70,9 @@ class PlacedPieces {
   PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices)
       : places_(&places), key_(key), keep_vertices_(keep_vertices) {}
 
+  static constexpr bool takes_plain_pieces = true;
+  bool wants_weights() const { return keep_vertices_ || places_->any(); }
+
   void reserve(std::size_t pieces) {
     point.reserve(pieces);
     triangle.reserve(pieces);
@@ -89,14 +93,15 @@ class PlacedPieces {
       const double b0 = 1 - b1 - b2;
       at = {b0 * u[0] + b1 * u[1] + b2 * u[2], b0 * v[0] + b1 * v[1] + b2 * v[2], 0};
     }
-    point.push_back(
-        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, 0, mass});
-    triangle.push_back(static_cast<std::uint32_t>(t));
-    path.push_back(piece.path);
+    add(t, at, piece.path, mass);
     if (!keep_vertices_) return;
     const auto [v1, v2] = random_point(piece.weights, t, piece.path, key_);
     vertex.push_back(static_cast<float>(v1));
     vertex.push_back(static_cast<float>(v2));
+  }
+
+  void operator()(std::size_t t, const PlainPiece& piece, double mass) {
+    add(t, centroid(piece), piece.path, mass);
   }
 
   std::vector<MassPoint> point;  // not numbered yet
@@ -104,6 +109,13 @@ class PlacedPieces {
   std::vector<float> vertex;
 
  private:
+  void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
+    point.push_back(
+        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, 0, mass});
+    triangle.push_back(static_cast<std::uint32_t>(t));
+    path.push_back(piece_path);
+  }
+
   const ChartPlaces* places_;
   RandomKey key_;
   bool keep_vertices_;
