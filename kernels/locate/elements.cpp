@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <string>
 
 #include "kernels/core/parallel.h"
@@ -12,6 +14,9 @@
 namespace meander {
 
 namespace {
+
+// Large cells of the balanced order take this many pieces for one.
+constexpr double run_pieces = 4;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -104,14 +109,14 @@ class PlacedPieces {
     add(t, centroid(piece), piece.path, mass);
   }
 
-  std::vector<MassPoint> point;  // not numbered yet
+  std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
 
  private:
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
     point.push_back(
-        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, 0, mass});
+        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
     triangle.push_back(static_cast<std::uint32_t>(t));
     path.push_back(piece_path);
   }
@@ -214,14 +219,27 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   return normal;
 }
 
-CurveElements by_bisection(const PreparedMesh& mesh, PlacedPieces&& pieces, std::span<const FlatChart> charts,
+// Runs of 2^k pieces that make up one piece of k bisections less, of at most `limit`: paths are emitted depth
+// first. For pieces of one density in space, where all of a triangle's are of one size.
+std::vector<ElementRun> plain_runs(const PlacedPieces& pieces, double limit) {
+  std::vector<ElementRun> runs;
+  for (std::size_t i = 0; i < pieces.point.size();) {
+    const int bisections = std::bit_width(pieces.path[i]) - 1;
+    int joined = 0;
+    while (joined < bisections && std::ldexp(pieces.point[i].mass, joined + 1) <= limit) ++joined;
+    runs.push_back({static_cast<std::uint32_t>(i), 1u << joined});
+    i += std::size_t{1} << joined;
+  }
+  return runs;
+}
+
+CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
+                           std::span<const ElementRun> runs, std::span<const FlatChart> charts,
                            std::span<const std::uint32_t> group, std::uint32_t samples,
                            const CancelToken& cancel) {
-  for (std::size_t i = 0; i < pieces.point.size(); ++i)
-    pieces.point[i].element = static_cast<std::uint32_t>(i);
   const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
   BalancedOrder order =
-      balanced_order(std::move(pieces.point), samples, {pieces.triangle, normal, group}, cancel);
+      balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
   CurveElements result;
   result.cumulative = std::move(order.cumulative);
   const std::size_t count = order.element.size();
@@ -229,9 +247,15 @@ CurveElements by_bisection(const PreparedMesh& mesh, PlacedPieces&& pieces, std:
   result.path.resize(count);
   if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t e = order.element[i];
+    std::uint32_t e = order.element[i];
+    int joined = 0;
+    if (e >= pieces.point.size()) {
+      const ElementRun run = runs[e - pieces.point.size()];
+      e = run.first;
+      joined = std::countr_zero(run.count);
+    }
     result.triangle[i] = pieces.triangle[e];
-    result.path[i] = pieces.path[e];
+    result.path[i] = pieces.path[e] >> joined;
     if (pieces.vertex.empty()) continue;
     result.vertex[2 * i] = pieces.vertex[2 * std::size_t{e}];
     result.vertex[2 * i + 1] = pieces.vertex[2 * std::size_t{e} + 1];
@@ -250,12 +274,15 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
   if (parameters.order == ElementOrder::balanced) {
-    PlacedPieces pieces =
+    const PlacedPieces pieces =
         cut_all(surface, measure.density, hints.hits, limit,
                 [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
     check_count(pieces.point.size());
     cancel.check();
-    return by_bisection(surface.mesh(), std::move(pieces), charts, group,
+    std::vector<ElementRun> runs;
+    if (measure.density.uniform() && surface.in_space() && hints.hits.empty() && !pieces.wants_weights())
+      runs = plain_runs(pieces, limit * run_pieces);
+    return by_bisection(surface.mesh(), pieces, runs, charts, group,
                         static_cast<std::uint32_t>(parameters.samples), cancel);
   }
   const KeyedPieces pieces =
