@@ -74,7 +74,7 @@ double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
-  if (order_of(parameters) == ElementOrder::balanced) least = std::max(least, balanced_elements_per_sample);
+  if (order_of(parameters) == ElementOrder::balanced) least = std::max(least, balanced_elements_per_sample(parameters.place.samples));
   return std::max(asked, least);
 }
 
