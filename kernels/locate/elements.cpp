@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <string>
 
 #include "kernels/core/parallel.h"
@@ -12,6 +14,9 @@
 namespace meander {
 
 namespace {
+
+// Large cells of the balanced order take this many pieces for one.
+constexpr double run_pieces = 4;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -28,6 +33,7 @@ class KeyedPieces {
               const ElementParameters& parameters)
       : places_(&places), group_(group), key_(key), parameters_(&parameters) {}
 
+  static constexpr bool takes_plain_pieces = false;
   void reserve(std::size_t pieces) { elements.reserve(pieces); }
   void append(const KeyedPieces& next) {
     elements.insert(elements.end(), next.elements.begin(), next.elements.end());
@@ -69,6 +75,9 @@ class PlacedPieces {
   PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices)
       : places_(&places), key_(key), keep_vertices_(keep_vertices) {}
 
+  static constexpr bool takes_plain_pieces = true;
+  bool wants_weights() const { return keep_vertices_ || places_->any(); }
+
   void reserve(std::size_t pieces) {
     point.reserve(pieces);
     triangle.reserve(pieces);
@@ -89,21 +98,29 @@ class PlacedPieces {
       const double b0 = 1 - b1 - b2;
       at = {b0 * u[0] + b1 * u[1] + b2 * u[2], b0 * v[0] + b1 * v[1] + b2 * v[2], 0};
     }
-    point.push_back(
-        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, 0, mass});
-    triangle.push_back(static_cast<std::uint32_t>(t));
-    path.push_back(piece.path);
+    add(t, at, piece.path, mass);
     if (!keep_vertices_) return;
     const auto [v1, v2] = random_point(piece.weights, t, piece.path, key_);
     vertex.push_back(static_cast<float>(v1));
     vertex.push_back(static_cast<float>(v2));
   }
 
-  std::vector<MassPoint> point;  // not numbered yet
+  void operator()(std::size_t t, const PlainPiece& piece, double mass) {
+    add(t, centroid(piece), piece.path, mass);
+  }
+
+  std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
 
  private:
+  void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
+    point.push_back(
+        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
+    triangle.push_back(static_cast<std::uint32_t>(t));
+    path.push_back(piece_path);
+  }
+
   const ChartPlaces* places_;
   RandomKey key_;
   bool keep_vertices_;
@@ -202,14 +219,27 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   return normal;
 }
 
-CurveElements by_bisection(const PreparedMesh& mesh, PlacedPieces&& pieces, std::span<const FlatChart> charts,
+// Runs of 2^k pieces that make up one piece of k bisections less, of at most `limit`: paths are emitted depth
+// first. For pieces of one density in space, where all of a triangle's are of one size.
+std::vector<ElementRun> plain_runs(const PlacedPieces& pieces, double limit) {
+  std::vector<ElementRun> runs;
+  for (std::size_t i = 0; i < pieces.point.size();) {
+    const int bisections = std::bit_width(pieces.path[i]) - 1;
+    int joined = 0;
+    while (joined < bisections && std::ldexp(pieces.point[i].mass, joined + 1) <= limit) ++joined;
+    runs.push_back({static_cast<std::uint32_t>(i), 1u << joined});
+    i += std::size_t{1} << joined;
+  }
+  return runs;
+}
+
+CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
+                           std::span<const ElementRun> runs, std::span<const FlatChart> charts,
                            std::span<const std::uint32_t> group, std::uint32_t samples,
                            const CancelToken& cancel) {
-  for (std::size_t i = 0; i < pieces.point.size(); ++i)
-    pieces.point[i].element = static_cast<std::uint32_t>(i);
   const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
   BalancedOrder order =
-      balanced_order(std::move(pieces.point), samples, {pieces.triangle, normal, group}, cancel);
+      balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
   CurveElements result;
   result.cumulative = std::move(order.cumulative);
   const std::size_t count = order.element.size();
@@ -217,9 +247,15 @@ CurveElements by_bisection(const PreparedMesh& mesh, PlacedPieces&& pieces, std:
   result.path.resize(count);
   if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t e = order.element[i];
+    std::uint32_t e = order.element[i];
+    int joined = 0;
+    if (e >= pieces.point.size()) {
+      const ElementRun run = runs[e - pieces.point.size()];
+      e = run.first;
+      joined = std::countr_zero(run.count);
+    }
     result.triangle[i] = pieces.triangle[e];
-    result.path[i] = pieces.path[e];
+    result.path[i] = pieces.path[e] >> joined;
     if (pieces.vertex.empty()) continue;
     result.vertex[2 * i] = pieces.vertex[2 * std::size_t{e}];
     result.vertex[2 * i + 1] = pieces.vertex[2 * std::size_t{e} + 1];
@@ -238,12 +274,15 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
   if (parameters.order == ElementOrder::balanced) {
-    PlacedPieces pieces =
+    const PlacedPieces pieces =
         cut_all(surface, measure.density, hints.hits, limit,
                 [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
     check_count(pieces.point.size());
     cancel.check();
-    return by_bisection(surface.mesh(), std::move(pieces), charts, group,
+    std::vector<ElementRun> runs;
+    if (measure.density.uniform() && surface.in_space() && hints.hits.empty() && !pieces.wants_weights())
+      runs = plain_runs(pieces, limit * run_pieces);
+    return by_bisection(surface.mesh(), pieces, runs, charts, group,
                         static_cast<std::uint32_t>(parameters.samples), cancel);
   }
   const KeyedPieces pieces =

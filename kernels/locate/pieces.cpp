@@ -5,33 +5,28 @@
 
 namespace meander {
 
+PlainPiece plain_triangle(const std::array<Vector3, 3>& corners) {
+  PlainPiece piece{corners, {}, 1};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 edge = corners[(k + 1) % 3] - corners[k];
+    piece.squared_edge[k] = dot(edge, edge);
+  }
+  return piece;
+}
+
 WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
-  return {{{0, 1, 0}, {0, 0, 1}}, corners, 1};
+  return {plain_triangle(corners), {{0, 1, 0}, {0, 0, 1}}};
 }
 
 std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
-  std::size_t longest = 0;
-  double best = -1;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3 edge = piece.corner[(k + 1) % 3] - piece.corner[k];
-    const double length = dot(edge, edge);
-    if (length > best) {
-      best = length;
-      longest = k;
-    }
-  }
-  const std::size_t a = longest, b = (longest + 1) % 3;
-  std::array<WorkPiece, 2> children = {piece, piece};
+  const std::size_t a = longest_edge(piece), b = (a + 1) % 3;
+  std::array<WorkPiece, 2> children;
+  bisect_edge(piece, a, children[0], children[1]);
   const double b1 = 0.5 * (piece.weights.b1[a] + piece.weights.b1[b]),
                b2 = 0.5 * (piece.weights.b2[a] + piece.weights.b2[b]);
-  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]);
-  for (std::size_t child = 0; child < 2; ++child) {
-    const std::size_t replaced = child == 0 ? b : a;
-    children[child].weights.b1[replaced] = b1;
-    children[child].weights.b2[replaced] = b2;
-    children[child].corner[replaced] = middle;
-    children[child].path = piece.path << 1 | static_cast<std::uint32_t>(child);
-  }
+  for (WorkPiece& child : children) child.weights = piece.weights;
+  children[0].weights.b1[b] = children[1].weights.b1[a] = b1;
+  children[0].weights.b2[b] = children[1].weights.b2[a] = b2;
   return children;
 }
 
@@ -56,13 +51,9 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
           w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
 }
 
-bool is_needle(const WorkPiece& piece, double mass, double limit) {
+bool is_needle(const PlainPiece& piece, double mass, double limit) {
   if (!(8 * mass > limit)) return false;
-  double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3 edge = piece.corner[(k + 1) % 3] - piece.corner[k];
-    longest = std::max(longest, dot(edge, edge));
-  }
+  const double longest = piece.squared_edge[longest_edge(piece)];
   // 2.3 for an equilateral triangle of this mass, 4 for half a square.
   return longest * mass > 4.1 * triangle_area(piece.corner[0], piece.corner[1], piece.corner[2]) * limit;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,18 +17,48 @@ namespace meander {
 // triangle.
 inline constexpr std::uint32_t deepest_path = 1u << 30;
 
-// A piece while it is being bisected: barycentric weights of its corners, and where they lie in the triangle
-// whose longest edge decides.
-struct WorkPiece {
-  Piece weights;
+// A piece while it is being bisected: where its corners lie, and the squared lengths of its edges (k from corner
+// k to the next), of which the longest is bisected next.
+struct PlainPiece {
   std::array<Vector3, 3> corner;
+  std::array<double, 3> squared_edge;
   std::uint32_t path;
 };
+// The same with the barycentric weights of its corners.
+struct WorkPiece : PlainPiece {
+  Piece weights;
+};
 
+PlainPiece plain_triangle(const std::array<Vector3, 3>& corners);
 WorkPiece whole_triangle(const std::array<Vector3, 3>& corners);
 
-// Bisects the longest edge (the lowest one of equals); child 0 keeps the edge's first end, child 1 its
-// second.
+// The longest edge, the lowest one of equals.
+inline std::size_t longest_edge(const PlainPiece& piece) {
+  const auto& e = piece.squared_edge;
+  return e[0] >= e[1] ? (e[0] >= e[2] ? 0 : 2) : (e[1] >= e[2] ? 1 : 2);
+}
+
+// Bisects edge a: child 0 keeps the edge's first end, child 1 its second. Lengths are handed down, so that the
+// pieces of a path are the same wherever it is followed.
+inline void bisect_edge(const PlainPiece& piece, std::size_t a, PlainPiece& first, PlainPiece& second) {
+  const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];
+  const double half = 0.25 * piece.squared_edge[a], cut = dot(median, median);
+  first.corner = second.corner = piece.corner;
+  first.corner[b] = second.corner[a] = middle;
+  first.squared_edge[a] = second.squared_edge[a] = half;
+  first.squared_edge[b] = cut;
+  first.squared_edge[c] = piece.squared_edge[c];
+  second.squared_edge[b] = piece.squared_edge[b];
+  second.squared_edge[c] = cut;
+  first.path = piece.path << 1;
+  second.path = first.path | 1;
+}
+inline std::array<PlainPiece, 2> bisect(const PlainPiece& piece) {
+  std::array<PlainPiece, 2> children;
+  bisect_edge(piece, longest_edge(piece), children[0], children[1]);
+  return children;
+}
 std::array<WorkPiece, 2> bisect(const WorkPiece& piece);
 
 // Geometry and density of one triangle, from which masses and points of its pieces follow.
@@ -61,6 +92,10 @@ inline std::array<double, 2> centroid(const Piece& piece) {
   return {(piece.b1[0] + piece.b1[1] + piece.b1[2]) / 3, (piece.b2[0] + piece.b2[1] + piece.b2[2]) / 3};
 }
 
+inline Vector3 centroid(const PlainPiece& piece) {
+  return (1.0 / 3) * (piece.corner[0] + piece.corner[1] + piece.corner[2]);
+}
+
 // Those of a uniformly random point of it; a pure function of (key, triangle, path).
 std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,
                                    RandomKey key);
@@ -68,7 +103,37 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
 // Whether a piece is much longer, where lengths are measured, than a well-shaped one of mass `limit` would be
 // there: samples would be spread along it. Never for pieces of less than limit / 8, so that their number is
 // bounded.
-bool is_needle(const WorkPiece& piece, double mass, double limit);
+bool is_needle(const PlainPiece& piece, double mass, double limit);
+
+// Depth-first bisection of a triangle of uniform density in space, whose weights nobody asks for, until every
+// piece weighs at most `limit`; `emit` is called in path order.
+template <class Emit>
+void cut_plain_triangle(const std::array<Vector3, 3>& corners, double mass, double limit,
+                        std::vector<PlainPiece>& stack, const Emit& emit) {
+  if (!(mass > 0)) return;
+  if (mass <= limit) {
+    emit(plain_triangle(corners), mass);
+    return;
+  }
+  // All pieces of a depth weigh the same.
+  int depth = 0;
+  while (std::ldexp(mass, -depth) > limit && 1u << depth < deepest_path) ++depth;
+  const double share = std::ldexp(mass, -depth);
+  const std::uint32_t deepest = 1u << depth;
+  stack.push_back(plain_triangle(corners));
+  while (!stack.empty()) {
+    const PlainPiece piece = stack.back();
+    stack.pop_back();
+    const auto children = bisect(piece);
+    if (children[0].path >= deepest) {
+      emit(children[0], share);
+      emit(children[1], share);
+    } else {
+      stack.push_back(children[1]);
+      stack.push_back(children[0]);
+    }
+  }
+}
 
 // Depth-first bisection of one triangle until every piece weighs at most `limit` (and, where asked for, none
 // is a needle) and there are at least `wanted` of them; `emit` is called in path order.
@@ -104,6 +169,9 @@ void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& sh
 
 // Cuts all triangles of positive area, in their order. `record` is a class with
 //   void operator()(std::size_t triangle, const TriangleSource&, const WorkPiece&, double mass);
+// and, if its takes_plain_pieces is true, for pieces in space of uniform density
+//   bool wants_weights() const;  // else plain pieces will do
+//   void operator()(std::size_t triangle, const PlainPiece&, double mass);
 //   void reserve(std::size_t pieces);
 //   void append(const Record& of_the_next_triangles);
 // `make` makes an empty one. Parallel by blocks of triangles, appended in order.
@@ -112,20 +180,36 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
              double limit, const Make& make, const CancelToken& cancel) {
   const PreparedMesh& mesh = surface.mesh();
   const std::size_t triangles = mesh.triangle_count();
+  using Record = decltype(make());
   // Large, so that a model of usual size is one block, whose pieces need no copying.
   constexpr std::size_t block = 16384;
-  std::vector<decltype(make())> parts((triangles + block - 1) / block, make());
+  std::vector<Record> parts((triangles + block - 1) / block, make());
   parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     auto& part = parts[begin / block];
     part.reserve(end - begin);
     std::vector<WorkPiece> stack;
-    for (std::size_t t = begin; t < end; ++t) {
-      if (!(mesh.area[t] > 0)) continue;
+    std::vector<PlainPiece> plain_stack;
+    const auto cut = [&](std::size_t t) {
       const TriangleSource source = source_of(mesh, density, t);
       cut_triangle(source, bisection_corners(surface, static_cast<std::uint32_t>(t)), limit,
                    wanted.empty() ? 0 : wanted[t], !surface.in_space(), stack,
                    [&](const WorkPiece& piece, double mass) { part(t, source, piece, mass); });
+    };
+    const auto cut_plain = [&](std::size_t t) {
+      if constexpr (Record::takes_plain_pieces)
+        cut_plain_triangle(bisection_corners(surface, static_cast<std::uint32_t>(t)), mesh.area[t], limit,
+                           plain_stack, [&](const PlainPiece& piece, double mass) { part(t, piece, mass); });
+    };
+    bool plain = false;
+    if constexpr (Record::takes_plain_pieces)
+      plain = density.uniform() && surface.in_space() && wanted.empty() && !part.wants_weights();
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!(mesh.area[t] > 0)) continue;
+      if (plain)
+        cut_plain(t);
+      else
+        cut(t);
     }
   });
   if (parts.empty()) return make();
@@ -142,6 +226,7 @@ class ChartPlaces {
  public:
   ChartPlaces(const PreparedMesh& mesh, std::span<const FlatChart> charts);
 
+  bool any() const { return !chart_of_.empty(); }
   // The corners' (u, v), or false where the triangle's component has no chart.
   bool find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const;
 

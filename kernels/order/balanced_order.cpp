@@ -1,14 +1,15 @@
 #include "kernels/order/balanced_order.h"
 
+#include <xmmintrin.h>
+
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/core/vector3.h"
 #include "kernels/order/sheet_cut.h"
 
 namespace meander {
@@ -18,15 +19,17 @@ namespace {
 // Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
 constexpr std::size_t sorted_node = 32;
 constexpr std::size_t bins = 64;
+// Nodes of at most this many leaves are cut by elements, larger ones by runs.
+constexpr std::uint32_t block_leaves = 8;
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;
 // Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
-constexpr std::uint32_t least_stack = 8;
+constexpr std::uint32_t least_stack = 16;
 
 
 struct Item {
   float at[3];
-  std::uint32_t element;
+  std::uint32_t element;  // or run, in nodes that are cut by runs
   std::uint64_t mass;
 };
 
@@ -37,71 +40,94 @@ float distance(const Point& a, const Point& b) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-// A range of one coordinate.
-struct Extent {
-  float least = INFINITY, most = -INFINITY;
-  void hold(float x) {
-    least = std::min(least, x);
-    most = std::max(most, x);
+// The bounding box of items, as SSE registers whose fourth lanes mean nothing.
+struct Box {
+  __m128 least = _mm_set1_ps(INFINITY), most = _mm_set1_ps(-INFINITY);
+  void hold(const Item& item) {
+    const __m128 at = _mm_loadu_ps(item.at);  // and the element's number
+    least = _mm_min_ps(least, at);
+    most = _mm_max_ps(most, at);
   }
+};
+
+// The axis of the largest extent, and its range.
+struct Extent {
+  std::size_t axis = 0;
+  float least = 0, most = 0;
   float length() const { return most - least; }
 };
 
-// The coordinates of a node's items along its largest extent.
-std::size_t largest_extent(std::span<const Item> items) {
-  std::array<Extent, 3> extent;
-  for (const Item& item : items)
-    for (std::size_t k = 0; k < 3; ++k) extent[k].hold(item.at[k]);
-  std::size_t axis = 0;
+Extent largest_extent(const Box& box) {
+  alignas(16) float least[4], most[4];
+  _mm_store_ps(least, box.least);
+  _mm_store_ps(most, box.most);
+  Extent extent{0, least[0], most[0]};
   for (std::size_t k = 1; k < 3; ++k)
-    if (extent[k].length() > extent[axis].length()) axis = k;
-  return axis;
+    if (most[k] - least[k] > extent.length()) extent = {k, least[k], most[k]};
+  return extent;
+}
+
+Extent largest_extent(std::span<const Item> items) {
+  Box even, odd;  // two chains of minima, which wait for each other less
+  std::size_t i = 0;
+  for (; i + 1 < items.size(); i += 2) {
+    even.hold(items[i]);
+    odd.hold(items[i + 1]);
+  }
+  if (i < items.size()) even.hold(items[i]);
+  even.least = _mm_min_ps(even.least, odd.least);
+  even.most = _mm_max_ps(even.most, odd.most);
+  return largest_extent(even);
 }
 
 // Arrays of one thread, reused from node to node.
 struct Scratch {
-  std::vector<float> coordinate;  // what the node is cut across, by item
-  std::vector<std::pair<float, std::uint32_t>> row;
+  std::vector<float> coordinate;  // by item, where a node is not cut across an axis
+  std::vector<std::uint64_t> row;
   SheetScratch sheets;
+  std::vector<Item> front, back;  // of a block: a node's items are in one, its halves' in the other
 };
 
-// The lowest numbers first, equal ones in their order.
-void sort_row(std::vector<std::pair<float, std::uint32_t>>& row) { std::sort(row.begin(), row.end()); }
+// A coordinate and the number of its item as one word, in the order of both.
+std::uint64_t row_entry(float coordinate, std::size_t number) {
+  const auto bits = std::bit_cast<std::uint32_t>(coordinate + 0.0f);  // no negative zero
+  const std::uint32_t ordered = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+  return std::uint64_t{ordered} << 32 | number;
+}
+std::uint32_t number_of(std::uint64_t entry) { return static_cast<std::uint32_t>(entry); }
 
 struct Leaf {
-  std::size_t begin = 0;
-  std::uint32_t count = 0;
+  const Item* items = nullptr;
+  std::size_t count = 0;
 };
 
 class Bisection {
  public:
-  Bisection(std::vector<MassPoint> elements, std::uint32_t n, const ElementTraits& traits,
+  Bisection(std::span<const MassPoint> elements, std::uint32_t n, const ElementTraits& traits,
             const CancelToken& cancel)
-      : n_(n), traits_(traits), cancel_(cancel) {
+      : n_(n), elements_(elements), traits_(traits), cancel_(cancel) {
     double total = 0;
     for (const MassPoint& e : elements) total += e.mass;
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
+    if (elements.size() > std::size_t{1} << 31)
+      throw std::invalid_argument("balanced_order: more than 2^31 elements");
     unit_ = total * 0x1p-61;  // the sum of the rounded masses stays below 2^62
-    const double scale = 1 / unit_;
-    front_.resize(elements.size() + n);
-    for (std::size_t i = 0; i < elements.size(); ++i) {
-      const MassPoint& e = elements[i];
-      const auto mass = static_cast<std::uint64_t>(e.mass * scale);
-      front_[i] = {{e.at[0], e.at[1], e.at[2]}, e.element, mass};
-      total_ += mass;
+    front_.resize(runs() + n);
+    for (std::size_t r = 0; r < runs(); ++r) {
+      front_[r] = run_item(r);
+      total_ += front_[r].mass;
     }
-    count_ = elements.size();
-    elements = std::vector<MassPoint>();
-    back_.resize(count_ + n);
+    back_.resize(runs() + n);
     leaves_.resize(n);
+    blocks_.resize(n);
     centre_.resize(2 * std::size_t{n});
     low_leaves_.resize(2 * std::size_t{n});
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
-  BalancedOrder run() {
+  BalancedOrder order() {
     Scratch scratch;
-    bisect({0, 0, n_, 0, count_, true}, scratch);
+    bisect({0, 0, n_, front_.data(), back_.data(), runs(), nullptr}, scratch);
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -110,39 +136,108 @@ class Bisection {
  private:
   static constexpr std::uint32_t several_groups = ~0u;
 
-  // A node: its number in depth-first order, its first leaf and number of leaves, and where its items are.
+  // A node: its number in depth-first order, its first leaf and number of leaves, its items, the place in the
+  // other buffer where its halves' go, and, once it is cut by elements, where those of leaves are kept.
   struct Node {
     std::size_t number;
     std::uint32_t first, leaves;
-    std::size_t begin, count;
-    bool in_front;
+    Item *items, *other;
+    std::size_t count;
+    std::vector<Item>* kept;
   };
+
+  std::size_t runs() const { return traits_.run.empty() ? elements_.size() : traits_.run.size(); }
+  ElementRun run(std::size_t r) const {
+    return traits_.run.empty() ? ElementRun{static_cast<std::uint32_t>(r), 1} : traits_.run[r];
+  }
+  std::uint64_t units(const MassPoint& e) const { return static_cast<std::uint64_t>(e.mass / unit_); }
+
+  Item element_item(std::uint32_t number) const {
+    const MassPoint& e = elements_[number];
+    return {{e.at[0], e.at[1], e.at[2]}, number, units(e)};
+  }
+  // A run as one item, at its elements' mean place.
+  Item run_item(std::size_t r) const {
+    const ElementRun all = run(r);
+    Item item = element_item(all.first);
+    item.element = static_cast<std::uint32_t>(r);
+    if (all.count == 1) return item;
+    for (std::uint32_t e = all.first + 1; e < all.first + all.count; ++e) {
+      for (std::size_t k = 0; k < 3; ++k) item.at[k] += elements_[e].at[k];
+      item.mass += units(elements_[e]);
+    }
+    for (float& x : item.at) x /= static_cast<float>(all.count);
+    return item;
+  }
 
   // The mass before the leaf of that number.
   std::uint64_t boundary(std::uint32_t leaf) const {
     return total_ / n_ * leaf + total_ % n_ * leaf / n_;  // floor(total leaf / n) without overflow
   }
 
+  // The node with the elements of its runs instead. A run that a cut above has divided stays as it is.
+  void bisect_block(Node node, Scratch& scratch) {
+    std::size_t elements = 0;
+    for (std::size_t i = 0; i < node.count; ++i) elements += run(node.items[i].element).count;
+    const std::size_t room = elements + node.leaves;
+    if (scratch.front.size() < room) {
+      scratch.front.resize(room + room / 2);
+      scratch.back.resize(room + room / 2);
+    }
+    Item* to = scratch.front.data();
+    for (std::size_t i = 0; i < node.count; ++i) {
+      const Item& item = node.items[i];
+      const ElementRun all = run(item.element);
+      Item* const begin = to;
+      std::uint64_t mass = 0;
+      for (std::uint32_t e = all.first; e < all.first + all.count; ++e) {
+        *to = element_item(e);
+        mass += (to++)->mass;
+      }
+      if (mass == item.mass) continue;
+      to = begin;
+      *to = item;
+      (to++)->element = all.count == 1 ? all.first : static_cast<std::uint32_t>(elements_.size()) + item.element;
+    }
+    std::vector<Item>& kept = blocks_[node.first];
+    kept.reserve(room);
+    node.items = scratch.front.data();
+    node.other = scratch.back.data();
+    node.count = static_cast<std::size_t>(to - node.items);
+    node.kept = &kept;
+    bisect(node, scratch);
+  }
+
   void bisect(const Node& node, Scratch& scratch) {
-    const std::span<const Item> items((node.in_front ? front_ : back_).data() + node.begin, node.count);
+    if (node.leaves <= block_leaves && node.kept == nullptr) {
+      bisect_block(node, scratch);
+      return;
+    }
+    const std::span<const Item> items(node.items, node.count);
     if (node.count > parallel_node) cancel_.check();
     if (node.leaves == 1) {
       finish_leaf(node, items);
       return;
     }
-    const std::uint32_t low_leaves = find_coordinates(node, items, scratch);
+    const Extent extent = largest_extent(items);
+    std::uint32_t low_leaves = node.leaves / 2;
+    const bool by_coordinate = find_coordinates(node, items, extent, scratch, low_leaves);
     const std::uint32_t high_leaves = node.leaves - low_leaves;
     const std::uint64_t target = boundary(node.first + low_leaves) - boundary(node.first);
     // Every cut may add an item: a node of s leaves has room for s - 1 more, as its halves have.
-    Item* const to = (node.in_front ? back_ : front_).data() + node.begin;
-    Item* const end = to + node.count + node.leaves - 1;
-    const auto [low, high] = divide(items, target, to, end, scratch);
-    Item* const high_items = end - (high + high_leaves - 1);
-    std::copy(end - high, end, high_items);
-    const auto high_begin = node.begin + static_cast<std::size_t>(high_items - to);
-    const Node children[2] = {{node.number + 1, node.first, low_leaves, node.begin, low, !node.in_front},
-                              {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves,
-                               high_leaves, high_begin, high, !node.in_front}};
+    Item* const to = node.other;
+    Item* const end = to + node.count + low_leaves;  // of the high half; its room for more is behind it
+    const auto [low, high] =
+        by_coordinate
+            ? divide(items, [&](std::size_t i) { return scratch.coordinate[i]; }, range_of(scratch.coordinate),
+                     target, to, end, scratch.row)
+            : divide(items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; }, extent,
+                     target, to, end, scratch.row);
+    Item* const high_items = end - high;
+    const Node children[2] = {
+        {node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
+        {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
+         node.items + (high_items - to), high, node.kept}};
     if (node.count > parallel_node) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
@@ -162,18 +257,19 @@ class Bisection {
     if (!group_.empty()) group_[node] = group_[low] == group_[high] ? group_[low] : several_groups;
   }
 
-  // Fills the coordinates that the node is cut across; returns the leaves of its low half.
-  std::uint32_t find_coordinates(const Node& node, std::span<const Item> items, Scratch& scratch) const {
-    const std::size_t axis = largest_extent(items);
-    std::vector<float>& at = scratch.coordinate;
-    at.resize(items.size());
-    for (std::size_t i = 0; i < items.size(); ++i) at[i] = items[i].at[axis];
-    const std::uint32_t half = node.leaves / 2;
-    if (!traits_.group.empty()) {
-      order_groups(items, boundary(node.first + half) - boundary(node.first), at);
-      return half;
-    }
-    if (node.leaves < least_stack || traits_.normal.empty()) return half;
+  static Extent range_of(const std::vector<float>& values) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    return {0, *least, *most};
+  }
+
+  // Where the node is not cut in halves across its largest extent: fills the coordinates that it is cut across,
+  // and the leaves of its low half.
+  bool find_coordinates(const Node& node, std::span<const Item> items, const Extent& extent, Scratch& scratch,
+                        std::uint32_t& low_leaves) const {
+    if (!traits_.group.empty())
+      return order_groups(node, items, boundary(node.first + low_leaves) - boundary(node.first),
+                          scratch.coordinate);
+    if (node.leaves < least_stack || traits_.normal.empty()) return false;
     scratch.sheets.probes.clear();
     const std::size_t probes = std::min(items.size(), sheet_probes);
     for (std::size_t p = 0; p < probes; ++p) {
@@ -183,44 +279,57 @@ class Bisection {
       scratch.sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item)});
     }
     const std::optional<SheetCut> cut = find_sheet_cut(scratch.sheets, node.leaves);
-    return cut ? separate_sheets(node, items, *cut, at, half) : half;
+    return cut && separate_sheets(node, items, *cut, extent.axis, scratch.coordinate, low_leaves);
   }
 
   // One sheet, or one side of the stack, before the other: along the largest extent within each. The halves
   // get as many leaves as their masses ask for; where that is none, the node is cut in space after all.
-  std::uint32_t separate_sheets(const Node& node, std::span<const Item> items, const SheetCut& cut,
-                                std::vector<float>& at, std::uint32_t half) const {
+  bool separate_sheets(const Node& node, std::span<const Item> items, const SheetCut& cut, std::size_t axis,
+                       std::vector<float>& at, std::uint32_t& low_leaves) const {
+    at.resize(items.size());
     std::uint64_t low = 0;
-    for (const Item& item : items)
-      if (!is_above(cut, item)) low += item.mass;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const bool above = is_above(cut, items[i]);
+      at[i] = items[i].at[axis] + (above ? 4.0f : 0.0f);  // coordinates lie in [-1, 1]
+      if (!above) low += items[i].mass;
+    }
     const std::uint64_t mass = boundary(node.first + node.leaves) - boundary(node.first);
     const double leaves = static_cast<double>(low) / static_cast<double>(mass) * node.leaves;
-    const auto low_leaves = static_cast<std::uint32_t>(std::lround(leaves));
-    if (low_leaves == 0 || low_leaves >= node.leaves) return half;
-    for (std::size_t i = 0; i < items.size(); ++i)  // coordinates lie in [-1, 1]
-      if (is_above(cut, items[i])) at[i] += 4;
-    return low_leaves;
+    const auto wanted = static_cast<std::uint32_t>(std::lround(leaves));
+    if (wanted == 0 || wanted >= node.leaves) return false;
+    low_leaves = wanted;
+    return true;
   }
 
   bool is_above(const SheetCut& cut, const Item& item) const {
     return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
   }
 
+  // Of items of nodes that are cut by runs.
   Point normal_of(const Item& item) const {
-    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[item.element]}];
+    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[run(item.element).first]}];
     return {n[0], n[1], n[2]};
   }
-  std::uint32_t group_of(const Item& item) const { return traits_.group[traits_.triangle[item.element]]; }
+  std::uint32_t group_of(const Item& item, bool by_elements) const {
+    std::uint32_t element = item.element;
+    if (!by_elements)
+      element = run(element).first;
+    else if (element >= elements_.size())
+      element = run(element - elements_.size()).first;
+    return traits_.group[traits_.triangle[element]];
+  }
 
   // Groups in their order; the one that the cut falls into is cut across its own largest extent.
-  void order_groups(std::span<const Item> items, std::uint64_t target, std::vector<float>& at) const {
-    std::vector<std::pair<std::uint32_t, std::uint64_t>> masses;
+  bool order_groups(const Node& node, std::span<const Item> items, std::uint64_t target,
+                    std::vector<float>& at) const {
+    const bool by_elements = node.kept != nullptr;
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> masses;  // of runs of items of one group
     for (const Item& item : items) {
-      const std::uint32_t group = group_of(item);
+      const std::uint32_t group = group_of(item, by_elements);
       if (masses.empty() || masses.back().first != group) masses.emplace_back(group, 0);
       masses.back().second += item.mass;
     }
-    if (masses.size() < 2) return;
+    if (masses.size() < 2) return false;
     std::sort(masses.begin(), masses.end());
     std::uint64_t below = 0;
     std::uint32_t crossed = masses.back().first;
@@ -230,69 +339,72 @@ class Bisection {
       crossed = group;
       break;
     }
-    std::array<Extent, 3> extent;
+    Box box;
     for (const Item& item : items)
-      if (group_of(item) == crossed)
-        for (std::size_t k = 0; k < 3; ++k) extent[k].hold(item.at[k]);
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-      if (extent[k].length() > extent[axis].length()) axis = k;
+      if (group_of(item, by_elements) == crossed) box.hold(item);
+    const std::size_t axis = largest_extent(box).axis;
+    at.resize(items.size());
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const std::uint32_t group = group_of(items[i]);
+      const std::uint32_t group = group_of(items[i], by_elements);
       at[i] = group < crossed ? -4 : group > crossed ? 4 : items[i].at[axis];
     }
+    return true;
   }
 
-  // The lower `target` of the mass to the front of [to, end), the rest to its end; how many items each.
-  static std::pair<std::size_t, std::size_t> divide(std::span<const Item> items, std::uint64_t target,
-                                                    Item* to, Item* end, Scratch& scratch) {
-    const std::vector<float>& at = scratch.coordinate;
-    auto& row = scratch.row;
+  // The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items each.
+  // `at` gives the coordinate of an item, all in `range`.
+  template <class Coordinate>
+  static std::pair<std::size_t, std::size_t> divide(std::span<const Item> items, const Coordinate& at,
+                                                    const Extent& range, std::uint64_t target, Item* to,
+                                                    Item* end, std::vector<std::uint64_t>& row) {
     row.clear();
-    std::size_t low = 0, high = 0;
+    Item* low = to;
+    Item* high = end - 1;
     std::uint64_t below = 0;
     if (items.size() <= sorted_node) {
-      for (std::size_t i = 0; i < items.size(); ++i) row.emplace_back(at[i], static_cast<std::uint32_t>(i));
+      for (std::size_t i = 0; i < items.size(); ++i) row.push_back(row_entry(at(i), i));
     } else {
-      Extent extent;
-      for (const float x : at) extent.hold(x);
-      const float scale = extent.length() > 0 ? static_cast<float>(bins) / extent.length() : 0.0f;
-      const auto bin_of = [&](float x) {
-        return std::min(static_cast<std::uint32_t>((x - extent.least) * scale),
-                        static_cast<std::uint32_t>(bins - 1));
+      const float scale = range.length() > 0 ? static_cast<float>(bins) / range.length() : 0.0f;
+      const auto bin_of = [&](std::size_t i) {
+        return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(bins - 1));
       };
       std::array<std::uint64_t, bins> sum{};
-      for (std::size_t i = 0; i < items.size(); ++i) sum[bin_of(at[i])] += items[i].mass;
-      std::uint32_t crossing = 0;
-      while (crossing + 1 < bins && below + sum[crossing] <= target) below += sum[crossing++];
+      for (std::size_t i = 0; i < items.size(); ++i) sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
+      int crossing = 0;
+      while (crossing + 1 < static_cast<int>(bins) && below + sum[static_cast<std::size_t>(crossing)] <= target)
+        below += sum[static_cast<std::size_t>(crossing++)];
       for (std::size_t i = 0; i < items.size(); ++i) {
-        const std::uint32_t bin = bin_of(at[i]);
-        if (bin == crossing)
-          row.emplace_back(at[i], static_cast<std::uint32_t>(i));
-        else if (bin < crossing)
-          to[low++] = items[i];
-        else
-          *(end - ++high) = items[i];
+        const int bin = bin_of(i);
+        if (bin == crossing) {
+          row.push_back(row_entry(at(i), i));
+          continue;
+        }
+        // To both ends, of which one moves on: which side it is cannot be predicted. Between the two there is
+        // always room.
+        *low = items[i];
+        *high = items[i];
+        low += bin < crossing;
+        high -= bin > crossing;
       }
     }
-    sort_row(row);
-    for (const auto& [coordinate, i] : row) {
-      const Item& item = items[i];
+    std::sort(row.begin(), row.end());
+    for (const std::uint64_t entry : row) {
+      const Item& item = items[number_of(entry)];
       if (below + item.mass <= target) {
-        to[low++] = item;
+        *low++ = item;
         below += item.mass;
         continue;
       }
       const std::uint64_t part = target - below;
       if (part > 0) {
-        to[low] = item;
-        to[low++].mass = part;
+        *low = item;
+        (low++)->mass = part;
       }
-      *(end - ++high) = item;
-      (end - high)->mass = item.mass - part;
+      *high = item;
+      (high--)->mass = item.mass - part;
       below = target;
     }
-    return {low, high};
+    return {static_cast<std::size_t>(low - to), static_cast<std::size_t>(end - 1 - high)};
   }
 
   void finish_leaf(const Node& node, std::span<const Item> items) {
@@ -305,13 +417,12 @@ class Bisection {
     for (std::size_t k = 0; k < 3; ++k)
       centre_[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
     if (!group_.empty()) {
-      group_[node.number] = items.empty() ? 0 : group_of(items.front());
+      group_[node.number] = items.empty() ? 0 : group_of(items.front(), true);
       for (const Item& item : items)
-        if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
+        if (group_of(item, true) != group_[node.number]) group_[node.number] = several_groups;
     }
-    leaves_[node.first] = {node.begin, static_cast<std::uint32_t>(items.size())};
-    // Leaves end in one buffer, whichever they were in.
-    if (node.in_front) std::copy(items.begin(), items.end(), back_.data() + node.begin);
+    leaves_[node.first] = {node.kept->data() + node.kept->size(), items.size()};
+    node.kept->insert(node.kept->end(), items.begin(), items.end());
   }
 
   bool same_group(std::size_t a, std::size_t b) const {
@@ -355,7 +466,7 @@ class Bisection {
     for (std::size_t k = 0; k < 3; ++k) d[k] = centre_[after][k] - centre_[before][k];
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) {  // alone: along its largest extent
       const Leaf& leaf = leaves_[path_[r].leaf];
-      d[largest_extent(std::span(back_).subspan(leaf.begin, leaf.count))] = 1;
+      d[largest_extent(std::span(leaf.items, leaf.count)).axis] = 1;
     }
     return d;
   }
@@ -373,22 +484,22 @@ class Bisection {
     for (std::size_t r = 0; r < path_.size(); ++r)
       before[r + 1] = before[r] + boundary(path_[r].leaf + 1) - boundary(path_[r].leaf);
     parallel_blocks(path_.size(), sum_block, [&](std::size_t from, std::size_t to) {
-      std::vector<std::pair<float, std::uint32_t>> row;
+      std::vector<std::uint64_t> row;
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        const Item* const items = back_.data() + leaf.begin;
+        const Item* const items = leaf.items;
         const Point d = direction(r);
         row.clear();
-        for (std::uint32_t i = 0; i < leaf.count; ++i)
-          row.emplace_back(d[0] * items[i].at[0] + d[1] * items[i].at[1] + d[2] * items[i].at[2], i);
-        sort_row(row);
+        for (std::size_t i = 0; i < leaf.count; ++i)
+          row.push_back(row_entry(d[0] * items[i].at[0] + d[1] * items[i].at[1] + d[2] * items[i].at[2], i));
+        std::sort(row.begin(), row.end());
         if (!group_.empty() && group_[path_[r].node] == several_groups)
-          std::stable_sort(row.begin(), row.end(), [&](const auto& a, const auto& b) {
-            return group_of(items[a.second]) < group_of(items[b.second]);
+          std::stable_sort(row.begin(), row.end(), [&](std::uint64_t a, std::uint64_t b) {
+            return group_of(items[number_of(a)], true) < group_of(items[number_of(b)], true);
           });
         std::uint64_t sum = before[r];
-        for (std::uint32_t i = 0; i < leaf.count; ++i) {
-          const Item& item = items[row[i].second];
+        for (std::size_t i = 0; i < leaf.count; ++i) {
+          const Item& item = items[number_of(row[i])];
           sum += item.mass;
           order.element[begin[r] + i] = item.element;
           order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * unit_;
@@ -404,12 +515,13 @@ class Bisection {
   };
 
   std::uint32_t n_;
+  std::span<const MassPoint> elements_;
   const ElementTraits& traits_;
   const CancelToken& cancel_;
-  std::size_t count_ = 0;  // of the elements
   std::uint64_t total_ = 0;
   double unit_ = 0;                 // mass of one integer unit
-  std::vector<Item> front_, back_;  // a node's items are in one, its halves' in the other
+  std::vector<Item> front_, back_;  // of runs: a node's items are in one, its halves' in the other
+  std::vector<std::vector<Item>> blocks_;  // by first leaf: the items of a block's leaves
   std::vector<Leaf> leaves_;        // by place in the tree
   std::vector<Point> centre_;       // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
@@ -419,9 +531,9 @@ class Bisection {
 
 }  // namespace
 
-BalancedOrder balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n,
+BalancedOrder balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits, const CancelToken& cancel) {
-  return Bisection(std::move(elements), n, traits, cancel).run();
+  return Bisection(elements, n, traits, cancel).order();
 }
 
 }  // namespace meander

@@ -11,7 +11,7 @@
 namespace meander {
 
 // Elements looked at to recognise a stack.
-inline constexpr std::size_t sheet_probes = 64;
+inline constexpr std::size_t sheet_probes = 32;
 
 struct SheetProbe {
   std::array<float, 3> at;

@@ -27,7 +27,7 @@ std::vector<MassPoint> square_points(std::uint32_t count) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const UnitPair at = random_pair(key, Stream::test_shapes, i);
     const double mass = 1 + random_pair(key, Stream::test_shapes, i, 1).first;
-    points.push_back({{static_cast<float>(at.first), static_cast<float>(at.second), 0}, i, mass});
+    points.push_back({{static_cast<float>(at.first), static_cast<float>(at.second), 0}, mass});
   }
   return points;
 }
@@ -61,7 +61,7 @@ std::vector<std::array<float, 3>> extents(const std::vector<MassPoint>& points, 
 TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 1000u}) {
     const std::vector<MassPoint> points = square_points(5000);
-    const BalancedOrder order = balanced_order(std::vector(points), n);
+    const BalancedOrder order = balanced_order(points, n);
     REQUIRE(order.cumulative.size() == order.element.size() + 1);
     CHECK(order.element.size() <= points.size() + n - 1);
     CHECK(order.cumulative.front() == 0);
@@ -80,7 +80,7 @@ TEST_CASE("balanced order: at every level of the tree the cells are boxes that d
   // With 64 shares, the 2^k blocks of consecutive shares are the nodes of level k: boxes of equal mass.
   constexpr std::uint32_t n = 64;
   const std::vector<MassPoint> points = square_points(20000);
-  const BalancedOrder order = balanced_order(std::vector(points), n);
+  const BalancedOrder order = balanced_order(points, n);
   for (std::uint32_t blocks = 2; blocks <= n; blocks *= 2) {
     double area = 0;
     for (const auto& e : extents(points, order, blocks))
@@ -95,7 +95,7 @@ TEST_CASE("balanced order: shares are cut where the masses ask for, not the numb
   // All elements left of the middle weigh three times as much: of 8 shares 6 lie there.
   std::vector<MassPoint> points = square_points(4096);
   for (MassPoint& p : points) p.mass = p.at[0] < 0.5f ? 3 : 1;
-  const BalancedOrder order = balanced_order(std::vector(points), 8);
+  const BalancedOrder order = balanced_order(points, 8);
   const double share = order.cumulative.back() / 8;
   std::array<double, 8> left{};
   for (std::size_t i = 0; i < order.element.size(); ++i) {
@@ -110,7 +110,7 @@ TEST_CASE("balanced order: shares are cut where the masses ask for, not the numb
 TEST_CASE("balanced order: consecutive cells are neighbours") {
   constexpr std::uint32_t n = 1000;
   const std::vector<MassPoint> points = square_points(16000);
-  const BalancedOrder order = balanced_order(std::vector(points), n);
+  const BalancedOrder order = balanced_order(points, n);
   std::vector<std::array<double, 2>> centre(n, {0, 0});
   std::vector<double> mass(n, 0);
   for (std::size_t i = 0; i < order.element.size(); ++i) {
@@ -130,15 +130,45 @@ TEST_CASE("balanced order: consecutive cells are neighbours") {
   CHECK(step < 1.25);  // 1 is the least; children in the order of the axes have 1.5
 }
 
+TEST_CASE("balanced order: runs are taken apart in small cells, and nothing is lost") {
+  const std::vector<MassPoint> points = square_points(4000);
+  // Runs of four, as pieces of one triangle are: neighbours.
+  std::vector<MassPoint> sorted = points;
+  std::sort(sorted.begin(), sorted.end(), [](const MassPoint& a, const MassPoint& b) {
+    const auto column = [](const MassPoint& p) { return static_cast<int>(p.at[0] * 64); };
+    return column(a) != column(b) ? column(a) < column(b) : a.at[1] < b.at[1];
+  });
+  std::vector<ElementRun> runs;
+  for (std::uint32_t first = 0; first < sorted.size(); first += 4) runs.push_back({first, 4});
+  for (const std::uint32_t n : {1u, 8u, 9u, 100u, 500u}) {
+    const BalancedOrder order = balanced_order(sorted, n, {{}, runs, {}, {}});
+    CHECK(order.cumulative.back() == Approx(total_of(sorted)).epsilon(1e-14));
+    std::vector<double> mass(runs.size(), 0.0);
+    std::size_t divided = 0;
+    for (std::size_t i = 0; i < order.element.size(); ++i) {
+      const bool whole = order.element[i] >= sorted.size();
+      divided += whole;
+      mass[whole ? order.element[i] - sorted.size() : order.element[i] / 4] +=
+          order.cumulative[i + 1] - order.cumulative[i];
+    }
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      double expected = 0;
+      for (std::uint32_t e = runs[r].first; e < runs[r].first + 4; ++e) expected += sorted[e].mass;
+      CHECK(mass[r] == Approx(expected).epsilon(1e-9));
+    }
+    CHECK(divided <= 2 * (n / 4));  // only cuts of more than eight shares divide runs
+  }
+}
+
 TEST_CASE("balanced order: equal points, no extent, elements without mass and one share") {
   std::vector<MassPoint> points;
-  for (std::uint32_t i = 0; i < 1000; ++i) points.push_back({{0.25f, 0.5f, -0.5f}, i, i % 3 == 0 ? 0.0 : 1.0});
+  for (std::uint32_t i = 0; i < 1000; ++i) points.push_back({{0.25f, 0.5f, -0.5f}, i % 3 == 0 ? 0.0 : 1.0});
   for (const std::uint32_t n : {1u, 5u, 700u}) {
-    const BalancedOrder order = balanced_order(std::vector(points), n);
+    const BalancedOrder order = balanced_order(points, n);
     CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
     CHECK(std::set<std::uint32_t>(order.element.begin(), order.element.end()).size() == points.size());
   }
-  CHECK_THROWS_AS(balanced_order(std::vector(points), 0), std::invalid_argument);
+  CHECK_THROWS_AS(balanced_order(points, 0), std::invalid_argument);
   CHECK_THROWS_AS(balanced_order({}, 4), std::invalid_argument);
 }
 
@@ -150,8 +180,8 @@ TEST_CASE("balanced order: more shares than elements") {
 
 TEST_CASE("balanced order: masses of very different size") {
   std::vector<MassPoint> points = square_points(3000);
-  for (MassPoint& p : points) p.mass = std::ldexp(1.0, -static_cast<int>(p.element % 80));
-  const BalancedOrder order = balanced_order(std::vector(points), 50);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].mass = std::ldexp(1.0, -static_cast<int>(i % 80));
+  const BalancedOrder order = balanced_order(points, 50);
   CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-12));
   CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
 }
@@ -161,7 +191,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = balanced_order(std::vector(points), 3000);
+    const BalancedOrder order = balanced_order(points, 3000);
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
     CHECK(order.cumulative == expected.cumulative);
@@ -171,9 +201,9 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
 TEST_CASE("balanced order: scaling and the order of the axes change nothing but rounding") {
   const std::vector<MassPoint> points = square_points(2000);
   std::vector<MassPoint> other = points;
-  for (MassPoint& p : other) p = {{0, 0.25f * p.at[0], 0.25f * p.at[1]}, p.element, 16 * p.mass};
-  const BalancedOrder a = balanced_order(std::vector(points), 100);
-  const BalancedOrder b = balanced_order(std::vector(other), 100);
+  for (MassPoint& p : other) p = {{0, 0.25f * p.at[0], 0.25f * p.at[1]}, 16 * p.mass};
+  const BalancedOrder a = balanced_order(points, 100);
+  const BalancedOrder b = balanced_order(other, 100);
   CHECK(a.element == b.element);
 }
 
@@ -183,7 +213,7 @@ TEST_CASE("balanced order: groups stay together, in their order") {
   std::iota(triangle.begin(), triangle.end(), 0u);
   for (std::size_t i = 0; i < points.size(); ++i) group[i] = i < 700 ? 2 : i < 710 ? 5 : i < 2000 ? 16 : 48;
   for (const std::uint32_t n : {1u, 10u, 333u}) {
-    const BalancedOrder order = balanced_order(std::vector(points), n, {triangle, {}, group});
+    const BalancedOrder order = balanced_order(points, n, {triangle, {}, {}, group});
     std::uint32_t before = 0;
     std::size_t descents = 0;
     for (const std::uint32_t e : order.element) {
@@ -201,10 +231,10 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
   std::vector<float> normal;
   std::vector<std::uint32_t> triangle(points.size());
   std::iota(triangle.begin(), triangle.end(), 0u);
-  for (MassPoint& p : points) {
-    const bool top = p.element % 2 == 0;
-    p.at[2] = top ? 0.002f : 0.0f;
-    p.mass = 1;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool top = i % 2 == 0;
+    points[i].at[2] = top ? 0.002f : 0.0f;
+    points[i].mass = 1;
     normal.insert(normal.end(), {0, 0, top ? 1.0f : -1.0f});
   }
   constexpr std::uint32_t n = 500;
@@ -219,8 +249,8 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
     for (std::size_t c = 0; c < n; ++c) cells += counts[0][c] > 0 && counts[1][c] > 0;
     return cells;
   };
-  CHECK(mixed(balanced_order(std::vector(points), n, {triangle, normal, {}})) <= 2);
-  CHECK(mixed(balanced_order(std::vector(points), n, {triangle, {}, {}})) > 400);
+  CHECK(mixed(balanced_order(points, n, {triangle, {}, normal, {}})) <= 2);
+  CHECK(mixed(balanced_order(points, n, {triangle, {}, {}, {}})) > 400);
 }
 
 TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are not") {
