@@ -1,6 +1,7 @@
 // Stable sort of 64-bit keys with their 32-bit payload, least significant digit first.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +33,29 @@ inline void radix_sort(std::vector<KeyIndex>& items, std::vector<KeyIndex>& scra
     for (std::uint32_t& c : count) sum += std::exchange(c, sum);
     for (const KeyIndex& item : items) scratch[count[digit_of(item.key, digit)]++] = item;
     items.swap(scratch);
+  }
+}
+
+// Sorts words by their bits from `low_bit` on; equal ones keep their order. Digits of 12 bits. O(n).
+inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch,
+                             int low_bit) {
+  if (words.size() < 1024) {
+    std::stable_sort(words.begin(), words.end(),
+                     [low_bit](std::uint64_t a, std::uint64_t b) { return a >> low_bit < b >> low_bit; });
+    return;
+  }
+  constexpr int bits = 12;
+  constexpr std::size_t values = std::size_t{1} << bits;
+  scratch.resize(words.size());
+  for (int digit = low_bit; digit < 64; digit += bits) {
+    std::array<std::uint32_t, values> count{};
+    const auto digit_of = [digit](std::uint64_t word) { return (word >> digit) & (values - 1); };
+    for (const std::uint64_t word : words) ++count[digit_of(word)];
+    if (count[digit_of(words[0])] == words.size()) continue;
+    std::uint32_t sum = 0;
+    for (std::uint32_t& c : count) sum += std::exchange(c, sum);
+    for (const std::uint64_t word : words) scratch[count[digit_of(word)]++] = word;
+    words.swap(scratch);
   }
 }
 

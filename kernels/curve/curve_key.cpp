@@ -208,8 +208,38 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
   return kind == CurveKind::hilbert ? hilbert_key_2d(u, v) : base_three_key(kind, u, v);
 }
 
-std::uint64_t hilbert_key_3d(Vector3 p) {
+namespace {
+
+const std::vector<std::array<std::uint16_t, 512>>& three_level_steps() {
   static const std::vector<std::array<std::uint16_t, 512>> steps = make_three_levels();
+  return steps;
+}
+
+}  // namespace
+
+void coarse_hilbert_keys_3d(std::size_t count, const float* first, std::size_t stride, std::uint64_t* keys) {
+  constexpr int axis_bits = coarse_key_bits / 3;
+  const std::uint16_t* const step = three_level_steps().front().data();
+  const auto cell = [](float w) {
+    constexpr float cells = 1 << axis_bits;
+    return spread_by_three(
+        static_cast<std::uint32_t>(std::clamp((w + 1.0f) * (0.5f * cells), 0.0f, cells - 1.0f)));
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* p = first + i * stride;
+    const std::uint64_t cells = cell(p[0]) << 2 | cell(p[1]) << 1 | cell(p[2]);
+    std::uint64_t key = 0;
+    std::uint32_t at = 0;
+    for (int shift = coarse_key_bits - 9; shift >= 0; shift -= 9) {
+      at = step[(at & ~511u) | (cells >> shift & 511)];
+      key = key << 9 | (at & 511u);
+    }
+    keys[i] = key;
+  }
+}
+
+std::uint64_t hilbert_key_3d(Vector3 p) {
+  const auto& steps = three_level_steps();
   const std::uint64_t cells = spread_by_three(grid_coordinate(p.x)) << 2 |
                               spread_by_three(grid_coordinate(p.y)) << 1 |
                               spread_by_three(grid_coordinate(p.z));

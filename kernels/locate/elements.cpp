@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <string>
 
 #include "kernels/core/parallel.h"
@@ -174,6 +173,51 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
+// Places along the 3-D Hilbert curve, from the coarse keys where they tell elements apart well enough: then keys
+// and numbers fit into one word.
+std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
+  constexpr std::size_t most_coarse = std::size_t{1} << 20;  // 16 cells of the surface an element, and more
+  constexpr int number_bits = 64 - coarse_key_bits;
+  const std::size_t count = points.size();
+  std::vector<std::uint32_t> order(count);
+  if (count <= most_coarse) {
+    std::vector<std::uint64_t> words(count), scratch;
+    if (count > 0) coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
+    for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
+    radix_sort_words(words, scratch, number_bits);
+    for (std::size_t i = 0; i < count; ++i)
+      order[i] = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
+    return order;
+  }
+  std::vector<KeyIndex> keys(count), scratch;
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const float* p = points[i].at;
+      keys[i] = {hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]),
+                                 static_cast<double>(p[2])}),
+                 static_cast<std::uint32_t>(i)};
+    }
+  });
+  radix_sort(keys, scratch);
+  for (std::size_t i = 0; i < count; ++i) order[i] = keys[i].index;
+  return order;
+}
+
+// A sum of masses in their order, compensated (Kahan 1965): monotone, and exact to a few units in the last place
+// for any number of elements.
+class MassSum {
+ public:
+  double add(double mass) {
+    const double part = mass - lost_, next = sum_ + part;
+    lost_ = (next - sum_) - part;
+    sum_ = next;
+    return reached_ = std::max(sum_, reached_);
+  }
+
+ private:
+  double sum_ = 0, lost_ = 0, reached_ = 0;
+};
+
 CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& elements,
                           bool keep_vertices) {
   const std::vector<KeyIndex> order = curve_order(mesh, elements);
@@ -183,21 +227,39 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   result.path.resize(count);
   result.cumulative.resize(count + 1);
   if (keep_vertices) result.vertex.resize(2 * count);
-  // Kahan's compensated sum: monotone, and exact to a few units in the last place for any number of elements.
-  double sum = 0, lost = 0;
+  MassSum sum;
   result.cumulative[0] = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Element& e = elements[order[i].index];
     result.triangle[i] = e.triangle;
     result.path[i] = e.path;
-    const double add = e.mass - lost, next = sum + add;
-    lost = (next - sum) - add;
-    sum = next;
-    result.cumulative[i + 1] = std::max(sum, result.cumulative[i]);
+    result.cumulative[i + 1] = sum.add(e.mass);
     if (keep_vertices) {
       result.vertex[2 * i] = e.b1;
       result.vertex[2 * i + 1] = e.b2;
     }
+  }
+  return result;
+}
+
+CurveElements along_space_curve(const PlacedPieces& pieces) {
+  const std::vector<std::uint32_t> order = space_order(pieces.point);
+  CurveElements result;
+  const std::size_t count = order.size();
+  result.triangle.resize(count);
+  result.path.resize(count);
+  result.cumulative.resize(count + 1);
+  if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
+  MassSum sum;
+  result.cumulative[0] = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t e = order[i];
+    result.triangle[i] = pieces.triangle[e];
+    result.path[i] = pieces.path[e];
+    result.cumulative[i + 1] = sum.add(pieces.point[e].mass);
+    if (pieces.vertex.empty()) continue;
+    result.vertex[2 * i] = pieces.vertex[2 * e];
+    result.vertex[2 * i + 1] = pieces.vertex[2 * e + 1];
   }
   return result;
 }
@@ -226,7 +288,8 @@ std::vector<ElementRun> plain_runs(const PlacedPieces& pieces, double limit) {
   for (std::size_t i = 0; i < pieces.point.size();) {
     const int bisections = std::bit_width(pieces.path[i]) - 1;
     int joined = 0;
-    while (joined < bisections && std::ldexp(pieces.point[i].mass, joined + 1) <= limit) ++joined;
+    double mass = pieces.point[i].mass;
+    for (; joined < bisections && 2 * mass <= limit; mass *= 2) ++joined;
     runs.push_back({static_cast<std::uint32_t>(i), 1u << joined});
     i += std::size_t{1} << joined;
   }
@@ -273,12 +336,13 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
   const double limit = total / (parameters.elements_per_sample * static_cast<double>(parameters.samples));
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
-  if (parameters.order == ElementOrder::balanced) {
+  if (charts.empty() || parameters.order == ElementOrder::balanced) {
     const PlacedPieces pieces =
         cut_all(surface, measure.density, hints.hits, limit,
                 [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
     check_count(pieces.point.size());
     cancel.check();
+    if (parameters.order != ElementOrder::balanced) return along_space_curve(pieces);
     std::vector<ElementRun> runs;
     if (measure.density.uniform() && surface.in_space() && hints.hits.empty() && !pieces.wants_weights())
       runs = plain_runs(pieces, limit * run_pieces);

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -116,10 +115,9 @@ void cut_plain_triangle(const std::array<Vector3, 3>& corners, double mass, doub
     return;
   }
   // All pieces of a depth weigh the same.
-  int depth = 0;
-  while (std::ldexp(mass, -depth) > limit && 1u << depth < deepest_path) ++depth;
-  const double share = std::ldexp(mass, -depth);
-  const std::uint32_t deepest = 1u << depth;
+  double share = mass;
+  std::uint32_t deepest = 1;
+  for (; share > limit && deepest < deepest_path; share *= 0.5) deepest *= 2;
   stack.push_back(plain_triangle(corners));
   while (!stack.empty()) {
     const PlainPiece piece = stack.back();
