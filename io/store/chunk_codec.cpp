@@ -1,10 +1,13 @@
 #include "io/store/chunk_codec.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <initializer_list>
+#include <memory>
+#include <new>
 #include <string>
 
 namespace meander::store {
@@ -57,32 +60,62 @@ bool hardly_compressible(std::span<const std::byte> bytes) {
   return pairs * two_to_7_5 < static_cast<std::uint64_t>(bytes.size()) * bytes.size();
 }
 
-// Appends one zlib stream: planes of random mantissa bits, three of four in points and normals, are stored,
-// the others compressed at level 1. Any inflate reads it; the size is that of level 1 throughout, the time a
-// quarter.
-void deflate_planes(std::span<const std::byte> bytes, std::size_t plane_bytes, std::vector<std::byte>& out) {
-  z_stream stream{};
-  if (deflateInit(&stream, 1) != Z_OK) throw std::bad_alloc();
-  const std::size_t begin = out.size();
-  // Every change of level ends a block and may cost a few bytes.
-  const std::size_t changes = bytes.size() / plane_bytes + 2;
-  out.resize(begin + deflateBound(&stream, static_cast<uLong>(bytes.size())) + 16 * changes);
-  stream.next_out = reinterpret_cast<Bytef*>(out.data() + begin);
-  stream.avail_out = static_cast<uInt>(out.size() - begin);
-  int level = 1, result = Z_OK;
-  for (std::size_t at = 0; at < bytes.size() && result == Z_OK; at += plane_bytes) {
-    const std::span<const std::byte> plane = bytes.subspan(at, std::min(plane_bytes, bytes.size() - at));
-    const int wanted = hardly_compressible(plane) ? 0 : 1;
-    if (wanted != level) result = deflateParams(&stream, level = wanted, Z_DEFAULT_STRATEGY);
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(plane.data()));
-    stream.avail_in = static_cast<uInt>(plane.size());
-    if (result == Z_OK) result = deflate(&stream, Z_NO_FLUSH);
+// One for each thread: it takes longer to set up than a chunk to compress.
+libdeflate_compressor& thread_compressor() {
+  struct Free {
+    void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }
+  };
+  static thread_local const std::unique_ptr<libdeflate_compressor, Free> compressor(
+      libdeflate_alloc_compressor(1));
+  if (!compressor) throw std::bad_alloc();
+  return *compressor;
+}
+libdeflate_decompressor& thread_decompressor() {
+  struct Free {
+    void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
+  };
+  static thread_local const std::unique_ptr<libdeflate_decompressor, Free> decompressor(
+      libdeflate_alloc_decompressor());
+  if (!decompressor) throw std::bad_alloc();
+  return *decompressor;
+}
+
+void append_bytes(std::vector<std::byte>& out, std::initializer_list<unsigned> bytes) {
+  for (const unsigned byte : bytes) out.push_back(static_cast<std::byte>(byte));
+}
+
+// Blocks of bytes as they are (RFC 1951, 3.2.4), none of them the last; the stream must be at a whole byte.
+void append_stored_blocks(std::span<const std::byte> bytes, std::vector<std::byte>& out) {
+  constexpr std::size_t largest = 65535;
+  for (std::size_t at = 0; at < bytes.size(); at += largest) {
+    const std::span<const std::byte> block = bytes.subspan(at, std::min(largest, bytes.size() - at));
+    const auto length = static_cast<unsigned>(block.size());
+    append_bytes(out, {0, length & 255, length >> 8, ~length & 255, ~length >> 8 & 255});
+    out.insert(out.end(), block.begin(), block.end());
   }
-  if (result == Z_OK) result = deflate(&stream, Z_FINISH);
-  out.resize(begin + stream.total_out);
-  deflateEnd(&stream);
-  if (result != Z_STREAM_END)
-    throw ItemError(Status::internal, "deflate ended with " + std::to_string(result) + " instead of 1");
+}
+
+// Appends one zlib stream (RFC 1950): leading planes of random mantissa bits, three of four in points and
+// normals, are stored, the others compressed at level 1. Any inflate reads it; the size is that of level 1
+// throughout, the time a fraction.
+void deflate_planes(std::span<const std::byte> bytes, std::size_t plane_bytes, std::vector<std::byte>& out) {
+  append_bytes(out, {0x78, 0x01});
+  std::size_t stored = 0;
+  while (stored < bytes.size() &&
+         hardly_compressible(bytes.subspan(stored, std::min(plane_bytes, bytes.size() - stored))))
+    stored += std::min(plane_bytes, bytes.size() - stored);
+  append_stored_blocks(bytes.first(stored), out);
+  const std::span<const std::byte> rest = bytes.subspan(stored);
+  libdeflate_compressor& compressor = thread_compressor();
+  const std::size_t begin = out.size();
+  out.resize(begin + libdeflate_deflate_compress_bound(&compressor, rest.size()));
+  const std::size_t length = libdeflate_deflate_compress(&compressor, rest.data(), rest.size(),
+                                                         out.data() + begin, out.size() - begin);
+  if (length == 0 || out.size() - begin < length)
+    throw ItemError(Status::internal, "libdeflate found its own bound too small");
+  out.resize(begin + length);
+  const std::uint32_t check = libdeflate_adler32(1, bytes.data(), bytes.size());
+  append_bytes(out, {check >> 24, check >> 16 & 255, check >> 8 & 255, check & 255});
 }
 
 void append_checksum(std::vector<std::byte>& out, std::size_t begin) {
@@ -160,10 +193,8 @@ bool unfilter(std::span<const std::byte> filtered, std::size_t element_size, Com
   }
   std::vector<std::byte> shuffled(element_size > 1 ? chunk.size() : 0);
   std::byte* target = element_size > 1 ? shuffled.data() : chunk.data();
-  uLongf length = static_cast<uLongf>(chunk.size());
-  if (uncompress(reinterpret_cast<Bytef*>(target), &length, reinterpret_cast<const Bytef*>(body.data()),
-                 static_cast<uLong>(body.size())) != Z_OK ||
-      length != chunk.size())
+  if (libdeflate_zlib_decompress(&thread_decompressor(), body.data(), body.size(), target, chunk.size(),
+                                 nullptr) != LIBDEFLATE_SUCCESS)
     return false;
   if (element_size > 1) unshuffle(shuffled, element_size, chunk.data());
   return true;
