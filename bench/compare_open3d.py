@@ -185,6 +185,8 @@ def cases_of(bench, files, poisson_every):
     count = len(files)
     cases = [
         ("open3d uniform", lambda: bench.open3d("uniform", everything)),
+        ("meander auto, no compression", lambda: bench.meander([everything], [count], ["--compress", "none"])),
+        ("meander auto", lambda: bench.meander([everything], [count], [])),
         ("meander direct, no compression",
          lambda: bench.meander([everything], [count], ["--method", "direct", "--compress", "none"])),
         ("meander direct", lambda: bench.meander([everything], [count], ["--method", "direct"])),
@@ -203,8 +205,8 @@ def cases_of(bench, files, poisson_every):
         lists = [bench.write_list(f"half{i}.txt", half) for i, half in enumerate(halves)]
         sizes = [len(half) for half in halves]
         cases += [
-            ("meander conformal -j 2", lambda: bench.meander([everything], [count], [], threads=2)),
-            ("meander conformal, two processes", lambda: bench.meander(lists, sizes, [])),
+            ("meander conformal -j 2", lambda: bench.meander([everything], [count], ["--method", "conformal"], threads=2)),
+            ("meander conformal, two processes", lambda: bench.meander(lists, sizes, ["--method", "conformal"])),
         ]
     return cases
 
@@ -243,9 +245,10 @@ def problems_of(results):
     same = [n for n in ("meander conformal", "meander conformal -j 2") if n in results]
     if len({tuple(results[n]["checksums"]) for n in same}) > 1:
         problems.append("-j 1 and -j 2 gave different points")
-    same = [n for n in ("meander direct", "meander direct, no compression") if n in results]
-    if len({tuple(results[n]["checksums"]) for n in same}) > 1:
-        problems.append("compression changed the points")
+    for method in ("auto", "direct"):
+        same = [n for n in (f"meander {method}", f"meander {method}, no compression") if n in results]
+        if len({tuple(results[n]["checksums"]) for n in same}) > 1:
+            problems.append("compression changed the points")
     return problems
 
 

@@ -81,7 +81,7 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
             "Order in the file: every prefix well spread, or along the curve");
   points
       .add_option("--curve", texts.curve,
-                  "The curve, or balanced bisection; direct: hilbert or balanced (default hilbert)")
+                  "Order of a named method: a curve, or balanced bisection (default hilbert); direct: hilbert or balanced")
       .one_of(all_words(order_of_elements_words));
   table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
