@@ -15,7 +15,7 @@ namespace meander {
 namespace {
 
 // Large cells of the balanced order take this many pieces for one.
-constexpr double run_pieces = 4;
+constexpr double run_pieces = 2;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -126,9 +126,10 @@ class PlacedPieces {
 };
 
 void check_count(std::size_t elements) {
-  if (elements >= no_index)
+  constexpr std::size_t most = std::size_t{1} << 31;  // runs of elements are numbered behind them
+  if (elements > most)
     throw ItemError(Status::too_large,
-                    std::to_string(elements) + " curve elements are more than 32 bits can number");
+                    std::to_string(elements) + " curve elements are more than the 2^31 that can be numbered");
 }
 
 // The 3-D Hilbert key of an element's curve vertex.

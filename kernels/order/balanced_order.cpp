@@ -238,7 +238,7 @@ class Bisection {
         {node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
         {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
          node.items + (high_items - to), high, node.kept}};
-    if (node.count > parallel_node) {
+    if (node.count > parallel_node && node.kept == nullptr) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
         bisect(children[i], own);
@@ -270,16 +270,23 @@ class Bisection {
       return order_groups(node, items, boundary(node.first + low_leaves) - boundary(node.first),
                           scratch.coordinate);
     if (node.leaves < least_stack || traits_.normal.empty()) return false;
-    scratch.sheets.probes.clear();
-    const std::size_t probes = std::min(items.size(), sheet_probes);
+    probe(node, items, few_sheet_probes, scratch.sheets);
+    if (!may_be_stack(scratch.sheets)) return false;
+    probe(node, items, many_sheet_probes, scratch.sheets);
+    const std::optional<SheetCut> cut = find_sheet_cut(scratch.sheets, node.leaves);
+    return cut && separate_sheets(node, items, *cut, extent.axis, scratch.coordinate, low_leaves);
+  }
+
+  void probe(const Node& node, std::span<const Item> items, std::size_t most, SheetScratch& sheets) const {
+    sheets.probes.clear();
+    const std::size_t probes = std::min(items.size(), most);
     for (std::size_t p = 0; p < probes; ++p) {
       // One of every block, not always the same one: sides may alternate in the file.
       const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
       const Item& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
-      scratch.sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item)});
+      sheets.probes.push_back(
+          {{item.at[0], item.at[1], item.at[2]}, normal_of(item, node.kept != nullptr)});
     }
-    const std::optional<SheetCut> cut = find_sheet_cut(scratch.sheets, node.leaves);
-    return cut && separate_sheets(node, items, *cut, extent.axis, scratch.coordinate, low_leaves);
   }
 
   // One sheet, or one side of the stack, before the other: along the largest extent within each. The halves
@@ -289,7 +296,7 @@ class Bisection {
     at.resize(items.size());
     std::uint64_t low = 0;
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const bool above = is_above(cut, items[i]);
+      const bool above = is_above(cut, items[i], node.kept != nullptr);
       at[i] = items[i].at[axis] + (above ? 4.0f : 0.0f);  // coordinates lie in [-1, 1]
       if (!above) low += items[i].mass;
     }
@@ -301,22 +308,25 @@ class Bisection {
     return true;
   }
 
-  bool is_above(const SheetCut& cut, const Item& item) const {
-    return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
+  bool is_above(const SheetCut& cut, const Item& item, bool by_elements) const {
+    return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item, by_elements));
   }
 
-  // Of items of nodes that are cut by runs.
-  Point normal_of(const Item& item) const {
-    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[run(item.element).first]}];
-    return {n[0], n[1], n[2]};
-  }
-  std::uint32_t group_of(const Item& item, bool by_elements) const {
+  // The triangle of an item of a node that is cut by runs or, below, by elements.
+  std::size_t triangle_of(const Item& item, bool by_elements) const {
     std::uint32_t element = item.element;
     if (!by_elements)
       element = run(element).first;
     else if (element >= elements_.size())
       element = run(element - elements_.size()).first;
-    return traits_.group[traits_.triangle[element]];
+    return traits_.triangle[element];
+  }
+  Point normal_of(const Item& item, bool by_elements) const {
+    const float* n = &traits_.normal[3 * triangle_of(item, by_elements)];
+    return {n[0], n[1], n[2]};
+  }
+  std::uint32_t group_of(const Item& item, bool by_elements) const {
+    return traits_.group[triangle_of(item, by_elements)];
   }
 
   // Groups in their order; the one that the cut falls into is cut across its own largest extent.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace meander {
 
@@ -97,9 +98,18 @@ std::array<float, 3> rounded(const Vector& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
+// What looks like a stack, until it is known how its parts lie.
+struct Candidate {
+  SheetCut cut;
+  Vector direction{};    // across the sheets
+  double width = 0;      // variance of the positions within the sheets
+  double offset = -1;    // squared distance of the layers at the cut; negative for sides
+};
+
 // Between the layers on both sides of the gap nearest to the middle, if there is a clear one.
-std::optional<SheetCut> cut_of_layers(SheetScratch& scratch, const Vector& direction) {
-  SheetCut cut{rounded(direction), 0, false};
+bool find_layers(SheetScratch& scratch, Candidate& candidate) {
+  SheetCut& cut = candidate.cut;
+  cut = {rounded(candidate.direction), 0, false};
   std::vector<float>& height = scratch.height;
   height.clear();
   for (const SheetProbe& p : scratch.probes)
@@ -116,65 +126,89 @@ std::optional<SheetCut> cut_of_layers(SheetScratch& scratch, const Vector& direc
     nearest = from_middle;
     best = i;
   }
-  if (best == 0) return std::nullopt;
+  if (best == 0) return false;
   cut.threshold = 0.5f * (height[best - 1] + height[best]);
-  return cut;
+  const double gap = static_cast<double>(height[best]) - static_cast<double>(height[best - 1]);
+  candidate.offset = gap * gap;
+  return true;
 }
 
-// Whether the two parts lie over each other, and closely: seen along the direction, the elements of one have
-// near neighbours in the other, and those lie off them by less than `largest` (squared). Patches beside each
-// other are no stack, nor are faces of one flat sheet that are turned differently.
-bool lie_over_each_other(const std::vector<SheetProbe>& probes, const SheetCut& cut, const Vector& direction,
-                         double width, double largest) {
-  double squares = 0, apart = 0, count = 0;
-  for (const SheetProbe& above : probes) {
-    if (!cut.is_above(above.at, above.normal)) continue;
-    double nearest = INFINITY, height = 0;
-    for (const SheetProbe& below : probes) {
-      if (cut.is_above(below.at, below.normal)) continue;
-      Vector v;
-      for (std::size_t k = 0; k < 3; ++k)
-        v[k] = static_cast<double>(above.at[k]) - static_cast<double>(below.at[k]);
-      const double along = dot(v, direction), across = dot(v, v) - along * along;
-      if (across >= nearest) continue;
-      nearest = across;
-      height = along;
-    }
-    squares += height * height;
-    apart += nearest;
-    ++count;
-  }
-  if (count == 0 || !(apart < most_apart * width * count)) return false;
-  return squares < largest * count && squares > least_offset * count;
-}
-
-}  // namespace
-
-std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves) {
+std::optional<Candidate> find_candidate(SheetScratch& scratch) {
   const std::vector<SheetProbe>& probes = scratch.probes;
   if (probes.size() < least_probes) return std::nullopt;
   const Moments normals = moments_of(probes, [](const SheetProbe& p) { return p.normal; });
   const double agreement = dot(normals.mean, normals.mean);
   const Moments positions = moments_of(probes, [](const SheetProbe& p) { return p.at; });
-  const double width = middle_eigenvalue(positions.covariance);
-  // A square of variance w has the area 12 w; two of them are shared by the leaves.
-  const double largest = most_offset * 24 * width / leaves;
-  const auto is_thin = [&](const Vector& direction, double share) {
-    return dot(direction, product(positions.covariance, direction)) < thinness * share * width;
+  Candidate candidate;
+  candidate.width = middle_eigenvalue(positions.covariance);
+  const auto is_thin = [&](double share) {
+    return dot(candidate.direction, product(positions.covariance, candidate.direction)) <
+           thinness * share * candidate.width;
   };
   if (1 - agreement > least_spread) {
-    Vector direction{};
-    const double spread = largest_eigenvalue(normals.covariance, direction);
-    if (!(spread > least_spread) || !is_thin(direction, spread)) return std::nullopt;
-    const SheetCut cut{rounded(direction), 0, true};
-    if (!lie_over_each_other(probes, cut, direction, width, largest)) return std::nullopt;
-    return cut;
+    const double spread = largest_eigenvalue(normals.covariance, candidate.direction);
+    if (!(spread > least_spread) || !is_thin(spread)) return std::nullopt;
+    candidate.cut = {rounded(candidate.direction), 0, true};
+    return candidate;
   }
-  Vector direction = normals.mean;
-  for (double& x : direction) x /= std::sqrt(agreement);
-  if (!is_thin(direction, 1)) return std::nullopt;
-  const std::optional<SheetCut> cut = cut_of_layers(scratch, direction);
-  return cut && lie_over_each_other(probes, *cut, direction, width, largest) ? cut : std::nullopt;
+  candidate.direction = normals.mean;
+  for (double& x : candidate.direction) x /= std::sqrt(agreement);
+  if (!is_thin(1) || !find_layers(scratch, candidate)) return std::nullopt;
+  return candidate;
+}
+
+// How the elements above the cut lie to those below, in means of squares: the nearest seen along the direction,
+// how far it is within the sheets; and of the nearest few, which may lie on several sheets, how far the least
+// off is across them.
+struct Overlap {
+  double apart = 0, offset = 0;
+};
+Overlap overlap_of(const std::vector<SheetProbe>& probes, const Candidate& candidate) {
+  Overlap sum;
+  double count = 0;
+  const SheetCut& cut = candidate.cut;
+  for (const SheetProbe& above : probes) {
+    if (!cut.is_above(above.at, above.normal)) continue;
+    std::array<std::pair<double, double>, 4> nearest;
+    nearest.fill({INFINITY, INFINITY});
+    for (const SheetProbe& below : probes) {
+      if (cut.is_above(below.at, below.normal)) continue;
+      Vector v;
+      for (std::size_t k = 0; k < 3; ++k)
+        v[k] = static_cast<double>(above.at[k]) - static_cast<double>(below.at[k]);
+      const double along = dot(v, candidate.direction), across = dot(v, v) - along * along;
+      const std::pair<double, double> found{across, along * along};
+      if (!(found < nearest.back())) continue;
+      nearest.back() = found;
+      for (std::size_t i = nearest.size() - 1; i > 0 && nearest[i] < nearest[i - 1]; --i)
+        std::swap(nearest[i], nearest[i - 1]);
+    }
+    double offset = INFINITY;
+    for (const auto& [across, squared] : nearest) offset = std::min(offset, squared);
+    sum.offset += offset;
+    sum.apart += nearest.front().first;
+    ++count;
+  }
+  if (count == 0) return {INFINITY, INFINITY};
+  return {sum.apart / count, sum.offset / count};
+}
+
+}  // namespace
+
+bool may_be_stack(SheetScratch& scratch) { return find_candidate(scratch).has_value(); }
+
+std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves) {
+  const std::optional<Candidate> candidate = find_candidate(scratch);
+  if (!candidate) return std::nullopt;
+  const Overlap overlap = overlap_of(scratch.probes, *candidate);
+  const bool layers = candidate->offset >= 0;
+  const double offset = layers ? candidate->offset : overlap.offset;
+  // A square of variance w has the area 12 w; at least two of them are shared by the leaves.
+  const double share = 24 * candidate->width / leaves;
+  if (!(overlap.apart < most_apart * candidate->width) || !(offset < most_offset * share) ||
+      !(overlap.offset > least_offset))
+    return std::nullopt;
+  return candidate->cut;
 }
 
 }  // namespace meander

@@ -10,8 +10,8 @@
 
 namespace meander {
 
-// Elements looked at to recognise a stack.
-inline constexpr std::size_t sheet_probes = 32;
+// Elements looked at: to see whether there may be a stack at all, and, where there may, to cut it.
+inline constexpr std::size_t few_sheet_probes = 32, many_sheet_probes = 128;
 
 struct SheetProbe {
   std::array<float, 3> at;
@@ -35,13 +35,15 @@ struct SheetCut {
   }
 };
 
-// Whether the probes of a node, which `leaves` samples are to share, show a stack of sheets that lie over each
-// other at less than a third of a sample's width. Sides: the normals' covariance has an eigenvalue l > 0.3, and
+// Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3, and
 // along its direction the positions vary by less than a quarter of l times their second largest eigenvalue.
-// Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap there. In
-// both cases the elements of one part must have near neighbours in the other, off them across the stack: patches
-// beside each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2) where a stack is
-// likely, else O(P). Nothing for fewer than 8 probes.
+// Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap there. Pure.
+// O(P log P). False for fewer than 8 probes.
+bool may_be_stack(SheetScratch& scratch);
+
+// The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share the
+// node: the elements of one part have near neighbours in the other, off them across the stack. Patches beside
+// each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2).
 std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves);
 
 }  // namespace meander

@@ -257,7 +257,7 @@ TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are
   SheetScratch scratch;
   const auto fill = [&](auto make) {
     scratch.probes.clear();
-    for (std::uint32_t i = 0; i < sheet_probes; ++i) {
+    for (std::uint32_t i = 0; i < many_sheet_probes; ++i) {
       const UnitPair at = random_pair(key, Stream::test_shapes, i, 3);
       scratch.probes.push_back(make(static_cast<float>(at.first), static_cast<float>(at.second), i));
     }
