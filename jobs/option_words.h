@@ -7,8 +7,8 @@
 #include "io/store/store.h"
 #include "jobs/inputs.h"
 #include "kernels/curve/curve_key.h"
-#include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/model/sample_parameters.h"
+#include "kernels/retrieve/descriptor_distance.h"
 
 namespace meander {
 
@@ -33,10 +33,11 @@ inline constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind
                                                         {"random", SequenceKind::random}};
 inline constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
                                                   {"curve", OrderKind::curve}};
-inline constexpr Word<ElementOrder> order_of_elements_words[] = {{"hilbert", ElementOrder::hilbert},
-                                                                {"peano", ElementOrder::peano},
-                                                                {"peano-meander", ElementOrder::peano_meander},
-                                                                {"balanced", ElementOrder::balanced}};
+inline constexpr Word<ElementOrder> order_of_elements_words[] = {
+    {"hilbert", ElementOrder::hilbert},
+    {"peano", ElementOrder::peano},
+    {"peano-meander", ElementOrder::peano_meander},
+    {"balanced", ElementOrder::balanced}};
 inline constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert},
                                                   {"peano", CurveKind::peano},
                                                   {"peano-meander", CurveKind::peano_meander}};

@@ -55,10 +55,11 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
   const auto shapes_density = [&texts] { texts.shapes_density = true; };
   table.add(points, "samples", "-n,--samples", texts.samples, "Points per model, 1 to 2^31")
       .range(1.0, 2147483648.0);
-  table.add(points, "method", "--method", sample.method, method_words,
-            "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
-            "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
-            "a tensor field");
+  table.add(
+      points, "method", "--method", sample.method, method_words,
+      "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
+      "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
+      "a tensor field");
   table.add(points, "density", "--density", texts.density,
             "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
   table
@@ -81,7 +82,8 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
             "Order in the file: every prefix well spread, or along the curve");
   points
       .add_option("--curve", texts.curve,
-                  "Order of a named method: a curve, or balanced bisection (default hilbert); direct: hilbert or balanced")
+                  "Order of a named method: a curve, or balanced bisection (default hilbert); direct: "
+                  "hilbert or balanced")
       .one_of(all_words(order_of_elements_words));
   table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
@@ -256,8 +258,9 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
       density != DensityKind::max)
     problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
   if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
-    problems.push_back(fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
-                                   method_of(sample).name));
+    problems.push_back(
+        fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
+                    method_of(sample).name));
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
     for (const std::string& problem :

@@ -114,8 +114,7 @@ class PlacedPieces {
 
  private:
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
-    point.push_back(
-        {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
+    point.push_back({{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
     triangle.push_back(static_cast<std::uint32_t>(t));
     path.push_back(piece_path);
   }
@@ -174,8 +173,8 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
-// Places along the 3-D Hilbert curve, from the coarse keys where they tell elements apart well enough: then keys
-// and numbers fit into one word.
+// Places along the 3-D Hilbert curve, from the coarse keys where they tell elements apart well enough: then
+// keys and numbers fit into one word.
 std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
   constexpr std::size_t most_coarse = std::size_t{1} << 20;  // 16 cells of the surface an element, and more
   constexpr int number_bits = 64 - coarse_key_bits;
@@ -183,7 +182,8 @@ std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
   std::vector<std::uint32_t> order(count);
   if (count <= most_coarse) {
     std::vector<std::uint64_t> words(count), scratch;
-    if (count > 0) coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
+    if (count > 0)
+      coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
     for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
     radix_sort_words(words, scratch, number_bits);
     for (std::size_t i = 0; i < count; ++i)
@@ -194,9 +194,9 @@ std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float* p = points[i].at;
-      keys[i] = {hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]),
-                                 static_cast<double>(p[2])}),
-                 static_cast<std::uint32_t>(i)};
+      keys[i] = {
+          hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}),
+          static_cast<std::uint32_t>(i)};
     }
   });
   radix_sort(keys, scratch);
@@ -204,8 +204,8 @@ std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
   return order;
 }
 
-// A sum of masses in their order, compensated (Kahan 1965): monotone, and exact to a few units in the last place
-// for any number of elements.
+// A sum of masses in their order, compensated (Kahan 1965): monotone, and exact to a few units in the last
+// place for any number of elements.
 class MassSum {
  public:
   double add(double mass) {
@@ -271,8 +271,8 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   parallel_blocks(mesh.triangle_count(), sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Vector3 a = mesh.position(mesh.triangles[3 * t]);
-      const Vector3 n = cross(mesh.position(mesh.triangles[3 * t + 1]) - a,
-                              mesh.position(mesh.triangles[3 * t + 2]) - a);
+      const Vector3 n =
+          cross(mesh.position(mesh.triangles[3 * t + 1]) - a, mesh.position(mesh.triangles[3 * t + 2]) - a);
       const double length = norm(n), scale = length > 0 ? 1 / length : 0;
       normal[3 * t] = static_cast<float>(scale * n.x);
       normal[3 * t + 1] = static_cast<float>(scale * n.y);
@@ -302,8 +302,7 @@ CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
                            std::span<const std::uint32_t> group, std::uint32_t samples,
                            const CancelToken& cancel) {
   const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
-  BalancedOrder order =
-      balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
+  BalancedOrder order = balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
   CurveElements result;
   result.cumulative = std::move(order.cumulative);
   const std::size_t count = order.element.size();
@@ -338,9 +337,9 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
   if (charts.empty() || parameters.order == ElementOrder::balanced) {
-    const PlacedPieces pieces =
-        cut_all(surface, measure.density, hints.hits, limit,
-                [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
+    const PlacedPieces pieces = cut_all(
+        surface, measure.density, hints.hits, limit,
+        [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
     check_count(pieces.point.size());
     cancel.check();
     if (parameters.order != ElementOrder::balanced) return along_space_curve(pieces);
@@ -350,9 +349,9 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
     return by_bisection(surface.mesh(), pieces, runs, charts, group,
                         static_cast<std::uint32_t>(parameters.samples), cancel);
   }
-  const KeyedPieces pieces =
-      cut_all(surface, measure.density, hints.hits, limit,
-              [&] { return KeyedPieces(places, group, key, parameters); }, cancel);
+  const KeyedPieces pieces = cut_all(
+      surface, measure.density, hints.hits, limit,
+      [&] { return KeyedPieces(places, group, key, parameters); }, cancel);
   check_count(pieces.elements.size());
   cancel.check();
   return along_curve(surface.mesh(), pieces.elements, parameters.keep_vertices);

@@ -16,8 +16,8 @@ namespace meander {
 // triangle.
 inline constexpr std::uint32_t deepest_path = 1u << 30;
 
-// A piece while it is being bisected: where its corners lie, and the squared lengths of its edges (k from corner
-// k to the next), of which the longest is bisected next.
+// A piece while it is being bisected: where its corners lie, and the squared lengths of its edges (k from
+// corner k to the next), of which the longest is bisected next.
 struct PlainPiece {
   std::array<Vector3, 3> corner;
   std::array<double, 3> squared_edge;
@@ -37,8 +37,8 @@ inline std::size_t longest_edge(const PlainPiece& piece) {
   return e[0] >= e[1] ? (e[0] >= e[2] ? 0 : 2) : (e[1] >= e[2] ? 1 : 2);
 }
 
-// Bisects edge a: child 0 keeps the edge's first end, child 1 its second. Lengths are handed down, so that the
-// pieces of a path are the same wherever it is followed.
+// Bisects edge a: child 0 keeps the edge's first end, child 1 its second. Lengths are handed down, so that
+// the pieces of a path are the same wherever it is followed.
 inline void bisect_edge(const PlainPiece& piece, std::size_t a, PlainPiece& first, PlainPiece& second) {
   const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
   const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];

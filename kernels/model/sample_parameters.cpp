@@ -40,7 +40,8 @@ std::vector<std::string> validate(const SampleParameters& p) {
   if (p.method == MethodChoice::direct && order_of(p) != ElementOrder::hilbert &&
       order_of(p) != ElementOrder::balanced)
     problems.push_back("the method direct knows the curves hilbert and balanced");
-  if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts && order_of(p) == ElementOrder::balanced)
+  if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
+      order_of(p) == ElementOrder::balanced)
     problems.push_back("the locator first-hit follows a curve: it has no balanced order");
   if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
@@ -74,7 +75,8 @@ double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
-  if (order_of(parameters) == ElementOrder::balanced) least = std::max(least, balanced_elements_per_sample(parameters.place.samples));
+  if (order_of(parameters) == ElementOrder::balanced)
+    least = std::max(least, balanced_elements_per_sample(parameters.place.samples));
   return std::max(asked, least);
 }
 

@@ -28,9 +28,9 @@ enum class LocatorKind : std::uint8_t { embree, elements, first_hit };
 // sample's cell, samples are less anisotropic than requested (docs/ANISOTROPIC.md has the numbers).
 inline constexpr double tensor_elements_per_sample = 16;
 
-// The least number of elements per sample of the balanced order: its cells follow the borders of elements, and
-// coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for the
-// memory that the elements take.
+// The least number of elements per sample of the balanced order: its cells follow the borders of elements,
+// and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
+// the memory that the elements take.
 constexpr double balanced_elements_per_sample(std::uint32_t samples) { return samples <= 131072 ? 16 : 4; }
 
 // How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).

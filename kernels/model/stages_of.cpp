@@ -128,8 +128,8 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
                                                           model.charts, model.trees, locator, model.cancel);
                       }});
   } else {
-    stages.push_back({"locate_vertices", [locator = curved, elements = element_parameters(p), device,
-                                          domain_of](Model& model) {
+    stages.push_back({"locate_vertices",
+                      [locator = curved, elements = element_parameters(p), device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
                         const Located located = locate_with_embree(*device, domain.mesh.mesh(), model.charts,
                                                                    domain.measure.masses, model.trees,

@@ -26,7 +26,6 @@ constexpr std::size_t parallel_node = 32768;
 // Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
 constexpr std::uint32_t least_stack = 16;
 
-
 struct Item {
   float at[3];
   std::uint32_t element;  // or run, in nodes that are cut by runs
@@ -197,7 +196,8 @@ class Bisection {
       if (mass == item.mass) continue;
       to = begin;
       *to = item;
-      (to++)->element = all.count == 1 ? all.first : static_cast<std::uint32_t>(elements_.size()) + item.element;
+      (to++)->element =
+          all.count == 1 ? all.first : static_cast<std::uint32_t>(elements_.size()) + item.element;
     }
     std::vector<Item>& kept = blocks_[node.first];
     kept.reserve(room);
@@ -228,16 +228,16 @@ class Bisection {
     Item* const to = node.other;
     Item* const end = to + node.count + low_leaves;  // of the high half; its room for more is behind it
     const auto [low, high] =
-        by_coordinate
-            ? divide(items, [&](std::size_t i) { return scratch.coordinate[i]; }, range_of(scratch.coordinate),
-                     target, to, end, scratch.row)
-            : divide(items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; }, extent,
-                     target, to, end, scratch.row);
+        by_coordinate ? divide(
+                            items, [&](std::size_t i) { return scratch.coordinate[i]; },
+                            range_of(scratch.coordinate), target, to, end, scratch.row)
+                      : divide(
+                            items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; },
+                            extent, target, to, end, scratch.row);
     Item* const high_items = end - high;
-    const Node children[2] = {
-        {node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
-        {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
-         node.items + (high_items - to), high, node.kept}};
+    const Node children[2] = {{node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
+                              {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves,
+                               high_leaves, high_items, node.items + (high_items - to), high, node.kept}};
     if (node.count > parallel_node && node.kept == nullptr) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
@@ -262,8 +262,8 @@ class Bisection {
     return {0, *least, *most};
   }
 
-  // Where the node is not cut in halves across its largest extent: fills the coordinates that it is cut across,
-  // and the leaves of its low half.
+  // Where the node is not cut in halves across its largest extent: fills the coordinates that it is cut
+  // across, and the leaves of its low half.
   bool find_coordinates(const Node& node, std::span<const Item> items, const Extent& extent, Scratch& scratch,
                         std::uint32_t& low_leaves) const {
     if (!traits_.group.empty())
@@ -284,8 +284,7 @@ class Bisection {
       // One of every block, not always the same one: sides may alternate in the file.
       const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
       const Item& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
-      sheets.probes.push_back(
-          {{item.at[0], item.at[1], item.at[2]}, normal_of(item, node.kept != nullptr)});
+      sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item, node.kept != nullptr)});
     }
   }
 
@@ -361,8 +360,8 @@ class Bisection {
     return true;
   }
 
-  // The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items each.
-  // `at` gives the coordinate of an item, all in `range`.
+  // The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items
+  // each. `at` gives the coordinate of an item, all in `range`.
   template <class Coordinate>
   static std::pair<std::size_t, std::size_t> divide(std::span<const Item> items, const Coordinate& at,
                                                     const Extent& range, std::uint64_t target, Item* to,
@@ -379,9 +378,11 @@ class Bisection {
         return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(bins - 1));
       };
       std::array<std::uint64_t, bins> sum{};
-      for (std::size_t i = 0; i < items.size(); ++i) sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
+      for (std::size_t i = 0; i < items.size(); ++i)
+        sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
       int crossing = 0;
-      while (crossing + 1 < static_cast<int>(bins) && below + sum[static_cast<std::size_t>(crossing)] <= target)
+      while (crossing + 1 < static_cast<int>(bins) &&
+             below + sum[static_cast<std::size_t>(crossing)] <= target)
         below += sum[static_cast<std::size_t>(crossing++)];
       for (std::size_t i = 0; i < items.size(); ++i) {
         const int bin = bin_of(i);
@@ -529,11 +530,11 @@ class Bisection {
   const ElementTraits& traits_;
   const CancelToken& cancel_;
   std::uint64_t total_ = 0;
-  double unit_ = 0;                 // mass of one integer unit
-  std::vector<Item> front_, back_;  // of runs: a node's items are in one, its halves' in the other
+  double unit_ = 0;                        // mass of one integer unit
+  std::vector<Item> front_, back_;         // of runs: a node's items are in one, its halves' in the other
   std::vector<std::vector<Item>> blocks_;  // by first leaf: the items of a block's leaves
-  std::vector<Leaf> leaves_;        // by place in the tree
-  std::vector<Point> centre_;       // by node, as the next two
+  std::vector<Leaf> leaves_;               // by place in the tree
+  std::vector<Point> centre_;              // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
   std::vector<Step> path_;

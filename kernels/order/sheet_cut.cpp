@@ -68,9 +68,8 @@ double largest_eigenvalue(const Symmetric& m, Vector& direction) {
              p[1] * p[2] + p[3] * p[4] + p[4] * p[5], p[2] * p[2] + p[4] * p[4] + p[5] * p[5]};
   }
   // The longest column of a matrix that is nearly of rank one.
-  const std::array<Vector, 3> columns = {{{power[0], power[1], power[2]},
-                                          {power[1], power[3], power[4]},
-                                          {power[2], power[4], power[5]}}};
+  const std::array<Vector, 3> columns = {
+      {{power[0], power[1], power[2]}, {power[1], power[3], power[4]}, {power[2], power[4], power[5]}}};
   std::size_t best = 0;
   for (std::size_t k = 1; k < 3; ++k)
     if (dot(columns[k], columns[k]) > dot(columns[best], columns[best])) best = k;
@@ -101,9 +100,9 @@ std::array<float, 3> rounded(const Vector& v) {
 // What looks like a stack, until it is known how its parts lie.
 struct Candidate {
   SheetCut cut;
-  Vector direction{};    // across the sheets
-  double width = 0;      // variance of the positions within the sheets
-  double offset = -1;    // squared distance of the layers at the cut; negative for sides
+  Vector direction{};  // across the sheets
+  double width = 0;    // variance of the positions within the sheets
+  double offset = -1;  // squared distance of the layers at the cut; negative for sides
 };
 
 // Between the layers on both sides of the gap nearest to the middle, if there is a clear one.
@@ -157,9 +156,9 @@ std::optional<Candidate> find_candidate(SheetScratch& scratch) {
   return candidate;
 }
 
-// How the elements above the cut lie to those below, in means of squares: the nearest seen along the direction,
-// how far it is within the sheets; and of the nearest few, which may lie on several sheets, how far the least
-// off is across them.
+// How the elements above the cut lie to those below, in means of squares: the nearest seen along the
+// direction, how far it is within the sheets; and of the nearest few, which may lie on several sheets, how
+// far the least off is across them.
 struct Overlap {
   double apart = 0, offset = 0;
 };

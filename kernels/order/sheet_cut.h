@@ -35,15 +35,15 @@ struct SheetCut {
   }
 };
 
-// Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3, and
-// along its direction the positions vary by less than a quarter of l times their second largest eigenvalue.
-// Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap there. Pure.
-// O(P log P). False for fewer than 8 probes.
+// Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3,
+// and along its direction the positions vary by less than a quarter of l times their second largest
+// eigenvalue. Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap
+// there. Pure. O(P log P). False for fewer than 8 probes.
 bool may_be_stack(SheetScratch& scratch);
 
-// The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share the
-// node: the elements of one part have near neighbours in the other, off them across the stack. Patches beside
-// each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2).
+// The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share
+// the node: the elements of one part have near neighbours in the other, off them across the stack. Patches
+// beside each other, or faces of one flat sheet that are turned differently, are no stack. Pure. O(P^2).
 std::optional<SheetCut> find_sheet_cut(SheetScratch& scratch, std::uint32_t leaves);
 
 }  // namespace meander

@@ -211,7 +211,8 @@ TEST_CASE("shared data: exactly n distinct points on their polygons, n = 1, 7, 2
   const ScratchFolder scratch;
   for (const std::uint32_t samples : {1u, 7u, 256u})
     for (const char* method : {"auto", "conformal"})
-      check_points(run_over(scratch, "dirty", samples, {"--method", method, "--fresh"}), shared_data("dirty"));
+      check_points(run_over(scratch, "dirty", samples, {"--method", method, "--fresh"}),
+                   shared_data("dirty"));
 }
 
 TEST_CASE("shared data: exactly n distinct points on their polygons, every n, over everything", "[slow]") {
@@ -225,7 +226,8 @@ TEST_CASE("shared data: exactly n distinct points on their polygons, every n, ov
 TEST_CASE("shared data: masses equal areas in long double, twelve models") {
   MEANDER_NEEDS_SHARED_DATA();
   const auto models = good_models();
-  for (std::size_t i = 10; i < models.size(); i += 10) check_masses(models[i], i % 20 == 10 ? "auto" : "conformal");
+  for (std::size_t i = 10; i < models.size(); i += 10)
+    check_masses(models[i], i % 20 == 10 ? "auto" : "conformal");
 }
 
 TEST_CASE("shared data: masses equal areas in long double, all of paper/ and retrieval/", "[slow]") {

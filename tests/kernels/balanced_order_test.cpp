@@ -71,7 +71,8 @@ TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
     for (std::size_t i = 0; i < order.element.size(); ++i)
       mass[order.element[i]] += order.cumulative[i + 1] - order.cumulative[i];
     double worst = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) worst = std::max(worst, std::abs(mass[i] - points[i].mass));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      worst = std::max(worst, std::abs(mass[i] - points[i].mass));
     CHECK(worst < 1e-10);
   }
 }
@@ -241,8 +242,8 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
   const auto mixed = [&](const BalancedOrder& order) {
     std::array<std::vector<int>, 2> counts = {std::vector<int>(n), std::vector<int>(n)};
     for (std::size_t i = 0; i < order.element.size(); ++i) {
-      const auto cell = static_cast<std::size_t>(
-          std::min(0.5 * (order.cumulative[i] + order.cumulative[i + 1]) / order.cumulative.back() * n, n - 1.0));
+      const auto cell = static_cast<std::size_t>(std::min(
+          0.5 * (order.cumulative[i] + order.cumulative[i + 1]) / order.cumulative.back() * n, n - 1.0));
       ++counts[order.element[i] % 2][cell];
     }
     int cells = 0;
