@@ -59,8 +59,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   CornerGeometry corners = corner_geometry(disk.length);
   for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
   corners.angle = std::vector<double>();
-  const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel,
-                                     budget);
+  const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel, budget);
   if (!laplacian.factorised()) return map;
   map.elimination = laplacian.elimination();
 

@@ -198,7 +198,8 @@ Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartG
   const IntrinsicDisk disk = intrinsic_disk(surface, cut);
   const auto repair = [&](Try& attempt) {
     if (attempt.finite && !attempt.scan.bad.empty()) {
-      attempt.repaired = repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel, &budget);
+      attempt.repaired =
+          repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel, &budget);
       attempt.scan = scan_map(geometry, cut.triangles, attempt.u, attempt.v);
     }
     return is_sound(cut, attempt);

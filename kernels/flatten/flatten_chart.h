@@ -19,7 +19,7 @@ struct FlattenParameters {
   double max_flipped_share = 0;        // of the triangles: this many may stay flipped before the fallback to
                                        // mean-value on a circle, whose distortion is far larger; 0..1
   double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
-  double effort = 1;                   // multiple of the work that a chart may take: flatten_budget; > 0
+  double effort = 1;                   // multiple of the work that a chart may take: flatten_budget; 0..1e6
 };
 
 // What a chart of so many triangles may take in all: `effort` times the work of 64 maps of its size, whose

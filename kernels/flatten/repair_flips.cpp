@@ -15,7 +15,8 @@ constexpr int largest_patch = 6;  // rings
 constexpr int rounds = 3;         // patches may overlap: repeat after all were solved
 constexpr std::size_t too_many = 4096;
 
-constexpr std::uint64_t work_per_triangle = 64;  // units of WorkBudget each time that one is visited or judged
+// Units of WorkBudget, each time that a triangle is visited or judged.
+constexpr std::uint64_t work_per_triangle = 64;
 
 class Patcher {
  public:

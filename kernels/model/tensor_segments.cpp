@@ -71,8 +71,7 @@ SegmentChart chart_segment(const TensorSegments& segments, CutChart cut, const S
   SegmentChart chart;
   const TensorChartParameters& wanted = parameters.tensor_charts;
   if (form == AlignmentForm::gradient) {
-    FieldChart along =
-        flatten_to_field(segments.mesh, std::move(cut), segments.tensor, {{}, effort}, cancel);
+    FieldChart along = flatten_to_field(segments.mesh, std::move(cut), segments.tensor, {{}, effort}, cancel);
     chart.flat = std::move(along.flat);
     chart.alignment = along.alignment;
   } else {
@@ -214,7 +213,8 @@ std::vector<FlatChart> chart_segments(TensorSegments& segments, const SamplePara
       if (!chart.accepted) chart = {};
     chart_missing(segments, charts, parameters, AlignmentForm::metric, 1, cancel);
   }
-  // What has no chart in the metric at all would lose it: halves of it, a single triangle at the least, have one.
+  // What has no chart in the metric at all would lose it: halves of it, a single triangle at the least, have
+  // one.
   bisect(AlignmentForm::metric, [](const SegmentChart& chart, std::uint32_t) {
     return chart.flat.report.method != Method::anisotropic;
   });
