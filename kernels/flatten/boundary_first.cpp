@@ -43,7 +43,8 @@ void lay_out_boundary(const IntrinsicDisk& disk, std::span<const std::uint32_t> 
 
 }  // namespace
 
-ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken& cancel) {
+ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken& cancel,
+                                    WorkBudget* budget) {
   ConformalMap map;
   const std::uint32_t count = disk.vertex_count;
   map.u.assign(count, 0);
@@ -58,7 +59,7 @@ ConformalMap flatten_boundary_first(const IntrinsicDisk& disk, const CancelToken
   CornerGeometry corners = corner_geometry(disk.length);
   for (std::size_t h = 0; h < corners.angle.size(); ++h) curvature[disk.triangles[h]] -= corners.angle[h];
   corners.angle = std::vector<double>();
-  const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel);
+  const DirichletLaplacian laplacian(disk, std::move(corners.half_cotangent), on_boundary, cancel, budget);
   if (!laplacian.factorised()) return map;
   map.elimination = laplacian.elimination();
 

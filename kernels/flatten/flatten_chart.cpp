@@ -20,6 +20,12 @@ constexpr std::uint32_t seams_per_try = 4;  // protrusions that get a seam in on
 constexpr std::uint32_t patience =
     2;  // attempts with too little progress in distortion before the search ends
 
+// Units of WorkBudget for a triangle of a map: angles, weights and distortion, cut and opened edges.
+constexpr std::uint64_t work_per_triangle = 512;
+// A map of T triangles takes about T (linear_work + planar_work sqrt(T)), the second term for the factor of a
+// planar graph. A chart with all its seams comes to 17 maps, and what its repairs take.
+constexpr double linear_work = 1024, planar_work = 2, maps_per_chart = 64;
+
 // The chart as the solvers see it, mollified.
 IntrinsicDisk intrinsic_disk(const MeasuredMesh& surface, const CutChart& cut) {
   IntrinsicDisk disk;
@@ -41,12 +47,18 @@ struct Try {
   std::uint32_t repaired = 0;
 };
 
+// The flips are bounded by themselves, so their work is taken afterwards.
+void make_delaunay(IntrinsicDisk& disk, WorkBudget& budget, const CancelToken& cancel) {
+  budget.spend(work_per_triangle * std::uint64_t{make_intrinsic_delaunay(disk, cancel)});
+}
+
 // Boundary first flattening of `disk`, a triangulation of the chart that is given back before the map is
 // scanned: memory is what limits how many models can be worked on at once.
-Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDisk disk,
+Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDisk disk, WorkBudget& budget,
                   const CancelToken& cancel) {
   Try attempt;
-  ConformalMap map = flatten_boundary_first(disk, cancel);
+  if (!budget.spend(work_per_triangle * cut.triangle_count())) return attempt;
+  ConformalMap map = flatten_boundary_first(disk, cancel, &budget);
   disk = {};
   attempt.log_scale = std::move(map.log_scale);
   attempt.elimination = std::move(map.elimination);
@@ -63,11 +75,11 @@ Try try_conformal(const MeasuredMesh& surface, const CutChart& cut, IntrinsicDis
 // The first attempts on a cut. In a metric most triangulations are far from Delaunay, so the intrinsic
 // Delaunay triangulation is used at once.
 Try try_cut(const MeasuredMesh& surface, const CutChart& cut, std::span<const std::uint32_t> elimination,
-            const CancelToken& cancel) {
+            WorkBudget& budget, const CancelToken& cancel) {
   IntrinsicDisk disk = intrinsic_disk(surface, cut);
-  if (!surface.in_space()) make_intrinsic_delaunay(disk, cancel);
+  if (!surface.in_space()) make_delaunay(disk, budget, cancel);
   disk.elimination.assign(elimination.begin(), elimination.end());
-  return try_conformal(surface, cut, std::move(disk), cancel);
+  return try_conformal(surface, cut, std::move(disk), budget, cancel);
 }
 
 bool is_sound(const CutChart& cut, const Try& attempt) {
@@ -150,8 +162,8 @@ struct MappedCut {
 
 // Conformal attempts on cuts with more and more seams, as long as they help; the best of them.
 MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
-                         const CancelToken& cancel) {
-  Try last = try_cut(surface, cut, {}, cancel);
+                         WorkBudget& budget, const CancelToken& cancel) {
+  Try last = try_cut(surface, cut, {}, budget, cancel);
   // Seams only take vertices out of the interior: one order of elimination serves all attempts.
   const std::vector<std::uint32_t> elimination = std::move(last.elimination);
   MappedCut best{cut, last, 0};
@@ -164,7 +176,7 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
     if (added == 0) break;
     extra += added;
     last.u = last.v = std::vector<double>();
-    Try attempt = try_cut(surface, cut, elimination, cancel);
+    Try attempt = try_cut(surface, cut, elimination, budget, cancel);
     if (!attempt.finite) break;
     // Seams that bring less than half of their share of the improvement needed are counted; after two the
     // search ends.
@@ -181,20 +193,22 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
 // A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
 // triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
 Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
-                  const FlattenParameters& parameters, Try& best, const CancelToken& cancel) {
+                  const FlattenParameters& parameters, Try& best, WorkBudget& budget,
+                  const CancelToken& cancel) {
   const IntrinsicDisk disk = intrinsic_disk(surface, cut);
   const auto repair = [&](Try& attempt) {
     if (attempt.finite && !attempt.scan.bad.empty()) {
-      attempt.repaired = repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel);
+      attempt.repaired =
+          repair_flips(disk, geometry, attempt.scan.bad, attempt.u, attempt.v, cancel, &budget);
       attempt.scan = scan_map(geometry, cut.triangles, attempt.u, attempt.v);
     }
     return is_sound(cut, attempt);
   };
   if (repair(best)) return Method::conformal;
-  if (surface.in_space()) {
+  if (surface.in_space() && !budget.exhausted()) {
     IntrinsicDisk delaunay = disk;
-    make_intrinsic_delaunay(delaunay, cancel);
-    Try second = try_conformal(surface, cut, std::move(delaunay), cancel);
+    make_delaunay(delaunay, budget, cancel);
+    Try second = try_conformal(surface, cut, std::move(delaunay), budget, cancel);
     if (repair(second)) {
       best = std::move(second);
       return Method::conformal;
@@ -202,8 +216,9 @@ Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartG
   }
   const double flips_allowed = parameters.max_flipped_share * static_cast<double>(cut.triangle_count());
   if (best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed) return Method::conformal;
+  if (!budget.spend(work_per_triangle * cut.triangle_count())) return Method::none;
   Try circle;
-  circle.finite = flatten_to_circle(disk, circle.u, circle.v, cancel);
+  circle.finite = flatten_to_circle(disk, circle.u, circle.v, cancel, &budget);
   cancel.check();
   if (!circle.finite) return Method::none;
   fit_square(circle.u, circle.v);
@@ -214,16 +229,23 @@ Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartG
 
 }  // namespace
 
+WorkBudget flatten_budget(std::size_t triangles, double effort) {
+  const auto count = static_cast<double>(triangles);
+  const double units = effort * maps_per_chart * count * (linear_work + planar_work * std::sqrt(count));
+  return WorkBudget(static_cast<std::uint64_t>(std::min(units, 0x1p63)));
+}
+
 FlatChart flatten_chart(const MeasuredMesh& surface, CutChart chart, const FlattenParameters& parameters,
                         const CancelToken& cancel) {
-  MappedCut found = best_conformal(surface, std::move(chart), parameters, cancel);
+  WorkBudget budget = flatten_budget(chart.triangle_count(), parameters.effort);
+  MappedCut found = best_conformal(surface, std::move(chart), parameters, budget, cancel);
   CutChart& cut = found.cut;
   Try& best = found.map;
   const ChartGeometry geometry = chart_geometry(surface, cut);
   FlatChart flat;
   flat.report.method = best.scan.bad.empty() && is_sound(cut, best)
                            ? Method::conformal
-                           : repair_map(surface, cut, geometry, parameters, best, cancel);
+                           : repair_map(surface, cut, geometry, parameters, best, budget, cancel);
   flat.report.extra_seams = found.extra_seams;
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);

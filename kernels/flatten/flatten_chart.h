@@ -7,6 +7,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/status.h"
+#include "kernels/core/work_budget.h"
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/mesh/measured_mesh.h"
 
@@ -18,7 +19,12 @@ struct FlattenParameters {
   double max_flipped_share = 0;        // of the triangles: this many may stay flipped before the fallback to
                                        // mean-value on a circle, whose distortion is far larger; 0..1
   double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
+  double effort = 1;                   // multiple of the work that a chart may take: flatten_budget; 0..1e6
 };
+
+// What a chart of so many triangles may take in all: `effort` times the work of 64 maps of its size, whose
+// factorisation grows like T^1.5. Counted, so that it is the same on every machine.
+WorkBudget flatten_budget(std::size_t triangles, double effort);
 
 // What the map does, measured against MeasuredMesh::length (in space, unless a metric is given); weights are
 // areas, triangles of no area do not count.
@@ -49,9 +55,11 @@ struct FlatChart {
 // Boundary-first flattening with zero boundary scale (Sawhney and Crane 2017), cotangent weights first,
 // intrinsic Delaunay on failure, mean-value patches (Floater 2003) around flips, one more seam and another
 // try when the chart shrinks too far, mean-value on a circle as the fallback. Never aborts: a chart that
-// cannot be flattened is returned with Method::none (the caller falls back to the direct method). The method
-// is `conformal` only without flips, or within max_flipped_share. Cost: one n x n sparse Cholesky
-// factorisation per try. Deterministic; throws timeout / RunCancelled from `cancel`.
+// cannot be flattened is returned with Method::none (the caller falls back to the direct method), and so is
+// one whose work comes to flatten_budget before any map is good enough; a good map that is found by then is
+// kept. The method is `conformal` only without flips, or within max_flipped_share. Cost: one n x n
+// sparse Cholesky factorisation per try, all in all at most the bound. Deterministic; throws timeout /
+// RunCancelled from `cancel`.
 FlatChart flatten_chart(const MeasuredMesh& surface, CutChart cut, const FlattenParameters& parameters,
                         const CancelToken& cancel = {});
 

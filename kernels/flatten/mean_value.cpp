@@ -93,20 +93,25 @@ void solve_dense(System& system) {
   v = solution.col(1);
 }
 
-bool solve_sparse(System& system, const CancelToken& cancel) {
+bool solve_sparse(System& system, const CancelToken& cancel, WorkBudget* budget) {
   const std::vector<std::uint32_t> order = elimination_order(system.matrix.graph);
   SparseLu lu;
-  if (!lu.factorise(std::move(system.matrix), order, cancel)) return false;
+  if (!lu.factorise(std::move(system.matrix), order, cancel, budget)) return false;
   lu.solve(system.right_u, system.right_v);
   return true;
 }
 
+// Everything but a sparse factorisation of that many unknowns.
+std::uint64_t work_of(std::uint64_t unknowns) {
+  return work_per_unknown * unknowns + (unknowns <= dense_limit ? unknowns * unknowns * unknowns / 3 : 0);
+}
+
 // Moves the free vertices to the solution; false, nothing moved, when there is none.
 bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
-           std::span<double> v, const CancelToken& cancel) {
+           std::span<double> v, const CancelToken& cancel, WorkBudget* budget) {
   if (free_vertices.size() <= dense_limit)
     solve_dense(system);
-  else if (!solve_sparse(system, cancel))
+  else if (!solve_sparse(system, cancel, budget))
     return false;
   const auto finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(system.right_u.begin(), system.right_u.end(), finite) ||
@@ -140,8 +145,9 @@ std::vector<std::uint32_t> leaving_half_edges(const IntrinsicDisk& disk) {
 
 bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
                       std::span<const std::uint32_t> free_vertices, std::span<double> u, std::span<double> v,
-                      const CancelToken& cancel) {
+                      const CancelToken& cancel, WorkBudget* budget) {
   if (free_vertices.empty()) return true;
+  if (!spend(budget, work_of(free_vertices.size()))) return false;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> rows;  // (vertex, row), sorted by vertex
   rows.reserve(free_vertices.size());
   for (std::uint32_t i = 0; i < free_vertices.size(); ++i) rows.emplace_back(free_vertices[i], i);
@@ -150,11 +156,11 @@ bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> 
     const auto at = std::lower_bound(rows.begin(), rows.end(), std::pair(vertex, 0u));
     return at != rows.end() && at->first == vertex ? at->second : no_index;
   };
-  return solve(assemble(disk, leaving, free_vertices, number, u, v), free_vertices, u, v, cancel);
+  return solve(assemble(disk, leaving, free_vertices, number, u, v), free_vertices, u, v, cancel, budget);
 }
 
 bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v,
-                       const CancelToken& cancel) {
+                       const CancelToken& cancel, WorkBudget* budget) {
   u.assign(disk.vertex_count, 0);
   v.assign(disk.vertex_count, 0);
   const std::vector<std::uint32_t> loop =
@@ -180,9 +186,10 @@ bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::v
     free_vertices.push_back(w);
   }
   if (free_vertices.empty()) return true;
+  if (!spend(budget, work_of(free_vertices.size()))) return false;
   const std::vector<std::uint32_t> leaving = leaving_half_edges(disk);
   const auto number_of = [&](std::uint32_t vertex) { return number[vertex]; };
-  return solve(assemble(disk, leaving, free_vertices, number_of, u, v), free_vertices, u, v, cancel);
+  return solve(assemble(disk, leaving, free_vertices, number_of, u, v), free_vertices, u, v, cancel, budget);
 }
 
 }  // namespace meander

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/work_budget.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
@@ -23,17 +24,17 @@ inline std::uint32_t next_outgoing(const IntrinsicDisk& disk, std::uint32_t half
 
 // Moves the listed vertices (interior, no repeats) to the solution of the mean-value equations with all other
 // vertices fixed. `leaving` gives one half-edge out of each vertex. Returns false, nothing moved, when the
-// solver fails. Cost: dense elimination up to 48 vertices, sparse LU above.
+// solver fails or `budget` does not suffice. Cost: dense elimination up to 48 vertices, sparse LU above.
 bool solve_mean_value(const IntrinsicDisk& disk, std::span<const std::uint32_t> leaving,
                       std::span<const std::uint32_t> free_vertices, std::span<double> u, std::span<double> v,
-                      const CancelToken& cancel = {});
+                      const CancelToken& cancel = {}, WorkBudget* budget = nullptr);
 
 // One half-edge out of each vertex. O(T).
 std::vector<std::uint32_t> leaving_half_edges(const IntrinsicDisk& disk);
 
 // The whole disk into a circle of radius 1, the boundary spread by its edge lengths. Without flips in exact
-// arithmetic (Tutte 1963, Floater 2003). False when the solver fails.
+// arithmetic (Tutte 1963, Floater 2003). False when the solver fails or `budget` does not suffice.
 bool flatten_to_circle(const IntrinsicDisk& disk, std::vector<double>& u, std::vector<double>& v,
-                       const CancelToken& cancel = {});
+                       const CancelToken& cancel = {}, WorkBudget* budget = nullptr);
 
 }  // namespace meander

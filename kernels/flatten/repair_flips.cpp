@@ -1,6 +1,7 @@
 #include "kernels/flatten/repair_flips.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/mean_value.h"
@@ -14,20 +15,25 @@ constexpr int largest_patch = 6;  // rings
 constexpr int rounds = 3;         // patches may overlap: repeat after all were solved
 constexpr std::size_t too_many = 4096;
 
+// Units of WorkBudget, each time that a triangle is visited or judged.
+constexpr std::uint64_t work_per_triangle = 64;
+
 class Patcher {
  public:
-  Patcher(const IntrinsicDisk& disk, const ChartGeometry& geometry, std::span<double> u, std::span<double> v)
+  Patcher(const IntrinsicDisk& disk, const ChartGeometry& geometry, std::span<double> u, std::span<double> v,
+          WorkBudget* budget)
       : disk_(disk),
         geometry_(geometry),
         u_(u),
         v_(v),
+        budget_(budget),
         leaving_(leaving_half_edges(disk)),
         vertex_mark_(disk.vertex_count, 0),
         moved_(disk.triangle_count(), 0) {}
 
   bool bad(std::uint32_t t) const { return is_bad_triangle(geometry_, disk_.triangles, u_, v_, t); }
 
-  // Repairs the cluster that triangle t belongs to.
+  // Repairs the cluster that triangle t belongs to, as far as the budget goes.
   void mend(std::uint32_t t) {
     std::vector<std::uint32_t> vertices = cluster_vertices(t);
     ++stamp_;
@@ -40,11 +46,12 @@ class Patcher {
       std::vector<std::uint32_t> free;
       for (const std::uint32_t w : vertices)
         if (!on_boundary(w)) free.push_back(w);
-      if (free.empty()) continue;
       const std::vector<std::uint32_t> touched = triangles_at(free);
+      if (!spend(budget_, work_per_triangle * (std::exchange(visits_, 0) + 2 * touched.size()))) break;
+      if (free.empty()) continue;
       const std::size_t before = count_bad(touched);
       const std::vector<double> old = positions(free);
-      if (!solve_mean_value(disk_, leaving_, free, u_, v_)) continue;
+      if (!solve_mean_value(disk_, leaving_, free, u_, v_, {}, budget_)) continue;
       const std::size_t after = count_bad(touched);
       if (after == 0) {
         mark_moved(touched);
@@ -70,10 +77,11 @@ class Patcher {
   bool on_boundary(std::uint32_t w) const { return disk_.opposite[leaving_[w]] == no_index; }
 
   template <class Body>
-  void for_each_outgoing(std::uint32_t w, Body&& body) const {
+  void for_each_outgoing(std::uint32_t w, Body&& body) {
     const std::uint32_t first = leaving_[w];
     std::uint32_t h = first;
     do {
+      ++visits_;
       body(h);
       h = next_outgoing(disk_, h);
     } while (h != first && h != no_index);
@@ -113,7 +121,7 @@ class Patcher {
       });
   }
 
-  std::vector<std::uint32_t> triangles_at(const std::vector<std::uint32_t>& vertices) const {
+  std::vector<std::uint32_t> triangles_at(const std::vector<std::uint32_t>& vertices) {
     std::vector<std::uint32_t> touched;
     for (const std::uint32_t w : vertices)
       for_each_outgoing(w, [&](std::uint32_t h) { touched.push_back(h / 3); });
@@ -149,27 +157,31 @@ class Patcher {
   const IntrinsicDisk& disk_;
   const ChartGeometry& geometry_;
   std::span<double> u_, v_;
+  WorkBudget* budget_;
   std::vector<std::uint32_t> leaving_;
   std::vector<std::uint32_t> vertex_mark_;
   std::vector<std::uint8_t> moved_;
   std::uint32_t stamp_ = 0;
+  std::uint64_t visits_ = 0;  // of triangles, not yet taken out of the budget
 };
 
 }  // namespace
 
 std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geometry,
                            std::span<const std::uint32_t> bad, std::span<double> u, std::span<double> v,
-                           const CancelToken& cancel) {
+                           const CancelToken& cancel, WorkBudget* budget) {
   if (bad.empty() || bad.size() > too_many) return 0;
-  Patcher patcher(disk, geometry, u, v);
+  Patcher patcher(disk, geometry, u, v, budget);
   std::vector<std::uint32_t> left(bad.begin(), bad.end());
   for (int round = 0; round < rounds && !left.empty(); ++round) {
     for (const std::uint32_t t : left) {
+      if (!spend(budget, work_per_triangle)) return patcher.moved_count();
       if (!patcher.bad(t)) continue;  // repaired together with another one
       cancel.check();
       patcher.mend(t);
     }
     const std::size_t before = left.size();
+    if (!spend(budget, work_per_triangle * disk.triangle_count())) break;
     left = scan_map(geometry, disk.triangles, u, v).bad;
     if (left.size() >= before) break;
   }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/work_budget.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/solve/intrinsic_disk.h"
 
@@ -15,9 +16,11 @@ namespace meander {
 // else the one that repairs the most. Boundary vertices never move. `disk` has the connectivity of the chart
 // (not an intrinsic triangulation) and mollified lengths. Returns the number of triangles that have moved.
 // Cost: O(T) plus the patches; more than 4096 bad triangles are not repaired: the chart as a whole is
-// unusable.
+// unusable. A cluster that cannot be repaired is tried again from each of its triangles, quadratic in its
+// size: every patch takes its work out of `budget`, and the first one that is refused ends the repair with
+// what the patches before it have mended.
 std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geometry,
                            std::span<const std::uint32_t> bad, std::span<double> u, std::span<double> v,
-                           const CancelToken& cancel = {});
+                           const CancelToken& cancel = {}, WorkBudget* budget = nullptr);
 
 }  // namespace meander

@@ -17,11 +17,13 @@ namespace meander {
 std::vector<CutChart> cut_components(const MeasuredMesh& surface, const CutParameters& parameters,
                                      const CancelToken& cancel);
 
-// Their charts. Parallel over components. Throws what flatten_chart throws.
+// Their charts. Parallel over components, each with a bound of its own on its work (flatten_budget), so that
+// none depends on the others or on the number of threads. Throws what flatten_chart throws.
 std::vector<FlatChart> flatten_components(const MeasuredMesh& surface, std::vector<CutChart> cuts,
                                           const FlattenParameters& parameters, const CancelToken& cancel);
 
-// What a row says of its charts: the weakest method, sums of flips, and means by area.
+// What a row says of its charts: the weakest method (direct for charts with Method::none), sums of flips, and
+// means by area.
 void report_charts(std::span<const Component> components, std::span<const FlatChart> charts,
                    ItemReport& report);
 

@@ -28,6 +28,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "sheets", p.locator.max_sheets, 1, 16);
   check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
+  check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);
   check_range(problems, "density floor", p.density.floor, 1e-6, 1.0);
   check_range(problems, "density exponent", p.density.exponent, 0.25, 4.0);
   check_range(problems, "density quantile", p.density.quantile, 0.01, 1.0);

@@ -37,7 +37,9 @@ constexpr double balanced_elements_per_sample(std::uint32_t samples) { return sa
 struct TensorChartParameters {
   AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
   SegmentParameters segment = {1, 20, {}};
-  std::uint32_t max_bisections = 6;  // rounds in which segments whose chart fails are halved; 0..16
+  // Rounds in which segments whose chart fails are halved, and again as many for those without a chart in the
+  // metric; 0..16.
+  std::uint32_t max_bisections = 6;
   AlignmentLimits limits;
 };
 

@@ -62,17 +62,22 @@ struct SegmentChart {
   bool is_measurable() const { return !flat.u.empty(); }
 };
 
+// Of a half, relative to a whole segment: enough for all seams, and many rounds cannot multiply the work.
+constexpr double effort_of_halves = 0.25;
+
+// effort: see FlattenParameters.
 SegmentChart chart_segment(const TensorSegments& segments, CutChart cut, const SampleParameters& parameters,
-                           AlignmentForm form, const CancelToken& cancel) {
+                           AlignmentForm form, double effort, const CancelToken& cancel) {
   SegmentChart chart;
   const TensorChartParameters& wanted = parameters.tensor_charts;
   if (form == AlignmentForm::gradient) {
-    FieldChart along = flatten_to_field(segments.mesh, std::move(cut), segments.tensor, {}, cancel);
+    FieldChart along = flatten_to_field(segments.mesh, std::move(cut), segments.tensor, {{}, effort}, cancel);
     chart.flat = std::move(along.flat);
     chart.alignment = along.alignment;
   } else {
     FlattenParameters flatten = parameters.flatten;
     flatten.max_flipped_share = wanted.limits.flipped;
+    flatten.effort *= effort;
     chart.flat = flatten_chart(segments.measured(), std::move(cut), flatten, cancel);
     if (chart.is_measurable())
       chart.alignment =
@@ -86,12 +91,13 @@ SegmentChart chart_segment(const TensorSegments& segments, CutChart cut, const S
 
 // Charts of the components that have none yet.
 void chart_missing(const TensorSegments& segments, std::vector<SegmentChart>& charts,
-                   const SampleParameters& parameters, AlignmentForm form, const CancelToken& cancel) {
+                   const SampleParameters& parameters, AlignmentForm form, double effort,
+                   const CancelToken& cancel) {
   parallel_tasks(charts.size(), [&](std::size_t c) {
     const Component& component = segments.mesh.components[c];
     if (!(component.area > 0) || !charts[c].flat.cut.triangles.empty()) return;
     charts[c] = chart_segment(segments, cut_to_disk(segments.measured(), component, parameters.cut, cancel),
-                              parameters, form, cancel);
+                              parameters, form, effort, cancel);
   });
 }
 
@@ -103,20 +109,23 @@ void move_chart(SegmentChart& chart, const PreparedMesh& mesh, std::uint32_t tri
     cut.source_vertex[cut.triangles[h]] = mesh.triangles[3 * std::size_t{triangle_begin} + h];
 }
 
-// Components whose chart failed and that are large enough to be halved.
+// Components of at least two triangles and some area whose chart, and number of triangles, fail the test.
+template <class Fails>
 std::vector<std::uint32_t> to_bisect(const PreparedMesh& mesh, const std::vector<SegmentChart>& charts,
-                                     std::uint32_t min_triangles) {
+                                     const Fails& fails) {
   std::vector<std::uint32_t> failed;
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
     const Component& component = mesh.components[c];
     const std::uint32_t triangles = component.triangle_end - component.triangle_begin;
-    if (component.area > 0 && !charts[c].accepted && triangles >= 2 * min_triangles) failed.push_back(c);
+    if (component.area > 0 && triangles >= 2 && fails(charts[c], triangles)) failed.push_back(c);
   }
   return failed;
 }
 
 void bisect_failed(TensorSegments& segments, std::vector<SegmentChart>& charts, TriangleSteps& steps,
-                   const std::vector<std::uint32_t>& failed, const CancelToken& cancel) {
+                   const std::vector<std::uint32_t>& failed, const RandomWalkParameters& walk,
+                   const CancelToken& cancel) {
+  if (steps.length.empty()) steps = triangle_steps(segments.mesh, segments.tensor, walk);
   SegmentedMesh segmented = bisect_components(segments.mesh, failed, steps, cancel);
   std::vector<std::uint8_t> fresh(charts.size(), 0);
   for (const std::uint32_t c : failed) fresh[c] = 1;
@@ -183,23 +192,34 @@ std::vector<FlatChart> chart_segments(TensorSegments& segments, const SamplePara
                                       const CancelToken& cancel) {
   const TensorChartParameters& wanted = parameters.tensor_charts;
   std::vector<SegmentChart> charts(segments.mesh.components.size());
-  chart_missing(segments, charts, parameters, wanted.form, cancel);
+  chart_missing(segments, charts, parameters, wanted.form, 1, cancel);
   TriangleSteps steps;
-  for (std::uint32_t round = 0; round < wanted.max_bisections; ++round) {
-    const std::vector<std::uint32_t> failed = to_bisect(segments.mesh, charts, wanted.segment.min_triangles);
-    if (failed.empty()) break;
-    if (steps.length.empty()) steps = triangle_steps(segments.mesh, segments.tensor, wanted.segment.walk);
-    bisect_failed(segments, charts, steps, failed, cancel);
-    chart_missing(segments, charts, parameters, wanted.form, cancel);
-  }
-  summarise(segments.mesh, charts, segments.report);
+  const auto bisect = [&](AlignmentForm form, const auto& fails) {
+    for (std::uint32_t round = 0; round < wanted.max_bisections; ++round) {
+      const std::vector<std::uint32_t> failed = to_bisect(segments.mesh, charts, fails);
+      if (failed.empty()) return;
+      bisect_failed(segments, charts, steps, failed, wanted.segment.walk, cancel);
+      chart_missing(segments, charts, parameters, form, effort_of_halves, cancel);
+    }
+  };
+  bisect(wanted.form, [&](const SegmentChart& chart, std::uint32_t triangles) {
+    return !chart.accepted && triangles >= 2 * wanted.segment.min_triangles;
+  });
   if (wanted.form == AlignmentForm::gradient) {
+    summarise(segments.mesh, charts, segments.report);
     // Segments without an accepted chart along the directions are charted in the metric.
     segments.metric_length = surface_metric(segments.mesh, segments.tensor, cancel);
     for (SegmentChart& chart : charts)
       if (!chart.accepted) chart = {};
-    chart_missing(segments, charts, parameters, AlignmentForm::metric, cancel);
+    chart_missing(segments, charts, parameters, AlignmentForm::metric, 1, cancel);
   }
+  // What has no chart in the metric at all would lose it: halves of it, a single triangle at the least, have
+  // one.
+  bisect(AlignmentForm::metric, [](const SegmentChart& chart, std::uint32_t) {
+    return chart.flat.report.method != Method::anisotropic;
+  });
+  if (wanted.form == AlignmentForm::metric) summarise(segments.mesh, charts, segments.report);
+  segments.report.segments = static_cast<std::uint32_t>(charts.size());
   std::vector<FlatChart> flat(charts.size());
   for (std::size_t c = 0; c < charts.size(); ++c) flat[c] = std::move(charts[c].flat);
   return flat;

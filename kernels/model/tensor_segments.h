@@ -54,7 +54,10 @@ TensorSegments make_tensor_segments(const PolygonMesh& file, const PreparedMesh&
                                     const TensorChartParameters& wanted, const CancelToken& cancel);
 
 // Charts of all segments. Segments whose chart does not follow the field well enough are bisected and charted
-// again, in rounds: `segments` becomes finer, its report complete.
+// again, in rounds; those that have none in the metric, by lack of a sound map or of work (flatten_budget),
+// in further rounds down to single triangles. `segments` becomes finer, its report complete. A segment that
+// still has none comes back with Method::mean_value or Method::none. Cost: that of its first charts, and at
+// most a quarter of their bound in every round.
 std::vector<FlatChart> chart_segments(TensorSegments& segments, const SampleParameters& parameters,
                                       const CancelToken& cancel);
 

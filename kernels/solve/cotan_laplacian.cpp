@@ -73,7 +73,8 @@ GraphMatrix DirichletLaplacian::interior_matrix(std::span<const double> half_cot
 }
 
 DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<double> half_cotangent,
-                                       std::span<const std::uint8_t> on_boundary, const CancelToken& cancel)
+                                       std::span<const std::uint8_t> on_boundary, const CancelToken& cancel,
+                                       WorkBudget* budget)
     : disk_(disk) {
   number_unknowns(on_boundary);
   GraphMatrix matrix = interior_matrix(half_cotangent);
@@ -83,9 +84,10 @@ DirichletLaplacian::DirichletLaplacian(const IntrinsicDisk& disk, std::vector<do
     factorised_ = true;
     return;
   }
+  if (!spend(budget, work_per_unknown * vertex_.size())) return;
   find_order(matrix.graph);
   cancel.check();
-  cholesky_.factorise(std::move(matrix), order_, cancel);
+  cholesky_.factorise(std::move(matrix), order_, cancel, budget);
   factorised_ = cholesky_.succeeded();
 }
 

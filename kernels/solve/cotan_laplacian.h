@@ -15,11 +15,14 @@ namespace meander {
 class DirichletLaplacian {
  public:
   // Half cotangents per half-edge as in CornerGeometry, given back before the factorisation. `on_boundary`
-  // per vertex. Factorises A_II by sparse Cholesky. O(V^1.5). Throws timeout / RunCancelled.
+  // per vertex. Factorises A_II by sparse Cholesky, with work out of `budget`. O(V^1.5). Throws timeout /
+  // RunCancelled.
   DirichletLaplacian(const IntrinsicDisk& disk, std::vector<double> half_cotangent,
-                     std::span<const std::uint8_t> on_boundary, const CancelToken& cancel);
+                     std::span<const std::uint8_t> on_boundary, const CancelToken& cancel,
+                     WorkBudget* budget = nullptr);
 
-  // False when the factorisation met a pivot that is not positive (rounding): solve() must not be called.
+  // False when the factorisation met a pivot that is not positive (rounding), or the budget did not suffice:
+  // solve() must not be called.
   bool factorised() const { return factorised_; }
   std::size_t interior_count() const { return vertex_.size(); }
 

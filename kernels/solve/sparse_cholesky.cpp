@@ -99,9 +99,11 @@ void SparseCholesky::factorise(const UnknownGraph& graph, std::span<const double
 }
 
 void SparseCholesky::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
-                               const CancelToken& cancel) {
+                               const CancelToken& cancel, WorkBudget* budget) {
   const Permuted permuted = analyse(matrix.graph, matrix.values, matrix.diagonal, order);
   matrix = {};
+  succeeded_ = false;
+  if (!spend(budget, nodes_.elimination_work() / 2)) return;
   factorise(permuted, cancel);
 }
 

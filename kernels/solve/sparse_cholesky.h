@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/work_budget.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/supernodes.h"
 
@@ -21,10 +22,13 @@ class SparseCholesky {
   // it is refined so that supernodes are contiguous. Throws timeout / RunCancelled.
   void factorise(const UnknownGraph& graph, std::span<const double> values, std::span<const double> diagonal,
                  std::span<const std::uint32_t> order, const CancelToken& cancel = {});
-  // The same; the memory of `matrix` is given back before the factor is made.
-  void factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {});
+  // The same; the memory of `matrix` is given back before the factor is made. The work, known from the
+  // structure, is taken out of `budget` first; without it no factor is made.
+  void factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
+                 WorkBudget* budget = nullptr);
 
-  // False when a pivot was not positive: the matrix is not positive definite, up to rounding.
+  // False when a pivot was not positive (the matrix is not positive definite, up to rounding) or the budget
+  // did not suffice.
   bool succeeded() const { return succeeded_; }
   std::size_t factor_entries() const { return panel_.size(); }
 

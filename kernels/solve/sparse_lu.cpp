@@ -96,9 +96,10 @@ SparseLu::Triangles SparseLu::analyse(const GraphMatrix& matrix, std::span<const
 }
 
 bool SparseLu::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order,
-                         const CancelToken& cancel) {
+                         const CancelToken& cancel, WorkBudget* budget) {
   const Triangles triangles = analyse(matrix, order);
   matrix = {};
+  if (!spend(budget, nodes_.elimination_work())) return false;
   cancel.check();
   left_.resize(left_begin_.back());
   right_.resize(right_begin_.back());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/core/work_budget.h"
 #include "kernels/solve/supernodes.h"
 
 namespace meander {
@@ -15,9 +16,11 @@ namespace meander {
 // be symmetric, the values need not. Sequential and deterministic. Memory: twice that of a Cholesky factor.
 class SparseLu {
  public:
-  // The memory of `matrix` is given back before the factors are made. Returns false when a pivot is 0 or not
-  // finite: solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
-  bool factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {});
+  // The memory of `matrix` is given back before the factors are made. The work, known from the structure, is
+  // taken out of `budget` first. Returns false when a pivot is 0 or not finite, or the budget does not
+  // suffice: solve() must not be called then. O(n^1.5) for planar graphs. Throws timeout / RunCancelled.
+  bool factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> order, const CancelToken& cancel = {},
+                 WorkBudget* budget = nullptr);
 
   // x = A^-1 b in place, for two right-hand sides at once.
   void solve(std::span<double> b, std::span<double> c) const;

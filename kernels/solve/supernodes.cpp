@@ -169,6 +169,13 @@ void find_rows(const LowerTriangle& lower, Supernodes& nodes) {
 
 }  // namespace
 
+std::uint64_t Supernodes::elimination_work() const {
+  std::uint64_t work = 0;
+  for (std::size_t s = 0; s < count(); ++s)
+    for (std::uint64_t j = 0, m = row_count(s); j < columns(s); ++j) work += (m - j) * (m - j);
+  return work;
+}
+
 Elimination order_by_subtrees(const UnknownGraph& graph, std::span<const std::uint32_t> order) {
   const auto n = static_cast<std::uint32_t>(order.size());
   Elimination result;

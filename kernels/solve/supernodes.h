@@ -30,7 +30,13 @@ struct Supernodes {
   std::span<const std::uint32_t> rows_of(std::size_t s) const {
     return std::span(rows).subspan(row_begin[s], row_count(s));
   }
+  // Multiplications and additions of an L U factorisation of the panels; Cholesky needs half of them.
+  std::uint64_t elimination_work() const;
 };
+
+// Units of WorkBudget for ordering, structure and assembly of each unknown of a mesh matrix, where the
+// factorisation itself takes elimination_work().
+inline constexpr std::uint64_t work_per_unknown = 1024;
 
 // The strictly lower triangle of a matrix by columns, in the order of elimination; unsorted, repeats stay.
 struct LowerTriangle {

@@ -67,20 +67,21 @@ FieldDisk make_field_disk(const CutChart& cut, const ChartGeometry& geometry, In
   return disk;
 }
 
-FieldMap try_weights(const FieldDisk& disk, const IntrinsicDisk& lengths, const CancelToken& cancel) {
+FieldMap try_weights(const FieldDisk& disk, const IntrinsicDisk& lengths, WorkBudget& budget,
+                     const CancelToken& cancel) {
   FieldMap map;
   std::vector<double> weights = corner_geometry(lengths.length).half_cotangent;
-  map.match = match_gradients(disk.space, weights, disk.steps, cancel);
+  map.match = match_gradients(disk.space, weights, disk.steps, cancel, &budget);
   if (!map.match.finite) {
     // Positive weights make an M-matrix, which has a factor whatever the triangles.
     for (double& w : weights) w = std::max(w, least_weight);
-    map.match = match_gradients(disk.space, weights, disk.steps, cancel);
+    map.match = match_gradients(disk.space, weights, disk.steps, cancel, &budget);
   }
   if (!map.match.finite) return map;
   std::vector<double>&u = map.match.u, &v = map.match.v;
   MapScan scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
   if (!scan.bad.empty() && scan.bad.size() <= most_repaired(disk.cut.triangle_count())) {
-    map.repaired = repair_flips(disk.metric, disk.geometry, scan.bad, u, v, cancel);
+    map.repaired = repair_flips(disk.metric, disk.geometry, scan.bad, u, v, cancel, &budget);
     scan = scan_map(disk.geometry, disk.cut.triangles, u, v);
   }
   map.bad = scan.bad.size();
@@ -104,12 +105,12 @@ TargetSteps target_steps(const UnfoldedTriangles& unfolded, const CombedDirectio
 }
 
 GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double> weights,
-                              const TargetSteps& steps, const CancelToken& cancel) {
+                              const TargetSteps& steps, const CancelToken& cancel, WorkBudget* budget) {
   GradientMatch match;
   std::vector<std::uint8_t> pinned(disk.vertex_count, 0);
   if (pinned.empty()) return match;
   pinned[0] = 1;
-  const DirichletLaplacian laplacian(disk, {weights.begin(), weights.end()}, pinned, cancel);
+  const DirichletLaplacian laplacian(disk, {weights.begin(), weights.end()}, pinned, cancel, budget);
   if (!laplacian.factorised()) return match;
   std::vector<double> right_u(disk.vertex_count, 0), right_v(disk.vertex_count, 0);
   for (std::uint32_t h = 0; h < disk.triangles.size(); ++h) {
@@ -157,9 +158,10 @@ FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const Tensor
   result.odd_vertices = static_cast<std::uint32_t>(directions.odd_vertices.size());
   const FieldDisk disk =
       make_field_disk(chart, geometry, std::move(space), target_steps(unfolded, directions));
-  FieldMap best = try_weights(disk, disk.space, cancel);
+  WorkBudget budget = flatten_budget(chart.triangle_count(), parameters.effort);
+  FieldMap best = try_weights(disk, disk.space, budget, cancel);
   if (!best.sound) {
-    FieldMap second = try_weights(disk, disk.metric, cancel);
+    FieldMap second = try_weights(disk, disk.metric, budget, cancel);
     if (second.match.finite &&
         (!best.match.finite || second.sound || (!best.sound && second.bad < best.bad))) {
       best = std::move(second);

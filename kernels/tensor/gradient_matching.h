@@ -21,18 +21,21 @@ struct TargetSteps {
 TargetSteps target_steps(const UnfoldedTriangles& unfolded, const CombedDirections& directions);
 
 struct GradientMatch {
-  bool finite = false;       // false: the solver failed
+  bool finite = false;       // false: the solver failed, or the budget did not suffice
   std::vector<double> u, v;  // V, in spacings; vertex 0 at the origin
   double residual = 0;       // sqrt(energy at the solution / energy of a constant map); 0 = matched, <= 1
 };
 // Minimises sum over half-edges of w_h ((u_j - u_i - along_h)^2 + (v_j - v_i - across_h)^2). With w = half
 // cotangents that is sum_t A_t (|grad u - e1 / s1|^2 + |grad v - e2 / s2|^2): two Poisson problems on one
-// sparse Cholesky factorisation, vertex 0 pinned (the solution does not depend on which). O(V^1.5).
+// sparse Cholesky factorisation, vertex 0 pinned (the solution does not depend on which). O(V^1.5), out of
+// `budget` where there is one.
 GradientMatch match_gradients(const IntrinsicDisk& disk, std::span<const double> weights,
-                              const TargetSteps& steps, const CancelToken& cancel = {});
+                              const TargetSteps& steps, const CancelToken& cancel = {},
+                              WorkBudget* budget = nullptr);
 
 struct FieldFlattenParameters {
   CombParameters comb;
+  double effort = 1;  // multiple of the work that the chart may take: flatten_budget; > 0
 };
 
 // The weights that the map was computed with.
@@ -53,8 +56,9 @@ struct FieldChart {
 // Combs the field, matches gradients; where that flips a few triangles (2 %), patches round them are
 // re-solved with mean-value weights in the field's metric, and if flips stay, the whole chart is solved again
 // with the cotangents of the metric (errors count in spacings, not in space) and repaired in the same way:
-// the map with fewer flips is kept. Never aborts: a chart that comes back with Method::none is to be divided,
-// or flattened by form B. Throws timeout / RunCancelled from `cancel`.
+// the map with fewer flips is kept. Never aborts: a chart that comes back with Method::none, as one may that
+// runs into the bound of its work, is to be divided, or flattened by form B. Throws timeout / RunCancelled
+// from `cancel`.
 FieldChart flatten_to_field(const PreparedMesh& mesh, CutChart cut, const TensorField& field,
                             const FieldFlattenParameters& parameters = {}, const CancelToken& cancel = {});
 
