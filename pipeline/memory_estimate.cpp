@@ -24,7 +24,12 @@ constexpr double bytes_per_factor_entry = 12;     // double and index
 constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, and the stack of updates
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
-constexpr double bytes_per_element = 120;           // element, two sort arrays, result
+constexpr double bytes_per_element = 120;  // element, two sort arrays, result
+// Balanced order: pieces while they grow, two arrays of items, kept items, result; leaves, nodes and their
+// path.
+constexpr double bytes_per_balanced_element = 160, bytes_per_balanced_sample = 190;
+constexpr double few_samples = 8,
+                 bytes_per_element_of_few = 80;     // the whole tree is one block with its own arrays
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
 constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
 constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums
@@ -35,7 +40,7 @@ constexpr double bytes_per_sample = 160;            // sequence, points twice, r
 double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, std::log2(vertices + 1)); }
 
 constexpr std::uint64_t program_bytes = 30 << 20;      // measured: 25 MiB, with Embree 27
-constexpr std::uint64_t bytes_per_thread = 256 << 10;  // stack and buffers
+constexpr std::uint64_t bytes_per_thread = 512 << 10;  // stack, buffers, tables of the compressor
 constexpr std::uint64_t bytes_per_item = 1 << 10;      // of the plan, the header and a shard's columns
 constexpr std::uint64_t allocator_share =
     16;  // 1/16 of the budget may be free blocks that are not given back
@@ -69,8 +74,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.
   const double spread = method.follows_tensor ? 4 : 2;
-  const double elements =
-      (triangles + spread * elements_per_sample(parameters) * samples) * bytes_per_element;
+  const double count = triangles + spread * elements_per_sample(parameters) * samples;
+  double elements = count * bytes_per_element;
+  if (order_of(parameters) == ElementOrder::balanced)
+    elements =
+        count * (bytes_per_balanced_element + (samples <= few_samples ? bytes_per_element_of_few : 0)) +
+        samples * bytes_per_balanced_sample;
   const double placed = samples * bytes_per_sample;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;

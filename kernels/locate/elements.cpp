@@ -173,10 +173,32 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
-// Places along the 3-D Hilbert curve, from the coarse keys where they tell elements apart well enough: then
-// keys and numbers fit into one word.
+// Words of equal coarse keys in the order of their whole keys. A small part of a large box may share one
+// cell.
+void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> words, int number_bits) {
+  std::vector<KeyIndex> tied;
+  for (std::size_t begin = 0, end; begin < words.size(); begin = end) {
+    for (end = begin + 1; end < words.size() && words[end] >> number_bits == words[begin] >> number_bits;)
+      ++end;
+    if (end - begin == 1) continue;
+    tied.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
+      const float* p = points[number].at;
+      tied.push_back(
+          {hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}),
+           number});
+    }
+    std::stable_sort(tied.begin(), tied.end(),
+                     [](const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; });
+    const std::uint64_t key = words[begin] >> number_bits << number_bits;
+    for (std::size_t i = begin; i < end; ++i) words[i] = key | tied[i - begin].index;
+  }
+}
+
+// Places along the 3-D Hilbert curve: first by coarse keys, which fit into one word with the numbers.
 std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
-  constexpr std::size_t most_coarse = std::size_t{1} << 20;  // 16 cells of the surface an element, and more
+  constexpr std::size_t most_coarse = std::size_t{1} << 20;  // beyond, many keys would be equal
   constexpr int number_bits = 64 - coarse_key_bits;
   const std::size_t count = points.size();
   std::vector<std::uint32_t> order(count);
@@ -186,6 +208,7 @@ std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
       coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
     for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
     radix_sort_words(words, scratch, number_bits);
+    sort_ties(points, words, number_bits);
     for (std::size_t i = 0; i < count; ++i)
       order[i] = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
     return order;
@@ -309,6 +332,7 @@ CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
   result.triangle.resize(count);
   result.path.resize(count);
   if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
+  cancel.check();
   for (std::size_t i = 0; i < count; ++i) {
     std::uint32_t e = order.element[i];
     int joined = 0;
@@ -344,7 +368,9 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
     cancel.check();
     if (parameters.order != ElementOrder::balanced) return along_space_curve(pieces);
     std::vector<ElementRun> runs;
-    if (measure.density.uniform() && surface.in_space() && hints.hits.empty() && !pieces.wants_weights())
+    // Coarse elements are not joined to still coarser ones.
+    if (parameters.elements_per_sample >= 8 && measure.density.uniform() && surface.in_space() &&
+        hints.hits.empty() && !pieces.wants_weights())
       runs = plain_runs(pieces, limit * run_pieces);
     return by_bisection(surface.mesh(), pieces, runs, charts, group,
                         static_cast<std::uint32_t>(parameters.samples), cancel);

@@ -110,7 +110,17 @@ class Bisection {
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
     if (elements.size() > std::size_t{1} << 31)
       throw std::invalid_argument("balanced_order: more than 2^31 elements");
-    unit_ = total * 0x1p-61;  // the sum of the rounded masses stays below 2^62
+    if ((!traits.normal.empty() || !traits.group.empty()) && traits.triangle.size() != elements.size())
+      throw std::invalid_argument("balanced_order: traits of triangles without the triangles");
+    if (!traits.run.empty() && traits.run.back().first + traits.run.back().count != elements.size())
+      throw std::invalid_argument("balanced_order: the runs do not cover the elements");
+    // Units of mass are 2^-61 of the power of two above the total, so that sums stay below 2^61. In two
+    // factors, as one may be beyond the range of double.
+    int exponent = 0;
+    std::frexp(total, &exponent);
+    const int bits = 61 - exponent, part = bits / 2;
+    to_units_ = {std::ldexp(1.0, part), std::ldexp(1.0, bits - part)};
+    from_units_ = {std::ldexp(1.0, -part), std::ldexp(1.0, part - bits)};
     front_.resize(runs() + n);
     for (std::size_t r = 0; r < runs(); ++r) {
       front_[r] = run_item(r);
@@ -149,7 +159,9 @@ class Bisection {
   ElementRun run(std::size_t r) const {
     return traits_.run.empty() ? ElementRun{static_cast<std::uint32_t>(r), 1} : traits_.run[r];
   }
-  std::uint64_t units(const MassPoint& e) const { return static_cast<std::uint64_t>(e.mass / unit_); }
+  std::uint64_t units(const MassPoint& e) const {
+    return static_cast<std::uint64_t>(e.mass * to_units_[0] * to_units_[1]);
+  }
 
   Item element_item(std::uint32_t number) const {
     const MassPoint& e = elements_[number];
@@ -180,8 +192,8 @@ class Bisection {
     for (std::size_t i = 0; i < node.count; ++i) elements += run(node.items[i].element).count;
     const std::size_t room = elements + node.leaves;
     if (scratch.front.size() < room) {
-      scratch.front.resize(room + room / 2);
-      scratch.back.resize(room + room / 2);
+      scratch.front.resize(room);
+      scratch.back.resize(room);
     }
     Item* to = scratch.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
@@ -373,7 +385,8 @@ class Bisection {
     if (items.size() <= sorted_node) {
       for (std::size_t i = 0; i < items.size(); ++i) row.push_back(row_entry(at(i), i));
     } else {
-      const float scale = range.length() > 0 ? static_cast<float>(bins) / range.length() : 0.0f;
+      constexpr float least_range = 1e-30f;  // below, the scale would overflow: all in one bin then
+      const float scale = range.length() > least_range ? static_cast<float>(bins) / range.length() : 0.0f;
       const auto bin_of = [&](std::size_t i) {
         return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(bins - 1));
       };
@@ -448,6 +461,7 @@ class Bisection {
       path_.push_back({first, node});
       return node;
     }
+    if (leaves > 65536) cancel_.check();
     const std::uint32_t low_leaves = low_leaves_[node];
     const std::size_t low = node + 1, high = node + 2 * std::size_t{low_leaves};
     float straight = 0, swapped = 0;
@@ -495,6 +509,7 @@ class Bisection {
     for (std::size_t r = 0; r < path_.size(); ++r)
       before[r + 1] = before[r] + boundary(path_[r].leaf + 1) - boundary(path_[r].leaf);
     parallel_blocks(path_.size(), sum_block, [&](std::size_t from, std::size_t to) {
+      cancel_.check();
       std::vector<std::uint64_t> row;
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
@@ -513,7 +528,7 @@ class Bisection {
           const Item& item = items[number_of(row[i])];
           sum += item.mass;
           order.element[begin[r] + i] = item.element;
-          order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * unit_;
+          order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * from_units_[0] * from_units_[1];
         }
       }
     });
@@ -530,7 +545,7 @@ class Bisection {
   const ElementTraits& traits_;
   const CancelToken& cancel_;
   std::uint64_t total_ = 0;
-  double unit_ = 0;                        // mass of one integer unit
+  std::array<double, 2> to_units_{}, from_units_{};  // factors, in turn
   std::vector<Item> front_, back_;         // of runs: a node's items are in one, its halves' in the other
   std::vector<std::vector<Item>> blocks_;  // by first leaf: the items of a block's leaves
   std::vector<Leaf> leaves_;               // by place in the tree

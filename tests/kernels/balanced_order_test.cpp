@@ -187,6 +187,53 @@ TEST_CASE("balanced order: masses of very different size") {
   CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
 }
 
+TEST_CASE("balanced order: extents and totals at the ends of the ranges of float and double") {
+  for (const double unit : {5e-324, 1e-306, 1e-300, 1.0, 1e300}) {
+    std::vector<MassPoint> points = square_points(300);
+    for (MassPoint& p : points) {
+      for (float& x : p.at) x *= 1e-40f;
+      p.mass = unit;
+    }
+    for (const std::uint32_t n : {1u, 2u, 7u, 40u}) {
+      const BalancedOrder order = balanced_order(points, n);
+      INFO(unit << ", " << n << " shares");
+      CHECK(order.cumulative.back() / unit == Approx(300).epsilon(1e-9));
+      CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
+    }
+  }
+}
+
+TEST_CASE("balanced order: traits that do not fit the elements are refused") {
+  const std::vector<MassPoint> points = square_points(10);
+  const std::vector<float> normal(30);
+  const std::vector<ElementRun> runs = {{0, 4}};
+  CHECK_THROWS_AS(balanced_order(points, 4, {{}, {}, normal, {}}), std::invalid_argument);
+  CHECK_THROWS_AS(balanced_order(points, 4, {{}, runs, {}, {}}), std::invalid_argument);
+}
+
+TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with runs, normals and a stack") {
+  std::vector<MassPoint> points = square_points(200000);
+  std::vector<std::uint32_t> triangle(points.size());
+  std::vector<float> normal;
+  std::vector<ElementRun> runs;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    triangle[i] = i / 2;
+    const bool top = i / 2 % 3 == 0;
+    points[i].at[2] = top ? 0.001f : 0.0f;
+    if (i % 2 != 0) continue;
+    normal.insert(normal.end(), {0, 0, top ? 1.0f : -1.0f});
+    runs.push_back({i, 2});
+  }
+  BalancedOrder expected;
+  for (const std::size_t threads : {1u, 2u, 8u}) {
+    const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const BalancedOrder order = balanced_order(points, 3000, {triangle, runs, normal, {}});
+    if (expected.element.empty()) expected = order;
+    CHECK(order.element == expected.element);
+    CHECK(order.cumulative == expected.cumulative);
+  }
+}
+
 TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
   const std::vector<MassPoint> points = square_points(200000);
   BalancedOrder expected;
