@@ -36,11 +36,12 @@ std::vector<std::string> validate(const SampleParameters& p) {
       p.density.kind == DensityKind::vertex_attribute || p.density.kind == DensityKind::face_attribute;
   if (wants_attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
-  if (p.method == MethodChoice::automatic && p.order)
-    problems.push_back("the method auto chooses the order itself: name a method to choose the curve");
-  if (p.method == MethodChoice::direct && order_of(p) != ElementOrder::hilbert &&
-      order_of(p) != ElementOrder::balanced)
-    problems.push_back("the method direct knows the curves hilbert and balanced");
+  const SamplingMethod& method = method_of(p);
+  if (p.order && method.order == ElementOrder::balanced)
+    problems.push_back("the method " + std::string(method.name) +
+                       " chooses the order itself: name a method to choose the curve");
+  if (!method.makes_charts && order_of(p) != ElementOrder::hilbert && order_of(p) != ElementOrder::balanced)
+    problems.push_back("the method " + std::string(method.name) + " knows the curves hilbert and balanced");
   if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
       order_of(p) == ElementOrder::balanced)
     problems.push_back("the locator first-hit follows a curve: it has no balanced order");

@@ -1,36 +1,25 @@
 #include "kernels/order/balanced_order.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/order/node_items.h"
 #include "kernels/order/sheet_cut.h"
 
 namespace meander {
 
 namespace {
 
-// Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
-constexpr std::size_t sorted_node = 32;
-constexpr std::size_t bins = 64;
 // Nodes of at most this many leaves are cut by elements, larger ones by runs.
 constexpr std::uint32_t block_leaves = 8;
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;
 // Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
 constexpr std::uint32_t least_stack = 16;
-
-struct Item {
-  float at[3];
-  std::uint32_t element;  // or run, in nodes that are cut by runs
-  std::uint64_t mass;
-};
 
 using Point = std::array<float, 3>;
 
@@ -39,64 +28,16 @@ float distance(const Point& a, const Point& b) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-// The bounding box of items, as SSE registers whose fourth lanes mean nothing.
-struct Box {
-  __m128 least = _mm_set1_ps(INFINITY), most = _mm_set1_ps(-INFINITY);
-  void hold(const Item& item) {
-    const __m128 at = _mm_loadu_ps(item.at);  // and the element's number
-    least = _mm_min_ps(least, at);
-    most = _mm_max_ps(most, at);
-  }
-};
-
-// The axis of the largest extent, and its range.
-struct Extent {
-  std::size_t axis = 0;
-  float least = 0, most = 0;
-  float length() const { return most - least; }
-};
-
-Extent largest_extent(const Box& box) {
-  alignas(16) float least[4], most[4];
-  _mm_store_ps(least, box.least);
-  _mm_store_ps(most, box.most);
-  Extent extent{0, least[0], most[0]};
-  for (std::size_t k = 1; k < 3; ++k)
-    if (most[k] - least[k] > extent.length()) extent = {k, least[k], most[k]};
-  return extent;
-}
-
-Extent largest_extent(std::span<const Item> items) {
-  Box even, odd;  // two chains of minima, which wait for each other less
-  std::size_t i = 0;
-  for (; i + 1 < items.size(); i += 2) {
-    even.hold(items[i]);
-    odd.hold(items[i + 1]);
-  }
-  if (i < items.size()) even.hold(items[i]);
-  even.least = _mm_min_ps(even.least, odd.least);
-  even.most = _mm_max_ps(even.most, odd.most);
-  return largest_extent(even);
-}
-
 // Arrays of one thread, reused from node to node.
 struct Scratch {
   std::vector<float> coordinate;  // by item, where a node is not cut across an axis
   std::vector<std::uint64_t> row;
   SheetScratch sheets;
-  std::vector<Item> front, back;  // of a block: a node's items are in one, its halves' in the other
+  std::vector<NodeItem> front, back;  // of a block: a node's items are in one, its halves' in the other
 };
 
-// A coordinate and the number of its item as one word, in the order of both.
-std::uint64_t row_entry(float coordinate, std::size_t number) {
-  const auto bits = std::bit_cast<std::uint32_t>(coordinate + 0.0f);  // no negative zero
-  const std::uint32_t ordered = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
-  return std::uint64_t{ordered} << 32 | number;
-}
-std::uint32_t number_of(std::uint64_t entry) { return static_cast<std::uint32_t>(entry); }
-
 struct Leaf {
-  const Item* items = nullptr;
+  const NodeItem* items = nullptr;
   std::size_t count = 0;
 };
 
@@ -150,9 +91,9 @@ class Bisection {
   struct Node {
     std::size_t number;
     std::uint32_t first, leaves;
-    Item *items, *other;
+    NodeItem *items, *other;
     std::size_t count;
-    std::vector<Item>* kept;
+    std::vector<NodeItem>* kept;
   };
 
   std::size_t runs() const { return traits_.run.empty() ? elements_.size() : traits_.run.size(); }
@@ -163,14 +104,14 @@ class Bisection {
     return static_cast<std::uint64_t>(e.mass * to_units_[0] * to_units_[1]);
   }
 
-  Item element_item(std::uint32_t number) const {
+  NodeItem element_item(std::uint32_t number) const {
     const MassPoint& e = elements_[number];
     return {{e.at[0], e.at[1], e.at[2]}, number, units(e)};
   }
   // A run as one item, at its elements' mean place.
-  Item run_item(std::size_t r) const {
+  NodeItem run_item(std::size_t r) const {
     const ElementRun all = run(r);
-    Item item = element_item(all.first);
+    NodeItem item = element_item(all.first);
     item.element = static_cast<std::uint32_t>(r);
     if (all.count == 1) return item;
     for (std::uint32_t e = all.first + 1; e < all.first + all.count; ++e) {
@@ -195,11 +136,11 @@ class Bisection {
       scratch.front.resize(room);
       scratch.back.resize(room);
     }
-    Item* to = scratch.front.data();
+    NodeItem* to = scratch.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
-      const Item& item = node.items[i];
+      const NodeItem& item = node.items[i];
       const ElementRun all = run(item.element);
-      Item* const begin = to;
+      NodeItem* const begin = to;
       std::uint64_t mass = 0;
       for (std::uint32_t e = all.first; e < all.first + all.count; ++e) {
         *to = element_item(e);
@@ -211,7 +152,7 @@ class Bisection {
       (to++)->element =
           all.count == 1 ? all.first : static_cast<std::uint32_t>(elements_.size()) + item.element;
     }
-    std::vector<Item>& kept = blocks_[node.first];
+    std::vector<NodeItem>& kept = blocks_[node.first];
     kept.reserve(room);
     node.items = scratch.front.data();
     node.other = scratch.back.data();
@@ -225,20 +166,20 @@ class Bisection {
       bisect_block(node, scratch);
       return;
     }
-    const std::span<const Item> items(node.items, node.count);
+    const std::span<const NodeItem> items(node.items, node.count);
     if (node.count > parallel_node) cancel_.check();
     if (node.leaves == 1) {
       finish_leaf(node, items);
       return;
     }
-    const Extent extent = largest_extent(items);
+    const ItemExtent extent = largest_extent(items);
     std::uint32_t low_leaves = node.leaves / 2;
     const bool by_coordinate = find_coordinates(node, items, extent, scratch, low_leaves);
     const std::uint32_t high_leaves = node.leaves - low_leaves;
     const std::uint64_t target = boundary(node.first + low_leaves) - boundary(node.first);
     // Every cut may add an item: a node of s leaves has room for s - 1 more, as its halves have.
-    Item* const to = node.other;
-    Item* const end = to + node.count + low_leaves;  // of the high half; its room for more is behind it
+    NodeItem* const to = node.other;
+    NodeItem* const end = to + node.count + low_leaves;  // of the high half; its room for more is behind it
     const auto [low, high] =
         by_coordinate ? divide(
                             items, [&](std::size_t i) { return scratch.coordinate[i]; },
@@ -246,7 +187,7 @@ class Bisection {
                       : divide(
                             items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; },
                             extent, target, to, end, scratch.row);
-    Item* const high_items = end - high;
+    NodeItem* const high_items = end - high;
     const Node children[2] = {{node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
                               {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves,
                                high_leaves, high_items, node.items + (high_items - to), high, node.kept}};
@@ -269,15 +210,15 @@ class Bisection {
     if (!group_.empty()) group_[node] = group_[low] == group_[high] ? group_[low] : several_groups;
   }
 
-  static Extent range_of(const std::vector<float>& values) {
+  static ItemExtent range_of(const std::vector<float>& values) {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     return {0, *least, *most};
   }
 
   // Where the node is not cut in halves across its largest extent: fills the coordinates that it is cut
   // across, and the leaves of its low half.
-  bool find_coordinates(const Node& node, std::span<const Item> items, const Extent& extent, Scratch& scratch,
-                        std::uint32_t& low_leaves) const {
+  bool find_coordinates(const Node& node, std::span<const NodeItem> items, const ItemExtent& extent,
+                        Scratch& scratch, std::uint32_t& low_leaves) const {
     if (!traits_.group.empty())
       return order_groups(node, items, boundary(node.first + low_leaves) - boundary(node.first),
                           scratch.coordinate);
@@ -289,21 +230,22 @@ class Bisection {
     return cut && separate_sheets(node, items, *cut, extent.axis, scratch.coordinate, low_leaves);
   }
 
-  void probe(const Node& node, std::span<const Item> items, std::size_t most, SheetScratch& sheets) const {
+  void probe(const Node& node, std::span<const NodeItem> items, std::size_t most,
+             SheetScratch& sheets) const {
     sheets.probes.clear();
     const std::size_t probes = std::min(items.size(), most);
     for (std::size_t p = 0; p < probes; ++p) {
       // One of every block, not always the same one: sides may alternate in the file.
       const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
-      const Item& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
+      const NodeItem& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
       sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item, node.kept != nullptr)});
     }
   }
 
   // One sheet, or one side of the stack, before the other: along the largest extent within each. The halves
   // get as many leaves as their masses ask for; where that is none, the node is cut in space after all.
-  bool separate_sheets(const Node& node, std::span<const Item> items, const SheetCut& cut, std::size_t axis,
-                       std::vector<float>& at, std::uint32_t& low_leaves) const {
+  bool separate_sheets(const Node& node, std::span<const NodeItem> items, const SheetCut& cut,
+                       std::size_t axis, std::vector<float>& at, std::uint32_t& low_leaves) const {
     at.resize(items.size());
     std::uint64_t low = 0;
     for (std::size_t i = 0; i < items.size(); ++i) {
@@ -319,12 +261,12 @@ class Bisection {
     return true;
   }
 
-  bool is_above(const SheetCut& cut, const Item& item, bool by_elements) const {
+  bool is_above(const SheetCut& cut, const NodeItem& item, bool by_elements) const {
     return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item, by_elements));
   }
 
   // The triangle of an item of a node that is cut by runs or, below, by elements.
-  std::size_t triangle_of(const Item& item, bool by_elements) const {
+  std::size_t triangle_of(const NodeItem& item, bool by_elements) const {
     std::uint32_t element = item.element;
     if (!by_elements)
       element = run(element).first;
@@ -332,20 +274,20 @@ class Bisection {
       element = run(element - elements_.size()).first;
     return traits_.triangle[element];
   }
-  Point normal_of(const Item& item, bool by_elements) const {
+  Point normal_of(const NodeItem& item, bool by_elements) const {
     const float* n = &traits_.normal[3 * triangle_of(item, by_elements)];
     return {n[0], n[1], n[2]};
   }
-  std::uint32_t group_of(const Item& item, bool by_elements) const {
+  std::uint32_t group_of(const NodeItem& item, bool by_elements) const {
     return traits_.group[triangle_of(item, by_elements)];
   }
 
   // Groups in their order; the one that the cut falls into is cut across its own largest extent.
-  bool order_groups(const Node& node, std::span<const Item> items, std::uint64_t target,
+  bool order_groups(const Node& node, std::span<const NodeItem> items, std::uint64_t target,
                     std::vector<float>& at) const {
     const bool by_elements = node.kept != nullptr;
     std::vector<std::pair<std::uint32_t, std::uint64_t>> masses;  // of runs of items of one group
-    for (const Item& item : items) {
+    for (const NodeItem& item : items) {
       const std::uint32_t group = group_of(item, by_elements);
       if (masses.empty() || masses.back().first != group) masses.emplace_back(group, 0);
       masses.back().second += item.mass;
@@ -360,8 +302,8 @@ class Bisection {
       crossed = group;
       break;
     }
-    Box box;
-    for (const Item& item : items)
+    ItemBox box;
+    for (const NodeItem& item : items)
       if (group_of(item, by_elements) == crossed) box.hold(item);
     const std::size_t axis = largest_extent(box).axis;
     at.resize(items.size());
@@ -372,68 +314,9 @@ class Bisection {
     return true;
   }
 
-  // The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items
-  // each. `at` gives the coordinate of an item, all in `range`.
-  template <class Coordinate>
-  static std::pair<std::size_t, std::size_t> divide(std::span<const Item> items, const Coordinate& at,
-                                                    const Extent& range, std::uint64_t target, Item* to,
-                                                    Item* end, std::vector<std::uint64_t>& row) {
-    row.clear();
-    Item* low = to;
-    Item* high = end - 1;
-    std::uint64_t below = 0;
-    if (items.size() <= sorted_node) {
-      for (std::size_t i = 0; i < items.size(); ++i) row.push_back(row_entry(at(i), i));
-    } else {
-      constexpr float least_range = 1e-30f;  // below, the scale would overflow: all in one bin then
-      const float scale = range.length() > least_range ? static_cast<float>(bins) / range.length() : 0.0f;
-      const auto bin_of = [&](std::size_t i) {
-        return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(bins - 1));
-      };
-      std::array<std::uint64_t, bins> sum{};
-      for (std::size_t i = 0; i < items.size(); ++i)
-        sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
-      int crossing = 0;
-      while (crossing + 1 < static_cast<int>(bins) &&
-             below + sum[static_cast<std::size_t>(crossing)] <= target)
-        below += sum[static_cast<std::size_t>(crossing++)];
-      for (std::size_t i = 0; i < items.size(); ++i) {
-        const int bin = bin_of(i);
-        if (bin == crossing) {
-          row.push_back(row_entry(at(i), i));
-          continue;
-        }
-        // To both ends, of which one moves on: which side it is cannot be predicted. Between the two there is
-        // always room.
-        *low = items[i];
-        *high = items[i];
-        low += bin < crossing;
-        high -= bin > crossing;
-      }
-    }
-    std::sort(row.begin(), row.end());
-    for (const std::uint64_t entry : row) {
-      const Item& item = items[number_of(entry)];
-      if (below + item.mass <= target) {
-        *low++ = item;
-        below += item.mass;
-        continue;
-      }
-      const std::uint64_t part = target - below;
-      if (part > 0) {
-        *low = item;
-        (low++)->mass = part;
-      }
-      *high = item;
-      (high--)->mass = item.mass - part;
-      below = target;
-    }
-    return {static_cast<std::size_t>(low - to), static_cast<std::size_t>(end - 1 - high)};
-  }
-
-  void finish_leaf(const Node& node, std::span<const Item> items) {
+  void finish_leaf(const Node& node, std::span<const NodeItem> items) {
     double sum[3] = {}, mass = 0;
-    for (const Item& item : items) {
+    for (const NodeItem& item : items) {
       const auto m = static_cast<double>(item.mass);
       for (std::size_t k = 0; k < 3; ++k) sum[k] += m * static_cast<double>(item.at[k]);
       mass += m;
@@ -442,7 +325,7 @@ class Bisection {
       centre_[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
     if (!group_.empty()) {
       group_[node.number] = items.empty() ? 0 : group_of(items.front(), true);
-      for (const Item& item : items)
+      for (const NodeItem& item : items)
         if (group_of(item, true) != group_[node.number]) group_[node.number] = several_groups;
     }
     leaves_[node.first] = {node.kept->data() + node.kept->size(), items.size()};
@@ -513,7 +396,7 @@ class Bisection {
       std::vector<std::uint64_t> row;
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        const Item* const items = leaf.items;
+        const NodeItem* const items = leaf.items;
         const Point d = direction(r);
         row.clear();
         for (std::size_t i = 0; i < leaf.count; ++i)
@@ -525,7 +408,7 @@ class Bisection {
           });
         std::uint64_t sum = before[r];
         for (std::size_t i = 0; i < leaf.count; ++i) {
-          const Item& item = items[number_of(row[i])];
+          const NodeItem& item = items[number_of(row[i])];
           sum += item.mass;
           order.element[begin[r] + i] = item.element;
           order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * from_units_[0] * from_units_[1];
@@ -546,10 +429,10 @@ class Bisection {
   const CancelToken& cancel_;
   std::uint64_t total_ = 0;
   std::array<double, 2> to_units_{}, from_units_{};  // factors, in turn
-  std::vector<Item> front_, back_;         // of runs: a node's items are in one, its halves' in the other
-  std::vector<std::vector<Item>> blocks_;  // by first leaf: the items of a block's leaves
-  std::vector<Leaf> leaves_;               // by place in the tree
-  std::vector<Point> centre_;              // by node, as the next two
+  std::vector<NodeItem> front_, back_;         // of runs: a node's items are in one, its halves' in the other
+  std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves
+  std::vector<Leaf> leaves_;                   // by place in the tree
+  std::vector<Point> centre_;                  // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
   std::vector<Step> path_;

@@ -1,0 +1,135 @@
+// The items of a node of balanced bisection, and how they are divided in two.
+#pragma once
+
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace meander {
+
+// Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
+inline constexpr std::size_t sorted_node = 32;
+inline constexpr std::size_t cut_bins = 64;
+
+// What a node of the tree holds.
+struct NodeItem {
+  float at[3];
+  std::uint32_t element;  // or run, in nodes that are cut by runs
+  std::uint64_t mass;
+};
+
+// The bounding box of items, as SSE registers whose fourth lanes mean nothing.
+struct ItemBox {
+  __m128 least = _mm_set1_ps(INFINITY), most = _mm_set1_ps(-INFINITY);
+  void hold(const NodeItem& item) {
+    const __m128 at = _mm_loadu_ps(item.at);  // and the element's number
+    least = _mm_min_ps(least, at);
+    most = _mm_max_ps(most, at);
+  }
+};
+
+// The axis of the largest extent, and its range.
+struct ItemExtent {
+  std::size_t axis = 0;
+  float least = 0, most = 0;
+  float length() const { return most - least; }
+};
+
+inline ItemExtent largest_extent(const ItemBox& box) {
+  alignas(16) float least[4], most[4];
+  _mm_store_ps(least, box.least);
+  _mm_store_ps(most, box.most);
+  ItemExtent extent{0, least[0], most[0]};
+  for (std::size_t k = 1; k < 3; ++k)
+    if (most[k] - least[k] > extent.length()) extent = {k, least[k], most[k]};
+  return extent;
+}
+
+inline ItemExtent largest_extent(std::span<const NodeItem> items) {
+  ItemBox even, odd;  // two chains of minima, which wait for each other less
+  std::size_t i = 0;
+  for (; i + 1 < items.size(); i += 2) {
+    even.hold(items[i]);
+    odd.hold(items[i + 1]);
+  }
+  if (i < items.size()) even.hold(items[i]);
+  even.least = _mm_min_ps(even.least, odd.least);
+  even.most = _mm_max_ps(even.most, odd.most);
+  return largest_extent(even);
+}
+
+// A coordinate and the number of its item as one word, in the order of both.
+inline std::uint64_t row_entry(float coordinate, std::size_t number) {
+  const auto bits = std::bit_cast<std::uint32_t>(coordinate + 0.0f);  // no negative zero
+  const std::uint32_t ordered = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+  return std::uint64_t{ordered} << 32 | number;
+}
+inline std::uint32_t number_of(std::uint64_t entry) { return static_cast<std::uint32_t>(entry); }
+
+// The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items
+// each. `at` gives the coordinate of an item, all in `range`.
+template <class Coordinate>
+std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, const Coordinate& at,
+                                           const ItemExtent& range, std::uint64_t target, NodeItem* to,
+                                           NodeItem* end, std::vector<std::uint64_t>& row) {
+  row.clear();
+  NodeItem* low = to;
+  NodeItem* high = end - 1;
+  std::uint64_t below = 0;
+  if (items.size() <= sorted_node) {
+    for (std::size_t i = 0; i < items.size(); ++i) row.push_back(row_entry(at(i), i));
+  } else {
+    constexpr float least_range = 1e-30f;  // below, the scale would overflow: all in one bin then
+    const float scale = range.length() > least_range ? static_cast<float>(cut_bins) / range.length() : 0.0f;
+    const auto bin_of = [&](std::size_t i) {
+      return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(cut_bins - 1));
+    };
+    std::array<std::uint64_t, cut_bins> sum{};
+    for (std::size_t i = 0; i < items.size(); ++i) sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
+    int crossing = 0;
+    while (crossing + 1 < static_cast<int>(cut_bins) &&
+           below + sum[static_cast<std::size_t>(crossing)] <= target)
+      below += sum[static_cast<std::size_t>(crossing++)];
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const int bin = bin_of(i);
+      if (bin == crossing) {
+        row.push_back(row_entry(at(i), i));
+        continue;
+      }
+      // To both ends, of which one moves on: which side it is cannot be predicted. Between the two there is
+      // always room.
+      *low = items[i];
+      *high = items[i];
+      low += bin < crossing;
+      high -= bin > crossing;
+    }
+  }
+  std::sort(row.begin(), row.end());
+  for (const std::uint64_t entry : row) {
+    const NodeItem& item = items[number_of(entry)];
+    if (below + item.mass <= target) {
+      *low++ = item;
+      below += item.mass;
+      continue;
+    }
+    const std::uint64_t part = target - below;
+    if (part > 0) {
+      *low = item;
+      (low++)->mass = part;
+    }
+    *high = item;
+    (high--)->mass = item.mass - part;
+    below = target;
+  }
+  return {static_cast<std::size_t>(low - to), static_cast<std::size_t>(end - 1 - high)};
+}
+
+}  // namespace meander
