@@ -266,25 +266,37 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-CurveElements along_space_curve(const PlacedPieces& pieces) {
-  const std::vector<std::uint32_t> order = space_order(pieces.point);
+// A piece as it stands in the order, or the larger one that it was `joined` bisections ago.
+struct PieceEntry {
+  std::size_t piece;
+  int joined = 0;
+};
+
+// Everything but the masses of `count` elements, of which entry(i) tells the i-th.
+template <class Entry>
+CurveElements gathered(const PlacedPieces& pieces, std::size_t count, const Entry& entry) {
   CurveElements result;
-  const std::size_t count = order.size();
   result.triangle.resize(count);
   result.path.resize(count);
-  result.cumulative.resize(count + 1);
   if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
-  MassSum sum;
-  result.cumulative[0] = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t e = order[i];
-    result.triangle[i] = pieces.triangle[e];
-    result.path[i] = pieces.path[e];
-    result.cumulative[i + 1] = sum.add(pieces.point[e].mass);
+    const PieceEntry e = entry(i);
+    result.triangle[i] = pieces.triangle[e.piece];
+    result.path[i] = pieces.path[e.piece] >> e.joined;
     if (pieces.vertex.empty()) continue;
-    result.vertex[2 * i] = pieces.vertex[2 * e];
-    result.vertex[2 * i + 1] = pieces.vertex[2 * e + 1];
+    result.vertex[2 * i] = pieces.vertex[2 * e.piece];
+    result.vertex[2 * i + 1] = pieces.vertex[2 * e.piece + 1];
   }
+  return result;
+}
+
+CurveElements along_space_curve(const PlacedPieces& pieces) {
+  const std::vector<std::uint32_t> order = space_order(pieces.point);
+  CurveElements result = gathered(pieces, order.size(), [&](std::size_t i) { return PieceEntry{order[i]}; });
+  result.cumulative.resize(order.size() + 1);
+  MassSum sum;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    result.cumulative[i + 1] = sum.add(pieces.point[order[i]].mass);
   return result;
 }
 
@@ -326,27 +338,14 @@ CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
                            const CancelToken& cancel) {
   const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
   BalancedOrder order = balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
-  CurveElements result;
-  result.cumulative = std::move(order.cumulative);
-  const std::size_t count = order.element.size();
-  result.triangle.resize(count);
-  result.path.resize(count);
-  if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
   cancel.check();
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint32_t e = order.element[i];
-    int joined = 0;
-    if (e >= pieces.point.size()) {
-      const ElementRun run = runs[e - pieces.point.size()];
-      e = run.first;
-      joined = std::countr_zero(run.count);
-    }
-    result.triangle[i] = pieces.triangle[e];
-    result.path[i] = pieces.path[e] >> joined;
-    if (pieces.vertex.empty()) continue;
-    result.vertex[2 * i] = pieces.vertex[2 * std::size_t{e}];
-    result.vertex[2 * i + 1] = pieces.vertex[2 * std::size_t{e} + 1];
-  }
+  CurveElements result = gathered(pieces, order.element.size(), [&](std::size_t i) {
+    const std::uint32_t e = order.element[i];
+    if (e < pieces.point.size()) return PieceEntry{e};
+    const ElementRun run = runs[e - pieces.point.size()];
+    return PieceEntry{run.first, std::countr_zero(run.count)};
+  });
+  result.cumulative = std::move(order.cumulative);
   return result;
 }
 

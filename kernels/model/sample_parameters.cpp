@@ -42,6 +42,10 @@ std::vector<std::string> validate(const SampleParameters& p) {
                        " chooses the order itself: name a method to choose the curve");
   if (!method.makes_charts && order_of(p) != ElementOrder::hilbert && order_of(p) != ElementOrder::balanced)
     problems.push_back("the method " + std::string(method.name) + " knows the curves hilbert and balanced");
+  if (p.elements.order != ElementOrder::hilbert && p.elements.order != order_of(p))
+    problems.push_back("the order of the elements is SampleParameters::order, not that of its elements");
+  if (p.locator.curve.kind != CurveKind::hilbert && p.locator.curve.kind != curve_of(order_of(p)))
+    problems.push_back("the curve is chosen by SampleParameters::order, not by that of its locator");
   if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
       order_of(p) == ElementOrder::balanced)
     problems.push_back("the locator first-hit follows a curve: it has no balanced order");

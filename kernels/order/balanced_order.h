@@ -42,10 +42,11 @@ struct BalancedOrder {
 // comes from and where it goes on to, and the elements of a cell follow the direction in which it passes. A
 // node that is a thin stack of sheets is cut between sheets instead: by the side that they face, then by
 // height. Cells of many shares are cut by runs, those of few by their elements. Masses are added as integers
-// (2^-61 of the total), so every cut is exact and no sum depends on its order; ties are broken by the
-// place in the list of the node. Pure, the same for every thread count. O(E log n), about 5 ns a run and
-// level, and three levels more for elements; 110 bytes an element and 190 a sample, most of them at the peak.
-// Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^31 elements.
+// (2^-61 of the power of two above the total), so every cut is exact and no sum depends on its order; ties
+// are broken by the place in the list of the node. Pure, the same for every thread count. O(E log n), about 5
+// ns a run and level, and three levels more for elements; 110 bytes an element and 190 a sample, most of them
+// at the peak. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^31
+// elements.
 BalancedOrder balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {});
 
