@@ -14,8 +14,8 @@ namespace meander {
 
 namespace {
 
-// Large cells of the balanced order take this many pieces for one.
-constexpr double run_pieces = 2;
+// Parts that pieces of the balanced order are split into.
+constexpr double split_parts = 4;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -68,11 +68,40 @@ class KeyedPieces {
   const ElementParameters* parameters_;
 };
 
-// Pieces with their centroids (see cut_all).
+// From a piece's centroid to that of the half that bisect_edge makes first.
+Vector3 way_to_first_half(const PlainPiece& piece, std::size_t edge) {
+  return (1.0 / 6) * (piece.corner[edge] - piece.corner[(edge + 1) % 3]);
+}
+
+// How a piece is split into parts of at most `limit`.
+ElementSplit split_of(const PlainPiece& piece, double mass, double limit) {
+  ElementSplit split;
+  const int bisections = std::bit_width(piece.path) - 1;
+  while (split.levels < 2 && mass > limit && bisections + split.levels < most_bisections) {
+    ++split.levels;
+    mass *= 0.5;
+  }
+  if (split.levels == 0) return split;
+  const auto store = [](const Vector3& way, float(&to)[3]) {
+    to[0] = static_cast<float>(way.x);
+    to[1] = static_cast<float>(way.y);
+    to[2] = static_cast<float>(way.z);
+  };
+  const std::size_t edge = longest_edge(piece);
+  store(way_to_first_half(piece, edge), split.half);
+  if (split.levels == 1) return split;
+  std::array<PlainPiece, 2> half;
+  bisect_edge(piece, edge, half[0], half[1]);
+  for (std::size_t h = 0; h < 2; ++h)
+    store(way_to_first_half(half[h], longest_edge(half[h])), split.quarter[h]);
+  return split;
+}
+
+// Pieces with their centroids (see cut_all), and with the splits of plain ones, unless the limit is 0.
 class PlacedPieces {
  public:
-  PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices)
-      : places_(&places), key_(key), keep_vertices_(keep_vertices) {}
+  PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices, double split_limit)
+      : places_(&places), key_(key), keep_vertices_(keep_vertices), split_limit_(split_limit) {}
 
   static constexpr bool takes_plain_pieces = true;
   bool wants_weights() const { return keep_vertices_ || places_->any(); }
@@ -81,12 +110,14 @@ class PlacedPieces {
     point.reserve(pieces);
     triangle.reserve(pieces);
     path.reserve(pieces);
+    if (split_limit_ > 0) split.reserve(pieces);
   }
   void append(const PlacedPieces& next) {
     point.insert(point.end(), next.point.begin(), next.point.end());
     triangle.insert(triangle.end(), next.triangle.begin(), next.triangle.end());
     path.insert(path.end(), next.path.begin(), next.path.end());
     vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
+    split.insert(split.end(), next.split.begin(), next.split.end());
   }
 
   void operator()(std::size_t t, const TriangleSource& source, const WorkPiece& piece, double mass) {
@@ -106,11 +137,13 @@ class PlacedPieces {
 
   void operator()(std::size_t t, const PlainPiece& piece, double mass) {
     add(t, centroid(piece), piece.path, mass);
+    if (split_limit_ > 0) split.push_back(split_of(piece, mass, split_limit_));
   }
 
   std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
+  std::vector<ElementSplit> split;
 
  private:
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
@@ -122,13 +155,14 @@ class PlacedPieces {
   const ChartPlaces* places_;
   RandomKey key_;
   bool keep_vertices_;
+  double split_limit_;
 };
 
-void check_count(std::size_t elements) {
-  constexpr std::size_t most = std::size_t{1} << 31;  // runs of elements are numbered behind them
+void check_count(std::size_t elements, bool balanced) {
+  const std::size_t most = balanced ? most_balanced_elements : std::size_t{1} << 31;
   if (elements > most)
-    throw ItemError(Status::too_large,
-                    std::to_string(elements) + " curve elements are more than the 2^31 that can be numbered");
+    throw ItemError(Status::too_large, std::to_string(elements) + " curve elements are more than the 2^" +
+                                           std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
 // The 3-D Hilbert key of an element's curve vertex.
@@ -266,10 +300,10 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-// A piece as it stands in the order, or the larger one that it was `joined` bisections ago.
+// A piece as it stands in the order, or the part of it that further bisections lead to.
 struct PieceEntry {
   std::size_t piece;
-  int joined = 0;
+  std::uint32_t part = 1;  // 1 followed by one bit a bisection
 };
 
 // Everything but the masses of `count` elements, of which entry(i) tells the i-th.
@@ -282,7 +316,8 @@ CurveElements gathered(const PlacedPieces& pieces, std::size_t count, const Entr
   for (std::size_t i = 0; i < count; ++i) {
     const PieceEntry e = entry(i);
     result.triangle[i] = pieces.triangle[e.piece];
-    result.path[i] = pieces.path[e.piece] >> e.joined;
+    const int bisections = std::bit_width(e.part) - 1;
+    result.path[i] = pieces.path[e.piece] << bisections | (e.part - (1u << bisections));
     if (pieces.vertex.empty()) continue;
     result.vertex[2 * i] = pieces.vertex[2 * e.piece];
     result.vertex[2 * i + 1] = pieces.vertex[2 * e.piece + 1];
@@ -317,33 +352,15 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   return normal;
 }
 
-// Runs of 2^k pieces that make up one piece of k bisections less, of at most `limit`: paths are emitted depth
-// first. For pieces of one density in space, where all of a triangle's are of one size.
-std::vector<ElementRun> plain_runs(const PlacedPieces& pieces, double limit) {
-  std::vector<ElementRun> runs;
-  for (std::size_t i = 0; i < pieces.point.size();) {
-    const int bisections = std::bit_width(pieces.path[i]) - 1;
-    int joined = 0;
-    double mass = pieces.point[i].mass;
-    for (; joined < bisections && 2 * mass <= limit; mass *= 2) ++joined;
-    runs.push_back({static_cast<std::uint32_t>(i), 1u << joined});
-    i += std::size_t{1} << joined;
-  }
-  return runs;
-}
-
 CurveElements by_bisection(const PreparedMesh& mesh, const PlacedPieces& pieces,
-                           std::span<const ElementRun> runs, std::span<const FlatChart> charts,
-                           std::span<const std::uint32_t> group, std::uint32_t samples,
-                           const CancelToken& cancel) {
+                           std::span<const FlatChart> charts, std::span<const std::uint32_t> group,
+                           std::uint32_t samples, const CancelToken& cancel) {
   const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
-  BalancedOrder order = balanced_order(pieces.point, samples, {pieces.triangle, runs, normal, group}, cancel);
+  BalancedOrder order =
+      balanced_order(pieces.point, samples, {pieces.triangle, pieces.split, normal, group}, cancel);
   cancel.check();
   CurveElements result = gathered(pieces, order.element.size(), [&](std::size_t i) {
-    const std::uint32_t e = order.element[i];
-    if (e < pieces.point.size()) return PieceEntry{e};
-    const ElementRun run = runs[e - pieces.point.size()];
-    return PieceEntry{run.first, std::countr_zero(run.count)};
+    return PieceEntry{order.element[i], order.part[i]};
   });
   result.cumulative = std::move(order.cumulative);
   return result;
@@ -359,25 +376,26 @@ CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& mea
   const double limit = total / (parameters.elements_per_sample * static_cast<double>(parameters.samples));
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
-  if (charts.empty() || parameters.order == ElementOrder::balanced) {
+  const bool balanced = parameters.order == ElementOrder::balanced;
+  if (charts.empty() || balanced) {
+    // Pieces in space of one density are cut to four times the limit, and split in the order alone; coarse
+    // ones are not made coarser.
+    const bool is_split = balanced && charts.empty() && parameters.elements_per_sample >= 8 &&
+                          measure.density.uniform() && surface.in_space() && hints.hits.empty() &&
+                          !parameters.keep_vertices;
     const PlacedPieces pieces = cut_all(
-        surface, measure.density, hints.hits, limit,
-        [&] { return PlacedPieces(places, key, parameters.keep_vertices); }, cancel);
-    check_count(pieces.point.size());
+        surface, measure.density, hints.hits, is_split ? limit * split_parts : limit,
+        [&] { return PlacedPieces(places, key, parameters.keep_vertices, is_split ? limit : 0); }, cancel);
+    check_count(pieces.point.size(), balanced);
     cancel.check();
-    if (parameters.order != ElementOrder::balanced) return along_space_curve(pieces);
-    std::vector<ElementRun> runs;
-    // Coarse elements are not joined to still coarser ones.
-    if (parameters.elements_per_sample >= 8 && measure.density.uniform() && surface.in_space() &&
-        hints.hits.empty() && !pieces.wants_weights())
-      runs = plain_runs(pieces, limit * run_pieces);
-    return by_bisection(surface.mesh(), pieces, runs, charts, group,
-                        static_cast<std::uint32_t>(parameters.samples), cancel);
+    if (!balanced) return along_space_curve(pieces);
+    return by_bisection(surface.mesh(), pieces, charts, group, static_cast<std::uint32_t>(parameters.samples),
+                        cancel);
   }
   const KeyedPieces pieces = cut_all(
       surface, measure.density, hints.hits, limit,
       [&] { return KeyedPieces(places, group, key, parameters); }, cancel);
-  check_count(pieces.elements.size());
+  check_count(pieces.elements.size(), false);
   cancel.check();
   return along_curve(surface.mesh(), pieces.elements, parameters.keep_vertices);
 }

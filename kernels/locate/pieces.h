@@ -12,9 +12,9 @@
 
 namespace meander {
 
-// A path is 1 followed by one bit a bisection: 31 bisections fit. No run needs more than 2^30 pieces of one
-// triangle.
-inline constexpr std::uint32_t deepest_path = 1u << 30;
+// A path is 1 followed by one bit a bisection. No run needs more than 2^30 pieces of one triangle.
+inline constexpr int most_bisections = 30;
+inline constexpr std::uint32_t deepest_path = 1u << most_bisections;
 
 // A piece while it is being bisected: where its corners lie, and the squared lengths of its edges (k from
 // corner k to the next), of which the longest is bisected next.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -14,8 +15,9 @@ namespace meander {
 
 namespace {
 
-// Nodes of at most this many leaves are cut by elements, larger ones by runs.
-constexpr std::uint32_t block_leaves = 8;
+// Nodes of at most this many leaves take split elements by halves, and by all parts.
+constexpr std::uint32_t halved_leaves = 16, block_leaves = 8;
+constexpr int all_parts = 2;  // levels of splits
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;
 // Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
@@ -33,7 +35,10 @@ struct Scratch {
   std::vector<float> coordinate;  // by item, where a node is not cut across an axis
   std::vector<std::uint64_t> row;
   SheetScratch sheets;
-  std::vector<NodeItem> front, back;  // of a block: a node's items are in one, its halves' in the other
+  struct Buffers {
+    std::vector<NodeItem> front, back;  // a node's items are in one, its halves' in the other
+  };
+  std::array<Buffers, all_parts> taken_apart;  // by levels of splits
 };
 
 struct Leaf {
@@ -49,12 +54,12 @@ class Bisection {
     double total = 0;
     for (const MassPoint& e : elements) total += e.mass;
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
-    if (elements.size() > std::size_t{1} << 31)
-      throw std::invalid_argument("balanced_order: more than 2^31 elements");
+    if (elements.size() > most_balanced_elements)
+      throw std::invalid_argument("balanced_order: more than 2^29 elements");
     if ((!traits.normal.empty() || !traits.group.empty()) && traits.triangle.size() != elements.size())
       throw std::invalid_argument("balanced_order: traits of triangles without the triangles");
-    if (!traits.run.empty() && traits.run.back().first + traits.run.back().count != elements.size())
-      throw std::invalid_argument("balanced_order: the runs do not cover the elements");
+    if (!traits.split.empty() && traits.split.size() != elements.size())
+      throw std::invalid_argument("balanced_order: splits of other elements");
     // Units of mass are 2^-61 of the power of two above the total, so that sums stay below 2^61. In two
     // factors, as one may be beyond the range of double.
     int exponent = 0;
@@ -62,12 +67,12 @@ class Bisection {
     const int bits = 61 - exponent, part = bits / 2;
     to_units_ = {std::ldexp(1.0, part), std::ldexp(1.0, bits - part)};
     from_units_ = {std::ldexp(1.0, -part), std::ldexp(1.0, part - bits)};
-    front_.resize(runs() + n);
-    for (std::size_t r = 0; r < runs(); ++r) {
-      front_[r] = run_item(r);
-      total_ += front_[r].mass;
+    front_.resize(elements.size() + n);
+    for (std::uint32_t e = 0; e < elements.size(); ++e) {
+      front_[e] = part_item(e, 1);
+      total_ += front_[e].mass;
     }
-    back_.resize(runs() + n);
+    back_.resize(elements.size() + n);
     leaves_.resize(n);
     blocks_.resize(n);
     centre_.resize(2 * std::size_t{n});
@@ -77,7 +82,7 @@ class Bisection {
 
   BalancedOrder order() {
     Scratch scratch;
-    bisect({0, 0, n_, front_.data(), back_.data(), runs(), nullptr}, scratch);
+    bisect({0, 0, n_, front_.data(), back_.data(), elements_.size(), 0, nullptr}, scratch);
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -87,38 +92,39 @@ class Bisection {
   static constexpr std::uint32_t several_groups = ~0u;
 
   // A node: its number in depth-first order, its first leaf and number of leaves, its items, the place in the
-  // other buffer where its halves' go, and, once it is cut by elements, where those of leaves are kept.
+  // other buffer where its halves' go, the level to which splits are taken apart, and, once that is the last,
+  // where the items of leaves are kept.
   struct Node {
     std::size_t number;
     std::uint32_t first, leaves;
     NodeItem *items, *other;
     std::size_t count;
+    int level;
     std::vector<NodeItem>* kept;
   };
 
-  std::size_t runs() const { return traits_.run.empty() ? elements_.size() : traits_.run.size(); }
-  ElementRun run(std::size_t r) const {
-    return traits_.run.empty() ? ElementRun{static_cast<std::uint32_t>(r), 1} : traits_.run[r];
-  }
   std::uint64_t units(const MassPoint& e) const {
     return static_cast<std::uint64_t>(e.mass * to_units_[0] * to_units_[1]);
   }
 
-  NodeItem element_item(std::uint32_t number) const {
-    const MassPoint& e = elements_[number];
-    return {{e.at[0], e.at[1], e.at[2]}, number, units(e)};
-  }
-  // A run as one item, at its elements' mean place.
-  NodeItem run_item(std::size_t r) const {
-    const ElementRun all = run(r);
-    NodeItem item = element_item(all.first);
-    item.element = static_cast<std::uint32_t>(r);
-    if (all.count == 1) return item;
-    for (std::uint32_t e = all.first + 1; e < all.first + all.count; ++e) {
-      for (std::size_t k = 0; k < 3; ++k) item.at[k] += elements_[e].at[k];
-      item.mass += units(elements_[e]);
-    }
-    for (float& x : item.at) x /= static_cast<float>(all.count);
+  // Items are named by element and part.
+  static std::uint32_t name(std::uint32_t element, std::uint32_t part) { return element << 3 | part; }
+  static std::uint32_t element_of(const NodeItem& item) { return item.element >> 3; }
+  static std::uint32_t part_of(const NodeItem& item) { return item.element & 7; }
+
+  NodeItem part_item(std::uint32_t element, std::uint32_t part) const {
+    const MassPoint& e = elements_[element];
+    NodeItem item{{e.at[0], e.at[1], e.at[2]}, name(element, part), units(e)};
+    if (part == 1) return item;
+    const ElementSplit& split = traits_.split[element];
+    const auto halve = [&](bool second, const float(&way)[3]) {
+      const std::uint64_t first_mass = item.mass / 2;
+      item.mass = second ? item.mass - first_mass : first_mass;
+      for (std::size_t k = 0; k < 3; ++k) item.at[k] += second ? -way[k] : way[k];
+    };
+    const std::uint32_t half = part < 4 ? part : part / 2;
+    halve(half == 3, split.half);
+    if (part >= 4) halve(part % 2 != 0, split.quarter[half - 2]);
     return item;
   }
 
@@ -127,43 +133,48 @@ class Bisection {
     return total_ / n_ * leaf + total_ % n_ * leaf / n_;  // floor(total leaf / n) without overflow
   }
 
-  // The node with the elements of its runs instead. A run that a cut above has divided stays as it is.
-  void bisect_block(Node node, Scratch& scratch) {
-    std::size_t elements = 0;
-    for (std::size_t i = 0; i < node.count; ++i) elements += run(node.items[i].element).count;
-    const std::size_t room = elements + node.leaves;
-    if (scratch.front.size() < room) {
-      scratch.front.resize(room);
-      scratch.back.resize(room);
-    }
-    NodeItem* to = scratch.front.data();
+  // The level to which nodes of that many leaves take splits apart.
+  int level_of(std::uint32_t leaves) const {
+    if (leaves <= block_leaves) return all_parts;
+    return leaves <= halved_leaves && !traits_.split.empty() ? 1 : 0;
+  }
+
+  // The node with parts of its items instead. What a cut above has divided stays as it is.
+  void take_apart(Node node, int level, Scratch& scratch) {
+    Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
+    const std::size_t most =
+        node.count * (traits_.split.empty() ? 1 : std::size_t{1} << (level - node.level));
+    if (buffers.front.size() < most) buffers.front.resize(most);
+    NodeItem* to = buffers.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
       const NodeItem& item = node.items[i];
-      const ElementRun all = run(item.element);
-      NodeItem* const begin = to;
-      std::uint64_t mass = 0;
-      for (std::uint32_t e = all.first; e < all.first + all.count; ++e) {
-        *to = element_item(e);
-        mass += (to++)->mass;
+      const std::uint32_t element = element_of(item), part = part_of(item);
+      const int levels = traits_.split.empty() ? 0 : std::min<int>(traits_.split[element].levels, level);
+      const int deeper = levels - (std::bit_width(part) - 1);
+      if (deeper <= 0 || part_item(element, part).mass != item.mass) {
+        *to++ = item;
+        continue;
       }
-      if (mass == item.mass) continue;
-      to = begin;
-      *to = item;
-      (to++)->element =
-          all.count == 1 ? all.first : static_cast<std::uint32_t>(elements_.size()) + item.element;
+      const std::uint32_t first = part << deeper;
+      for (std::uint32_t p = first; p < first + (1u << deeper); ++p) *to++ = part_item(element, p);
     }
-    std::vector<NodeItem>& kept = blocks_[node.first];
-    kept.reserve(room);
-    node.items = scratch.front.data();
-    node.other = scratch.back.data();
-    node.count = static_cast<std::size_t>(to - node.items);
-    node.kept = &kept;
+    node.count = static_cast<std::size_t>(to - buffers.front.data());
+    const std::size_t room = node.count + node.leaves;
+    if (buffers.front.size() < room) buffers.front.resize(room);
+    if (buffers.back.size() < room) buffers.back.resize(room);
+    node.items = buffers.front.data();
+    node.other = buffers.back.data();
+    node.level = level;
+    if (level == all_parts) {
+      node.kept = &blocks_[node.first];
+      node.kept->reserve(room);
+    }
     bisect(node, scratch);
   }
 
   void bisect(const Node& node, Scratch& scratch) {
-    if (node.leaves <= block_leaves && node.kept == nullptr) {
-      bisect_block(node, scratch);
+    if (const int level = level_of(node.leaves); level > node.level) {
+      take_apart(node, level, scratch);
       return;
     }
     const std::span<const NodeItem> items(node.items, node.count);
@@ -188,9 +199,10 @@ class Bisection {
                             items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; },
                             extent, target, to, end, scratch.row);
     NodeItem* const high_items = end - high;
-    const Node children[2] = {{node.number + 1, node.first, low_leaves, to, node.items, low, node.kept},
-                              {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves,
-                               high_leaves, high_items, node.items + (high_items - to), high, node.kept}};
+    const Node children[2] = {
+        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.kept},
+        {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
+         node.items + (high_items - to), high, node.level, node.kept}};
     if (node.count > parallel_node && node.kept == nullptr) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
@@ -220,25 +232,24 @@ class Bisection {
   bool find_coordinates(const Node& node, std::span<const NodeItem> items, const ItemExtent& extent,
                         Scratch& scratch, std::uint32_t& low_leaves) const {
     if (!traits_.group.empty())
-      return order_groups(node, items, boundary(node.first + low_leaves) - boundary(node.first),
+      return order_groups(items, boundary(node.first + low_leaves) - boundary(node.first),
                           scratch.coordinate);
     if (node.leaves < least_stack || traits_.normal.empty()) return false;
-    probe(node, items, few_sheet_probes, scratch.sheets);
-    if (!may_be_stack(scratch.sheets)) return false;
-    probe(node, items, many_sheet_probes, scratch.sheets);
+    probe(items, few_sheet_probes, scratch.sheets);
+    if (!may_be_stack(scratch.sheets, node.leaves)) return false;
+    probe(items, many_sheet_probes, scratch.sheets);
     const std::optional<SheetCut> cut = find_sheet_cut(scratch.sheets, node.leaves);
     return cut && separate_sheets(node, items, *cut, extent.axis, scratch.coordinate, low_leaves);
   }
 
-  void probe(const Node& node, std::span<const NodeItem> items, std::size_t most,
-             SheetScratch& sheets) const {
+  void probe(std::span<const NodeItem> items, std::size_t most, SheetScratch& sheets) const {
     sheets.probes.clear();
     const std::size_t probes = std::min(items.size(), most);
     for (std::size_t p = 0; p < probes; ++p) {
       // One of every block, not always the same one: sides may alternate in the file.
       const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
       const NodeItem& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
-      sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item, node.kept != nullptr)});
+      sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item)});
     }
   }
 
@@ -249,7 +260,7 @@ class Bisection {
     at.resize(items.size());
     std::uint64_t low = 0;
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const bool above = is_above(cut, items[i], node.kept != nullptr);
+      const bool above = is_above(cut, items[i]);
       at[i] = items[i].at[axis] + (above ? 4.0f : 0.0f);  // coordinates lie in [-1, 1]
       if (!above) low += items[i].mass;
     }
@@ -261,34 +272,22 @@ class Bisection {
     return true;
   }
 
-  bool is_above(const SheetCut& cut, const NodeItem& item, bool by_elements) const {
-    return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item, by_elements));
+  bool is_above(const SheetCut& cut, const NodeItem& item) const {
+    return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
   }
-
-  // The triangle of an item of a node that is cut by runs or, below, by elements.
-  std::size_t triangle_of(const NodeItem& item, bool by_elements) const {
-    std::uint32_t element = item.element;
-    if (!by_elements)
-      element = run(element).first;
-    else if (element >= elements_.size())
-      element = run(element - elements_.size()).first;
-    return traits_.triangle[element];
-  }
-  Point normal_of(const NodeItem& item, bool by_elements) const {
-    const float* n = &traits_.normal[3 * triangle_of(item, by_elements)];
+  Point normal_of(const NodeItem& item) const {
+    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[element_of(item)]}];
     return {n[0], n[1], n[2]};
   }
-  std::uint32_t group_of(const NodeItem& item, bool by_elements) const {
-    return traits_.group[triangle_of(item, by_elements)];
+  std::uint32_t group_of(const NodeItem& item) const {
+    return traits_.group[traits_.triangle[element_of(item)]];
   }
 
   // Groups in their order; the one that the cut falls into is cut across its own largest extent.
-  bool order_groups(const Node& node, std::span<const NodeItem> items, std::uint64_t target,
-                    std::vector<float>& at) const {
-    const bool by_elements = node.kept != nullptr;
+  bool order_groups(std::span<const NodeItem> items, std::uint64_t target, std::vector<float>& at) const {
     std::vector<std::pair<std::uint32_t, std::uint64_t>> masses;  // of runs of items of one group
     for (const NodeItem& item : items) {
-      const std::uint32_t group = group_of(item, by_elements);
+      const std::uint32_t group = group_of(item);
       if (masses.empty() || masses.back().first != group) masses.emplace_back(group, 0);
       masses.back().second += item.mass;
     }
@@ -304,11 +303,11 @@ class Bisection {
     }
     ItemBox box;
     for (const NodeItem& item : items)
-      if (group_of(item, by_elements) == crossed) box.hold(item);
+      if (group_of(item) == crossed) box.hold(item);
     const std::size_t axis = largest_extent(box).axis;
     at.resize(items.size());
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const std::uint32_t group = group_of(items[i], by_elements);
+      const std::uint32_t group = group_of(items[i]);
       at[i] = group < crossed ? -4 : group > crossed ? 4 : items[i].at[axis];
     }
     return true;
@@ -324,9 +323,9 @@ class Bisection {
     for (std::size_t k = 0; k < 3; ++k)
       centre_[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
     if (!group_.empty()) {
-      group_[node.number] = items.empty() ? 0 : group_of(items.front(), true);
+      group_[node.number] = items.empty() ? 0 : group_of(items.front());
       for (const NodeItem& item : items)
-        if (group_of(item, true) != group_[node.number]) group_[node.number] = several_groups;
+        if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
     }
     leaves_[node.first] = {node.kept->data() + node.kept->size(), items.size()};
     node.kept->insert(node.kept->end(), items.begin(), items.end());
@@ -384,6 +383,7 @@ class Bisection {
     for (std::size_t r = 0; r < path_.size(); ++r) begin[r + 1] = begin[r] + leaves_[path_[r].leaf].count;
     BalancedOrder order;
     order.element.resize(begin.back());
+    order.part.resize(begin.back());
     order.cumulative.resize(begin.back() + 1);
     order.cumulative[0] = 0;
     // The mass before the r-th leaf of the path is not boundary(r) to the last unit: leaves of the tree are
@@ -404,13 +404,14 @@ class Bisection {
         std::sort(row.begin(), row.end());
         if (!group_.empty() && group_[path_[r].node] == several_groups)
           std::stable_sort(row.begin(), row.end(), [&](std::uint64_t a, std::uint64_t b) {
-            return group_of(items[number_of(a)], true) < group_of(items[number_of(b)], true);
+            return group_of(items[number_of(a)]) < group_of(items[number_of(b)]);
           });
         std::uint64_t sum = before[r];
         for (std::size_t i = 0; i < leaf.count; ++i) {
           const NodeItem& item = items[number_of(row[i])];
           sum += item.mass;
-          order.element[begin[r] + i] = item.element;
+          order.element[begin[r] + i] = element_of(item);
+          order.part[begin[r] + i] = static_cast<std::uint8_t>(part_of(item));
           order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * from_units_[0] * from_units_[1];
         }
       }
@@ -429,10 +430,10 @@ class Bisection {
   const CancelToken& cancel_;
   std::uint64_t total_ = 0;
   std::array<double, 2> to_units_{}, from_units_{};  // factors, in turn
-  std::vector<NodeItem> front_, back_;         // of runs: a node's items are in one, its halves' in the other
-  std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves
-  std::vector<Leaf> leaves_;                   // by place in the tree
-  std::vector<Point> centre_;                  // by node, as the next two
+  std::vector<NodeItem> front_, back_;               // a node's items are in one, its halves' in the other
+  std::vector<std::vector<NodeItem>> blocks_;        // by first leaf: the items of a block's leaves
+  std::vector<Leaf> leaves_;                         // by place in the tree
+  std::vector<Point> centre_;                        // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
   std::vector<Step> path_;

@@ -22,7 +22,7 @@ inline constexpr std::size_t cut_bins = 64;
 // What a node of the tree holds.
 struct NodeItem {
   float at[3];
-  std::uint32_t element;  // or run, in nodes that are cut by runs
+  std::uint32_t element;  // its number, with that of a part
   std::uint64_t mass;
 };
 

@@ -18,9 +18,15 @@ struct SheetProbe {
   std::array<float, 3> normal;
 };
 
+// A probe by its place within the sheets and its height across them.
+struct FlatProbe {
+  float u, v, height;
+};
+
 struct SheetScratch {
   std::vector<SheetProbe> probes;
   std::vector<float> height;
+  std::vector<FlatProbe> above, below;
 };
 
 // An element is above the cut if its normal (sides) or its centroid (layers) is beyond `threshold` along
@@ -38,8 +44,9 @@ struct SheetCut {
 // Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3,
 // and along its direction the positions vary by less than a quarter of l times their second largest
 // eigenvalue. Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap
-// there. Pure. O(P log P). False for fewer than 8 probes.
-bool may_be_stack(SheetScratch& scratch);
+// there. And neither their distance nor that of the parts is far beyond what find_sheet_cut allows: so few
+// probes know both to a factor of two. Pure. O(P^2). False for fewer than 8 probes.
+bool may_be_stack(SheetScratch& scratch, std::uint32_t leaves);
 
 // The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share
 // the node: the elements of one part have near neighbours in the other, off them across the stack. Patches

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -131,34 +131,49 @@ TEST_CASE("balanced order: consecutive cells are neighbours") {
   CHECK(step < 1.25);  // 1 is the least; children in the order of the axes have 1.5
 }
 
-TEST_CASE("balanced order: runs are taken apart in small cells, and nothing is lost") {
-  const std::vector<MassPoint> points = square_points(4000);
-  // Runs of four, as pieces of one triangle are: neighbours.
-  std::vector<MassPoint> sorted = points;
-  std::sort(sorted.begin(), sorted.end(), [](const MassPoint& a, const MassPoint& b) {
-    const auto column = [](const MassPoint& p) { return static_cast<int>(p.at[0] * 64); };
-    return column(a) != column(b) ? column(a) < column(b) : a.at[1] < b.at[1];
-  });
-  std::vector<ElementRun> runs;
-  for (std::uint32_t first = 0; first < sorted.size(); first += 4) runs.push_back({first, 4});
-  for (const std::uint32_t n : {1u, 8u, 9u, 100u, 500u}) {
-    const BalancedOrder order = balanced_order(sorted, n, {{}, runs, {}, {}});
-    CHECK(order.cumulative.back() == Approx(total_of(sorted)).epsilon(1e-14));
-    std::vector<double> mass(runs.size(), 0.0);
+// Split to two levels, each part within a thousandth of the centroid.
+std::vector<ElementSplit> small_splits(std::size_t elements) {
+  ElementSplit split{2, {0.001f, 0, 0}, {{0, 0.0005f, 0}, {0, 0.0004f, 0}}};
+  std::vector<ElementSplit> splits(elements, split);
+  for (std::size_t e = 0; e < elements; e += 3) splits[e].levels = static_cast<std::uint8_t>(e / 3 % 2);
+  return splits;
+}
+
+TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is lost") {
+  const std::vector<MassPoint> points = square_points(1000);
+  const std::vector<ElementSplit> splits = small_splits(points.size());
+  for (const std::uint32_t n : {1u, 8u, 9u, 33u, 100u, 500u}) {
+    const BalancedOrder order = balanced_order(points, n, {{}, splits, {}, {}});
+    CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
+    std::vector<std::array<double, 8>> mass(points.size());
+    for (std::size_t i = 0; i < order.element.size(); ++i)
+      mass[order.element[i]][order.part[i]] += order.cumulative[i + 1] - order.cumulative[i];
     std::size_t divided = 0;
-    for (std::size_t i = 0; i < order.element.size(); ++i) {
-      const bool whole = order.element[i] >= sorted.size();
-      divided += whole;
-      mass[whole ? order.element[i] - sorted.size() : order.element[i] / 4] +=
-          order.cumulative[i + 1] - order.cumulative[i];
+    for (std::size_t e = 0; e < points.size(); ++e) {
+      double sum = 0;
+      for (std::size_t part = 1; part < 8; ++part) {
+        const int level = std::bit_width(part) - 1;
+        CHECK((mass[e][part] == 0 || level <= splits[e].levels));
+        // No part weighs more than its share of the element.
+        CHECK(mass[e][part] <= std::ldexp(points[e].mass, -level) * (1 + 1e-9));
+        if (level < splits[e].levels && mass[e][part] > 0) ++divided;
+        sum += mass[e][part];
+      }
+      CHECK(sum == Approx(points[e].mass).epsilon(1e-9));
     }
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      double expected = 0;
-      for (std::uint32_t e = runs[r].first; e < runs[r].first + 4; ++e) expected += sorted[e].mass;
-      CHECK(mass[r] == Approx(expected).epsilon(1e-9));
-    }
-    CHECK(divided <= 2 * (n / 4));  // only cuts of more than eight shares divide runs
+    CHECK(divided <= 2 * (n / 4));  // only cuts of more than eight shares keep elements whole
   }
+}
+
+TEST_CASE("balanced order: parts of splits lie where the element says") {
+  // One element, whose parts are points of a line.
+  const std::vector<MassPoint> points = {{{0, 0, 0}, 1.0}};
+  const std::vector<ElementSplit> splits = {{2, {0.4f, 0, 0}, {{-0.2f, 0, 0}, {0.2f, 0, 0}}}};
+  const BalancedOrder order = balanced_order(points, 4, {{}, splits, {}, {}});
+  std::vector<std::uint8_t> along = order.part;
+  if (along.front() != 7) std::reverse(along.begin(), along.end());
+  // At -0.6, -0.2, 0.2 and 0.6.
+  CHECK(along == std::vector<std::uint8_t>{7, 6, 4, 5});
 }
 
 TEST_CASE("balanced order: equal points, no extent, elements without mass and one share") {
@@ -206,30 +221,30 @@ TEST_CASE("balanced order: extents and totals at the ends of the ranges of float
 TEST_CASE("balanced order: traits that do not fit the elements are refused") {
   const std::vector<MassPoint> points = square_points(10);
   const std::vector<float> normal(30);
-  const std::vector<ElementRun> runs = {{0, 4}};
+  const std::vector<ElementSplit> splits(4);
   CHECK_THROWS_AS(balanced_order(points, 4, {{}, {}, normal, {}}), std::invalid_argument);
-  CHECK_THROWS_AS(balanced_order(points, 4, {{}, runs, {}, {}}), std::invalid_argument);
+  CHECK_THROWS_AS(balanced_order(points, 4, {{}, splits, {}, {}}), std::invalid_argument);
 }
 
-TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with runs, normals and a stack") {
+TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with splits, normals and a stack") {
   std::vector<MassPoint> points = square_points(200000);
   std::vector<std::uint32_t> triangle(points.size());
   std::vector<float> normal;
-  std::vector<ElementRun> runs;
+  const std::vector<ElementSplit> splits = small_splits(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     triangle[i] = i / 2;
     const bool top = i / 2 % 3 == 0;
     points[i].at[2] = top ? 0.001f : 0.0f;
     if (i % 2 != 0) continue;
     normal.insert(normal.end(), {0, 0, top ? 1.0f : -1.0f});
-    runs.push_back({i, 2});
   }
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = balanced_order(points, 3000, {triangle, runs, normal, {}});
+    const BalancedOrder order = balanced_order(points, 3000, {triangle, splits, normal, {}});
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
+    CHECK(order.part == expected.part);
     CHECK(order.cumulative == expected.cumulative);
   }
 }
@@ -242,6 +257,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
     const BalancedOrder order = balanced_order(points, 3000);
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
+    CHECK(order.part == expected.part);
     CHECK(order.cumulative == expected.cumulative);
   }
 }
