@@ -43,7 +43,8 @@ std::array<Vector3, 3> bisection_corners(const MeasuredMesh& surface, std::uint3
 
 // The order of the elements: along a space-filling curve, or by balanced bisection (balanced_order.h).
 enum class ElementOrder : std::uint8_t { hilbert, peano, peano_meander, balanced };
-// The curve that lays out a chart's leaves. Balanced: hilbert, for the rays that look for triangles and sheets.
+// The curve that lays out a chart's leaves. Balanced: hilbert, for the rays that look for triangles and
+// sheets.
 constexpr CurveKind curve_of(ElementOrder order) {
   return order == ElementOrder::peano           ? CurveKind::peano
          : order == ElementOrder::peano_meander ? CurveKind::peano_meander
@@ -70,11 +71,9 @@ struct TriangleHints {
 // by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key of the
 // chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when `charts` is
 // empty: the method `direct`, without regard to components) are ordered by the 3-D Hilbert key of their
-// pieces' centroids alone. ElementOrder::balanced: by balanced bisection of the pieces' centroids, chart by chart
-// and sheet by sheet, or in space where `charts` is empty; a piece that a cut divides then appears on both
-// sides. The masses of a triangle's elements sum to its exact mass. O(E log E); 100 bytes an
-// element at the peak. Throws ItemError(zero_density) when the total is zero. Deterministic for every thread
-// count.
+// pieces' centroids alone. For ElementOrder::balanced see build_cells (element_cells.h). The masses of a
+// triangle's elements sum to its exact mass. O(E log E); 100 bytes an element at the peak. Throws
+// ItemError(zero_density) when the total is zero. Deterministic for every thread count.
 CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
                              std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel = {});

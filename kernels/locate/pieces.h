@@ -1,6 +1,7 @@
 // Pieces of triangles by longest-edge bisection: what curve elements are (docs/METHODS.md 6.1).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -181,11 +182,16 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
   using Record = decltype(make());
   // Large, so that a model of usual size is one block, whose pieces need no copying.
   constexpr std::size_t block = 16384;
+  constexpr double most_reserved = 1 << 20;
   std::vector<Record> parts((triangles + block - 1) / block, make());
   parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     auto& part = parts[begin / block];
-    part.reserve(end - begin);
+    // Pieces of large triangles weigh between half the limit and all of it.
+    double area = 0;
+    for (std::size_t t = begin; t < end; ++t) area += mesh.area[t];
+    const double more = density.uniform() && limit > 0 ? 1.5 * area / limit : 0.0;
+    part.reserve(end - begin + static_cast<std::size_t>(std::min(more, most_reserved)));
     std::vector<WorkPiece> stack;
     std::vector<PlainPiece> plain_stack;
     const auto cut = [&](std::size_t t) {

@@ -29,7 +29,8 @@ struct Model {
   std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them
   std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
   std::vector<CurveTree> trees;   // build_curve; locate_vertices refines them
-  CurveElements elements;         // locate_vertices
+  CurveElements elements;         // locate_vertices: along a curve,
+  ElementCells cells;             // or by balanced bisection
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
 

@@ -104,12 +104,23 @@ ElementParameters element_parameters(const SampleParameters& p) {
   return elements;
 }
 
+void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
+                    const ElementParameters& elements) {
+  // Placed a second time, the model may have been put in the other order before.
+  model.cells = ElementCells{};
+  model.elements = CurveElements{};
+  if (elements.order == ElementOrder::balanced)
+    model.cells =
+        build_cells(domain.mesh, domain.measure, model.charts, hints, model.key, elements, model.cancel);
+  else
+    model.elements =
+        build_elements(domain.mesh, domain.measure, model.charts, hints, model.key, elements, model.cancel);
+}
+
 // Elements in the order of the charts, or without any in that of space.
 ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
   return {{"locate_vertices", [elements = element_parameters(p), domain_of](Model& model) {
-             const Domain domain = domain_of(model);
-             model.elements = build_elements(domain.mesh, domain.measure, model.charts, {}, model.key,
-                                             elements, model.cancel);
+             order_elements(model, domain_of(model), {}, elements);
            }}};
 }
 
@@ -124,6 +135,7 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
   if (p.locate == LocatorKind::first_hit) {
     stages.push_back({"locate_vertices", [locator = curved, device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
+                        model.cells = ElementCells{};
                         model.elements = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
                                                           model.charts, model.trees, locator, model.cancel);
                       }});
@@ -134,9 +146,7 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
                         const Located located = locate_with_embree(*device, domain.mesh.mesh(), model.charts,
                                                                    domain.measure.masses, model.trees,
                                                                    model.key, locator, model.cancel);
-                        model.elements =
-                            build_elements(domain.mesh, domain.measure, model.charts,
-                                           {located.hits, located.sheet}, model.key, elements, model.cancel);
+                        order_elements(model, domain, {located.hits, located.sheet}, elements);
                       }});
   }
   return stages;
@@ -153,8 +163,11 @@ void place(Model& model, const PlaceParameters& parameters, const Domain& domain
   const OutputFrame frame = output_frame(model.surface, parameters.normalize);
   report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
   report.scale = frame.scale;
-  model.row.samples = place_samples(model.file, domain.mesh, domain.measure.density, model.elements,
-                                    model.key, parameters, frame, report.repairs, model.cancel);
+  const auto placed = [&](const auto& order) {
+    return place_samples(model.file, domain.mesh, domain.measure.density, order, model.key, parameters, frame,
+                         report.repairs, model.cancel);
+  };
+  model.row.samples = model.cells.count() > 0 ? placed(model.cells) : placed(model.elements);
 }
 
 // Moves the samples from the chords to the smooth surface that the vertex normals describe.
@@ -284,6 +297,7 @@ void release_charts(Model& model) {
   model.charts = std::vector<FlatChart>();
   model.trees = std::vector<CurveTree>();
   model.elements = CurveElements{};
+  model.cells = ElementCells{};
 }
 
 }  // namespace meander

@@ -33,7 +33,7 @@ float distance(const Point& a, const Point& b) {
 // Arrays of one thread, reused from node to node.
 struct Scratch {
   std::vector<float> coordinate;  // by item, where a node is not cut across an axis
-  std::vector<std::uint64_t> row;
+  DivideScratch divide;
   SheetScratch sheets;
   struct Buffers {
     std::vector<NodeItem> front, back;  // a node's items are in one, its halves' in the other
@@ -42,8 +42,8 @@ struct Scratch {
 };
 
 struct Leaf {
-  const NodeItem* items = nullptr;
-  std::size_t count = 0;
+  std::uint32_t block = 0, count = 0;
+  std::size_t first = 0;
 };
 
 class Bisection {
@@ -80,9 +80,9 @@ class Bisection {
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
-  BalancedOrder order() {
+  BalancedCells cells() {
     Scratch scratch;
-    bisect({0, 0, n_, front_.data(), back_.data(), elements_.size(), 0, nullptr}, scratch);
+    bisect({0, 0, n_, front_.data(), back_.data(), elements_.size(), 0, 0}, scratch);
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -93,14 +93,14 @@ class Bisection {
 
   // A node: its number in depth-first order, its first leaf and number of leaves, its items, the place in the
   // other buffer where its halves' go, the level to which splits are taken apart, and, once that is the last,
-  // where the items of leaves are kept.
+  // the block that the items of leaves are kept in.
   struct Node {
     std::size_t number;
     std::uint32_t first, leaves;
     NodeItem *items, *other;
     std::size_t count;
     int level;
-    std::vector<NodeItem>* kept;
+    std::uint32_t block;
   };
 
   std::uint64_t units(const MassPoint& e) const {
@@ -109,8 +109,6 @@ class Bisection {
 
   // Items are named by element and part.
   static std::uint32_t name(std::uint32_t element, std::uint32_t part) { return element << 3 | part; }
-  static std::uint32_t element_of(const NodeItem& item) { return item.element >> 3; }
-  static std::uint32_t part_of(const NodeItem& item) { return item.element & 7; }
 
   NodeItem part_item(std::uint32_t element, std::uint32_t part) const {
     const MassPoint& e = elements_[element];
@@ -148,7 +146,7 @@ class Bisection {
     NodeItem* to = buffers.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
       const NodeItem& item = node.items[i];
-      const std::uint32_t element = element_of(item), part = part_of(item);
+      const std::uint32_t element = item.element(), part = item.part();
       const int levels = traits_.split.empty() ? 0 : std::min<int>(traits_.split[element].levels, level);
       const int deeper = levels - (std::bit_width(part) - 1);
       if (deeper <= 0 || part_item(element, part).mass != item.mass) {
@@ -166,8 +164,8 @@ class Bisection {
     node.other = buffers.back.data();
     node.level = level;
     if (level == all_parts) {
-      node.kept = &blocks_[node.first];
-      node.kept->reserve(room);
+      node.block = node.first;
+      blocks_[node.block].reserve(room);
     }
     bisect(node, scratch);
   }
@@ -194,16 +192,16 @@ class Bisection {
     const auto [low, high] =
         by_coordinate ? divide(
                             items, [&](std::size_t i) { return scratch.coordinate[i]; },
-                            range_of(scratch.coordinate), target, to, end, scratch.row)
+                            range_of(scratch.coordinate), target, to, end, scratch.divide)
                       : divide(
                             items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; },
-                            extent, target, to, end, scratch.row);
+                            extent, target, to, end, scratch.divide);
     NodeItem* const high_items = end - high;
     const Node children[2] = {
-        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.kept},
+        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.block},
         {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
-         node.items + (high_items - to), high, node.level, node.kept}};
-    if (node.count > parallel_node && node.kept == nullptr) {
+         node.items + (high_items - to), high, node.level, node.block}};
+    if (node.count > parallel_node && node.level < all_parts) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
         bisect(children[i], own);
@@ -276,11 +274,11 @@ class Bisection {
     return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
   }
   Point normal_of(const NodeItem& item) const {
-    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[element_of(item)]}];
+    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[item.element()]}];
     return {n[0], n[1], n[2]};
   }
   std::uint32_t group_of(const NodeItem& item) const {
-    return traits_.group[traits_.triangle[element_of(item)]];
+    return traits_.group[traits_.triangle[item.element()]];
   }
 
   // Groups in their order; the one that the cut falls into is cut across its own largest extent.
@@ -327,8 +325,9 @@ class Bisection {
       for (const NodeItem& item : items)
         if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
     }
-    leaves_[node.first] = {node.kept->data() + node.kept->size(), items.size()};
-    node.kept->insert(node.kept->end(), items.begin(), items.end());
+    std::vector<NodeItem>& kept = blocks_[node.block];
+    leaves_[node.first] = {node.block, static_cast<std::uint32_t>(items.size()), kept.size()};
+    kept.insert(kept.end(), items.begin(), items.end());
   }
 
   bool same_group(std::size_t a, std::size_t b) const {
@@ -373,50 +372,43 @@ class Bisection {
     for (std::size_t k = 0; k < 3; ++k) d[k] = centre_[after][k] - centre_[before][k];
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) {  // alone: along its largest extent
       const Leaf& leaf = leaves_[path_[r].leaf];
-      d[largest_extent(std::span(leaf.items, leaf.count)).axis] = 1;
+      d[largest_extent(std::span<const NodeItem>(blocks_[leaf.block]).subspan(leaf.first, leaf.count)).axis] =
+          1;
     }
     return d;
   }
 
-  BalancedOrder collect() const {
-    std::vector<std::size_t> begin(path_.size() + 1, 0);
-    for (std::size_t r = 0; r < path_.size(); ++r) begin[r + 1] = begin[r] + leaves_[path_[r].leaf].count;
-    BalancedOrder order;
-    order.element.resize(begin.back());
-    order.part.resize(begin.back());
-    order.cumulative.resize(begin.back() + 1);
-    order.cumulative[0] = 0;
-    // The mass before the r-th leaf of the path is not boundary(r) to the last unit: leaves of the tree are
-    // numbered along the axes.
-    std::vector<std::uint64_t> before(path_.size() + 1, 0);
-    for (std::size_t r = 0; r < path_.size(); ++r)
-      before[r + 1] = before[r] + boundary(path_[r].leaf + 1) - boundary(path_[r].leaf);
+  BalancedCells collect() {
+    BalancedCells cells;
+    cells.cell.resize(path_.size());
+    cells.unit = from_units_;
     parallel_blocks(path_.size(), sum_block, [&](std::size_t from, std::size_t to) {
       cancel_.check();
-      std::vector<std::uint64_t> row;
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        const NodeItem* const items = leaf.items;
-        const Point d = direction(r);
-        row.clear();
-        for (std::size_t i = 0; i < leaf.count; ++i)
-          row.push_back(row_entry(d[0] * items[i].at[0] + d[1] * items[i].at[1] + d[2] * items[i].at[2], i));
-        std::sort(row.begin(), row.end());
-        if (!group_.empty() && group_[path_[r].node] == several_groups)
-          std::stable_sort(row.begin(), row.end(), [&](std::uint64_t a, std::uint64_t b) {
-            return group_of(items[number_of(a)]) < group_of(items[number_of(b)]);
-          });
-        std::uint64_t sum = before[r];
-        for (std::size_t i = 0; i < leaf.count; ++i) {
-          const NodeItem& item = items[number_of(row[i])];
-          sum += item.mass;
-          order.element[begin[r] + i] = element_of(item);
-          order.part[begin[r] + i] = static_cast<std::uint8_t>(part_of(item));
-          order.cumulative[begin[r] + i + 1] = static_cast<double>(sum) * from_units_[0] * from_units_[1];
-        }
+        cells.cell[r] = {leaf.block, leaf.count, leaf.first, direction(r)};
       }
     });
-    return order;
+    cells.block = std::move(blocks_);
+    if (!group_.empty()) order_mixed(cells);
+    return cells;
+  }
+
+  // Entries of cells with several groups: in order, group by group.
+  void order_mixed(BalancedCells& cells) const {
+    std::vector<std::uint32_t> order;
+    for (std::size_t r = 0; r < path_.size(); ++r) {
+      if (group_[path_[r].node] != several_groups) continue;
+      Cell& cell = cells.cell[r];
+      order_entries(cells, cell, order);
+      const std::span<NodeItem> entries =
+          std::span(cells.block[cell.block]).subspan(cell.first, cell.entries);
+      const std::vector<NodeItem> old(entries.begin(), entries.end());
+      std::stable_sort(order.begin(), order.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return group_of(old[a]) < group_of(old[b]); });
+      for (std::size_t i = 0; i < old.size(); ++i) entries[i] = old[order[i]];
+      cell.direction = {};
+    }
   }
 
   struct Step {
@@ -439,11 +431,59 @@ class Bisection {
   std::vector<Step> path_;
 };
 
+// Entries by their places along the direction of a cell, with their numbers.
+void lay_out(std::span<const CellEntry> entries, const Point& d, std::vector<std::uint64_t>& row) {
+  row.resize(entries.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const float* at = entries[i].at;
+    row[i] = row_entry(d[0] * at[0] + d[1] * at[1] + d[2] * at[2], i);
+  }
+}
+
 }  // namespace
 
-BalancedOrder balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
+BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits, const CancelToken& cancel) {
-  return Bisection(elements, n, traits, cancel).order();
+  return Bisection(elements, n, traits, cancel).cells();
+}
+
+const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,
+                          std::vector<std::uint64_t>& scratch) {
+  const std::span<const CellEntry> entries = cells.entries(cell);
+  lay_out(entries, cell.direction, scratch);
+  std::uint64_t total = 0;
+  for (const CellEntry& entry : entries) total += entry.mass;
+  const auto target = std::min(static_cast<std::uint64_t>(share * static_cast<double>(total)), total - 1);
+  // The part of the row that the target lies in, sorted once it is short.
+  const auto mass_of = [&](std::uint64_t entry) { return entries[number_of(entry)].mass; };
+  std::span<std::uint64_t> row = scratch;
+  std::uint64_t below = 0;
+  constexpr std::size_t sorted_row = 8;
+  while (row.size() > sorted_row) {
+    const std::uint64_t a = row.front(), b = row[row.size() / 2], c = row.back();
+    const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    const auto middle = std::partition(row.begin(), row.end(), [&](std::uint64_t x) { return x < pivot; });
+    const auto less = static_cast<std::size_t>(middle - row.begin());
+    std::uint64_t mass = 0;
+    for (const std::uint64_t entry : row.first(less)) mass += mass_of(entry);
+    const bool is_less = target < below + mass;
+    if (!is_less) below += mass;
+    row = is_less ? row.first(less) : row.subspan(less);
+  }
+  std::sort(row.begin(), row.end());
+  for (const std::uint64_t entry : row) {
+    below += mass_of(entry);
+    if (target < below) return entries[number_of(entry)];
+  }
+  return entries[number_of(row.back())];  // only where no entry has mass
+}
+
+void order_entries(const BalancedCells& cells, const Cell& cell, std::vector<std::uint32_t>& order) {
+  std::vector<std::uint64_t> row;
+  lay_out(cells.entries(cell), cell.direction, row);
+  std::sort(row.begin(), row.end());
+  order.clear();
+  for (const std::uint64_t entry : row) order.push_back(number_of(entry));
 }
 
 }  // namespace meander

@@ -2,6 +2,8 @@
 // number of samples (docs/METHODS.md 6.5).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,12 +37,31 @@ struct ElementTraits {
   std::span<const std::uint32_t> group;     // by triangle: all elements of one group come before the next
 };
 
-// E' entries in the order of the path: elements and parts of split ones. What a cut divides has an entry on
-// either side, each with its share of the mass; E' is at most n - 1 more than all parts.
-struct BalancedOrder {
-  std::vector<std::uint32_t> element;  // E'
-  std::vector<std::uint8_t> part;      // E': 1 the whole, 2 and 3 its halves, 4 to 7 their halves
-  std::vector<double> cumulative;      // E' + 1: mass before each entry; the last is the total
+// An element, a part of a split one, or, where a cut divides it, a share of the mass of either.
+struct CellEntry {
+  float at[3];         // its centroid
+  std::uint32_t name;  // element and part
+  std::uint64_t mass;  // in units
+  std::uint32_t element() const { return name >> 3; }
+  std::uint32_t part() const { return name & 7; }  // 1 the whole, 2 and 3 its halves, 4 to 7 their halves
+};
+
+// One of the n cells: entries of a block, and the direction in which the path passes it.
+struct Cell {
+  std::uint32_t block, entries;
+  std::size_t first;
+  std::array<float, 3> direction;  // 0: the entries are in order
+};
+
+// The cells in the order of the path. At most n - 1 more entries than all parts.
+struct BalancedCells {
+  std::vector<Cell> cell;                     // n
+  std::vector<std::vector<CellEntry>> block;  // each filled by one task
+  std::array<double, 2> unit{};               // of masses: factors, as their product may be out of range
+  std::span<const CellEntry> entries(const Cell& c) const {
+    return std::span(block[c.block]).subspan(c.first, c.entries);
+  }
+  double mass(const CellEntry& entry) const { return static_cast<double>(entry.mass) * unit[0] * unit[1]; }
 };
 
 // Orders the elements so that the k-th of n equal shares of the mass is one compact cell. A node that holds
@@ -52,9 +73,17 @@ struct BalancedOrder {
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 100 bytes an element and 190 a sample, most of them at the peak, and 37 an
+// levels more for its parts; 100 bytes an element and 190 a sample, most of them at the peak, and 24 an
 // entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29 elements.
-BalancedOrder balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
+BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {});
+
+// The entry that holds `share` (in [0, 1)) of a cell's mass along the direction of the path, never one
+// without mass; entries follow each other by their centroids, those in one place by number. `scratch` is
+// overwritten. Pure. O(P) for P entries.
+const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,
+                          std::vector<std::uint64_t>& scratch);
+// All of them in that order: numbers in `cells.entries(cell)`. O(P log P).
+void order_entries(const BalancedCells& cells, const Cell& cell, std::vector<std::uint32_t>& order);
 
 }  // namespace meander

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/order/balanced_order.h"
+
 namespace meander {
 
 // Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
@@ -20,17 +22,13 @@ inline constexpr std::size_t sorted_node = 32;
 inline constexpr std::size_t cut_bins = 64;
 
 // What a node of the tree holds.
-struct NodeItem {
-  float at[3];
-  std::uint32_t element;  // its number, with that of a part
-  std::uint64_t mass;
-};
+using NodeItem = CellEntry;
 
 // The bounding box of items, as SSE registers whose fourth lanes mean nothing.
 struct ItemBox {
   __m128 least = _mm_set1_ps(INFINITY), most = _mm_set1_ps(-INFINITY);
   void hold(const NodeItem& item) {
-    const __m128 at = _mm_loadu_ps(item.at);  // and the element's number
+    const __m128 at = _mm_loadu_ps(item.at);  // and its name
     least = _mm_min_ps(least, at);
     most = _mm_max_ps(most, at);
   }
@@ -74,12 +72,18 @@ inline std::uint64_t row_entry(float coordinate, std::size_t number) {
 }
 inline std::uint32_t number_of(std::uint64_t entry) { return static_cast<std::uint32_t>(entry); }
 
+struct DivideScratch {
+  std::vector<std::uint64_t> row;  // of items that are sorted
+  std::vector<std::uint8_t> bin;   // by item
+};
+
 // The lower `target` of the mass to `to` and on, the rest before `end`, from there down; how many items
 // each. `at` gives the coordinate of an item, all in `range`.
 template <class Coordinate>
 std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, const Coordinate& at,
                                            const ItemExtent& range, std::uint64_t target, NodeItem* to,
-                                           NodeItem* end, std::vector<std::uint64_t>& row) {
+                                           NodeItem* end, DivideScratch& scratch) {
+  std::vector<std::uint64_t>& row = scratch.row;
   row.clear();
   NodeItem* low = to;
   NodeItem* high = end - 1;
@@ -93,13 +97,18 @@ std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, cons
       return std::min(static_cast<int>((at(i) - range.least) * scale), static_cast<int>(cut_bins - 1));
     };
     std::array<std::uint64_t, cut_bins> sum{};
-    for (std::size_t i = 0; i < items.size(); ++i) sum[static_cast<std::size_t>(bin_of(i))] += items[i].mass;
+    scratch.bin.resize(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const int bin = bin_of(i);
+      scratch.bin[i] = static_cast<std::uint8_t>(bin);
+      sum[static_cast<std::size_t>(bin)] += items[i].mass;
+    }
     int crossing = 0;
     while (crossing + 1 < static_cast<int>(cut_bins) &&
            below + sum[static_cast<std::size_t>(crossing)] <= target)
       below += sum[static_cast<std::size_t>(crossing++)];
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const int bin = bin_of(i);
+      const int bin = scratch.bin[i];
       if (bin == crossing) {
         row.push_back(row_entry(at(i), i));
         continue;

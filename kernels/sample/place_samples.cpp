@@ -28,12 +28,30 @@ struct Draw {
   std::uint32_t next_counter;
 };
 
+// The elements that samples lie in, by curve rank.
+struct RankElements {
+  std::vector<std::uint32_t> triangle, path;
+  std::vector<float> vertex;  // 2 weights of the curve vertex, where samples are placed there,
+  std::vector<double> mass;   // and the element's mass
+  RankElements(std::size_t count, bool vertices)
+      : triangle(count), path(count), vertex(vertices ? 2 * count : 0), mass(vertices ? count : 0) {}
+  void set(std::size_t rank, std::uint32_t in_triangle, std::uint32_t at_path) {
+    triangle[rank] = in_triangle;
+    path[rank] = at_path;
+  }
+  void set_vertex(std::size_t rank, const float* weights, double own_mass) {
+    vertex[2 * rank] = weights[0];
+    vertex[2 * rank + 1] = weights[1];
+    mass[rank] = own_mass;
+  }
+};
+
 // Everything that placing one sample needs; const, shared by all threads.
 struct Placer {
   const PolygonMesh& file;
   const MeasuredMesh& surface;
   const Density& density;
-  const CurveElements& elements;
+  const RankElements& elements;
   RandomKey key;
   const PlaceParameters& parameters;
   const OutputFrame& frame;
@@ -47,9 +65,8 @@ struct Placer {
     return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
   }
 
-  Piece piece(std::size_t element) const {
-    const std::uint32_t t = elements.triangle[element];
-    return piece_of(bisection_corners(surface, t), elements.path[element]);
+  Piece piece(std::size_t rank) const {
+    return piece_of(bisection_corners(surface, elements.triangle[rank]), elements.path[rank]);
   }
 
   // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
@@ -76,16 +93,15 @@ struct Placer {
 
   // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than
   // the whole triangle, the triangle shrunk towards the vertex until it weighs what the vertex does.
-  Piece redraw_piece(std::size_t element) const {
-    Piece p = piece(element);
-    if (parameters.place == PlaceKind::element || elements.path[element] != 1) return p;
-    const std::uint32_t t = elements.triangle[element];
-    const double mass = elements.cumulative[element + 1] - elements.cumulative[element];
+  Piece redraw_piece(std::size_t rank) const {
+    Piece p = piece(rank);
+    if (parameters.place == PlaceKind::element || elements.path[rank] != 1) return p;
+    const std::uint32_t t = elements.triangle[rank];
     const double whole = mesh.area[t] * (density_at(t, 0, 0) + density_at(t, 1, 0) + density_at(t, 0, 1)) / 3;
-    const double shrink = whole > 0 ? std::sqrt(std::clamp(mass / whole, 0.0, 1.0)) : 1.0;
+    const double shrink = whole > 0 ? std::sqrt(std::clamp(elements.mass[rank] / whole, 0.0, 1.0)) : 1.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      p.b1[k] = elements.vertex[2 * element] + shrink * (p.b1[k] - elements.vertex[2 * element]);
-      p.b2[k] = elements.vertex[2 * element + 1] + shrink * (p.b2[k] - elements.vertex[2 * element + 1]);
+      p.b1[k] = elements.vertex[2 * rank] + shrink * (p.b1[k] - elements.vertex[2 * rank]);
+      p.b2[k] = elements.vertex[2 * rank + 1] + shrink * (p.b2[k] - elements.vertex[2 * rank + 1]);
     }
     return p;
   }
@@ -135,8 +151,8 @@ struct Placer {
 
 // The element that holds each position: half-open, never one without mass. Positions ascend: one linear
 // merge.
-std::vector<std::uint32_t> elements_of(const CurveElements& elements, std::span<const double> position) {
-  std::vector<std::uint32_t> found(position.size());
+RankElements elements_at(const CurveElements& elements, std::span<const double> position, bool vertices) {
+  RankElements found(position.size(), vertices);
   const double total = elements.total();
   std::size_t at = 0;
   std::size_t last =
@@ -146,8 +162,28 @@ std::vector<std::uint32_t> elements_of(const CurveElements& elements, std::span<
   for (std::size_t r = 0; r < position.size(); ++r) {
     const double target = position[r] * total;
     while (at < last && elements.cumulative[at + 1] <= target) ++at;
-    found[r] = static_cast<std::uint32_t>(at);
+    found.set(r, elements.triangle[at], elements.path[at]);
+    if (vertices)
+      found.set_vertex(r, &elements.vertex[2 * at], elements.cumulative[at + 1] - elements.cumulative[at]);
   }
+  return found;
+}
+
+RankElements elements_at(const ElementCells& cells, std::span<const double> position, bool vertices) {
+  RankElements found(position.size(), vertices);
+  const auto count = static_cast<double>(cells.count());
+  parallel_blocks(position.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> scratch;
+    for (std::size_t r = begin; r < end; ++r) {
+      const double at = position[r] * count;
+      const std::size_t c = std::min(static_cast<std::size_t>(at), cells.count() - 1);
+      const CellEntry& entry =
+          entry_at(cells.cells, cells.cells.cell[c], std::min(at - static_cast<double>(c), 1.0), scratch);
+      found.set(r, cells.triangle[entry.element()], cells.path_of(entry));
+      if (vertices)
+        found.set_vertex(r, &cells.vertex[2 * std::size_t{entry.element()}], cells.cells.mass(entry));
+    }
+  });
   return found;
 }
 
@@ -190,15 +226,15 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
   return frame;
 }
 
-Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+namespace {
+
+Samples place(const Placer& placer, const SampleSequence& sequence, RepairCounts& repairs,
+              const CancelToken& cancel) {
+  const PlaceParameters& parameters = placer.parameters;
+  const RankElements& elements = placer.elements;
+  const PolygonMesh& file = placer.file;
+  const PreparedMesh& mesh = placer.mesh;
   const std::uint32_t count = parameters.samples;
-  if (elements.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
-  const PreparedMesh& mesh = surface.mesh();
-  const Placer placer{file, surface, density, elements, key, parameters, frame};
-  const SampleSequence sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
-  const std::vector<std::uint32_t> element = elements_of(elements, sequence.position);
   cancel.check();
 
   // By curve rank first; duplicates must be found in one fixed order.
@@ -207,7 +243,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
   const auto set = [&](std::uint32_t rank, double b1, double b2) {
     weight[2 * std::size_t{rank}] = static_cast<float>(b1);
     weight[2 * std::size_t{rank} + 1] = static_cast<float>(b2);
-    const auto p = placer.stored_point(elements.triangle[element[rank]], weight[2 * std::size_t{rank}],
+    const auto p = placer.stored_point(elements.triangle[rank], weight[2 * std::size_t{rank}],
                                        weight[2 * std::size_t{rank} + 1]);
     std::copy(p.begin(), p.end(), point.begin() + 3 * std::ptrdiff_t{rank});
   };
@@ -215,11 +251,10 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
     for (std::size_t r = begin; r < end; ++r) {
       const auto rank = static_cast<std::uint32_t>(r);
       if (parameters.place == PlaceKind::vertex) {
-        set(rank, elements.vertex[2 * std::size_t{element[r]}],
-            elements.vertex[2 * std::size_t{element[r]} + 1]);
+        set(rank, elements.vertex[2 * r], elements.vertex[2 * r + 1]);
         continue;
       }
-      const Draw draw = placer.draw(elements.triangle[element[r]], placer.piece(element[r]), rank, 0);
+      const Draw draw = placer.draw(elements.triangle[r], placer.piece(r), rank, 0);
       counter[r] = draw.next_counter;
       set(rank, draw.b1, draw.b2);
     }
@@ -227,10 +262,10 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
   PointSet seen(count);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     if (seen.insert(point, rank)) continue;
-    const Piece piece = placer.redraw_piece(element[rank]);
+    const Piece piece = placer.redraw_piece(rank);
     bool distinct = false;
     for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
-      const Draw draw = placer.draw(elements.triangle[element[rank]], piece, rank, counter[rank]);
+      const Draw draw = placer.draw(elements.triangle[rank], piece, rank, counter[rank]);
       counter[rank] = draw.next_counter;
       set(rank, draw.b1, draw.b2);
       distinct = seen.insert(point, rank);
@@ -244,7 +279,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
     order.resize(count);
     std::iota(order.begin(), order.end(), 0u);
   } else {
-    order = sequence.rank_of_index.empty() ? progressive_order(count, key) : sequence.rank_of_index;
+    order = sequence.rank_of_index.empty() ? progressive_order(count, placer.key) : sequence.rank_of_index;
   }
   repairs[Repair::bad_normals] += count_bad_normals(file);
   Samples samples;
@@ -258,7 +293,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t rank = order[i];
-      const std::uint32_t t = elements.triangle[element[rank]];
+      const std::uint32_t t = elements.triangle[rank];
       const float b1 = weight[2 * rank], b2 = weight[2 * rank + 1];
       const Vector3 n = placer.normal(t, b1, b2);
       const float normal[3] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
@@ -276,6 +311,31 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
   });
   samples.curve_rank = std::move(order);
   return samples;
+}
+
+template <class Order>
+Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                       const Order& order, RandomKey key, const PlaceParameters& parameters,
+                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+  if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
+  const SampleSequence sequence =
+      make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
+  const RankElements elements = elements_at(order, sequence.position, parameters.place == PlaceKind::vertex);
+  return place(Placer{file, surface, density, elements, key, parameters, frame}, sequence, repairs, cancel);
+}
+
+}  // namespace
+
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                      const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+  return place_in_order(file, surface, density, elements, key, parameters, frame, repairs, cancel);
+}
+
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                      const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+  return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel);
 }
 
 }  // namespace meander

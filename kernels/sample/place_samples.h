@@ -9,6 +9,7 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
+#include "kernels/locate/element_cells.h"
 #include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/measured_mesh.h"
@@ -58,6 +59,12 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 // interpolated, where it gives them, else geometric. O(N + E).
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
+
+// The same in cells: the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell
+// floor(t_i N) along the path.
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                      const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
 
 }  // namespace meander

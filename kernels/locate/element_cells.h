@@ -1,0 +1,36 @@
+// Curve elements in the cells of balanced bisection (docs/METHODS.md 6.5).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/locate/elements.h"
+#include "kernels/order/balanced_order.h"
+
+namespace meander {
+
+// E pieces of triangles, and n cells made of them and their parts.
+struct ElementCells {
+  BalancedCells cells;
+  std::vector<std::uint32_t> triangle, path;  // E; the path of a part continues that of its piece
+  std::vector<float> vertex;  // 2 E, as in CurveElements; only filled when `vertex placement` is asked for
+  std::size_t count() const { return cells.cell.size(); }
+  std::uint32_t path_of(const CellEntry& entry) const;
+};
+
+// Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of
+// balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
+// empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
+// elements may be, and split in small cells only. The masses of a triangle's entries sum to its exact mass.
+// O(E log E); 180 bytes a piece, 190 a sample and 24 an entry at the peak. Throws ItemError(zero_density)
+// when the total is zero, ItemError(too_large) for more than 2^29 pieces. Deterministic for every thread
+// count.
+ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure,
+                         std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
+                         const ElementParameters& parameters, const CancelToken& cancel = {});
+
+}  // namespace meander

@@ -1,0 +1,111 @@
+// Pieces of triangles with their centroids: what is put in order without curve keys.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/random.h"
+#include "kernels/locate/elements.h"
+#include "kernels/locate/pieces.h"
+#include "kernels/order/balanced_order.h"
+
+namespace meander {
+
+// From a piece's centroid to that of the half that bisect_edge makes first.
+inline Vector3 way_to_first_half(const PlainPiece& piece, std::size_t edge) {
+  return (1.0 / 6) * (piece.corner[edge] - piece.corner[(edge + 1) % 3]);
+}
+
+// How a piece is split into parts of at most `limit`.
+inline ElementSplit split_of(const PlainPiece& piece, double mass, double limit) {
+  ElementSplit split;
+  const int bisections = std::bit_width(piece.path) - 1;
+  while (split.levels < 2 && mass > limit && bisections + split.levels < most_bisections) {
+    ++split.levels;
+    mass *= 0.5;
+  }
+  if (split.levels == 0) return split;
+  const auto store = [](const Vector3& way, float(&to)[3]) {
+    to[0] = static_cast<float>(way.x);
+    to[1] = static_cast<float>(way.y);
+    to[2] = static_cast<float>(way.z);
+  };
+  const std::size_t edge = longest_edge(piece);
+  store(way_to_first_half(piece, edge), split.half);
+  if (split.levels == 1) return split;
+  std::array<PlainPiece, 2> half;
+  bisect_edge(piece, edge, half[0], half[1]);
+  for (std::size_t h = 0; h < 2; ++h)
+    store(way_to_first_half(half[h], longest_edge(half[h])), split.quarter[h]);
+  return split;
+}
+
+// Pieces with their centroids (see cut_all), and with the splits of plain ones, unless the limit is 0.
+class PlacedPieces {
+ public:
+  PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices, double split_limit)
+      : places_(&places), key_(key), keep_vertices_(keep_vertices), split_limit_(split_limit) {}
+
+  static constexpr bool takes_plain_pieces = true;
+  bool wants_weights() const { return keep_vertices_ || places_->any(); }
+
+  void reserve(std::size_t pieces) {
+    point.reserve(pieces);
+    triangle.reserve(pieces);
+    path.reserve(pieces);
+    if (split_limit_ > 0) split.reserve(pieces);
+  }
+  void append(const PlacedPieces& next) {
+    point.insert(point.end(), next.point.begin(), next.point.end());
+    triangle.insert(triangle.end(), next.triangle.begin(), next.triangle.end());
+    path.insert(path.end(), next.path.begin(), next.path.end());
+    vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
+    split.insert(split.end(), next.split.begin(), next.split.end());
+  }
+
+  void operator()(std::size_t t, const TriangleSource& source, const WorkPiece& piece, double mass) {
+    const auto [b1, b2] = centroid(piece.weights);
+    Vector3 at = source.at(b1, b2);
+    std::array<double, 3> u, v;
+    if (places_->find(t, u, v)) {
+      const double b0 = 1 - b1 - b2;
+      at = {b0 * u[0] + b1 * u[1] + b2 * u[2], b0 * v[0] + b1 * v[1] + b2 * v[2], 0};
+    }
+    add(t, at, piece.path, mass);
+    if (!keep_vertices_) return;
+    const auto [v1, v2] = random_point(piece.weights, t, piece.path, key_);
+    vertex.push_back(static_cast<float>(v1));
+    vertex.push_back(static_cast<float>(v2));
+  }
+
+  void operator()(std::size_t t, const PlainPiece& piece, double mass) {
+    add(t, centroid(piece), piece.path, mass);
+    if (split_limit_ > 0) split.push_back(split_of(piece, mass, split_limit_));
+  }
+
+  std::vector<MassPoint> point;
+  std::vector<std::uint32_t> triangle, path;
+  std::vector<float> vertex;
+  std::vector<ElementSplit> split;
+
+ private:
+  void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
+    point.push_back({{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
+    triangle.push_back(static_cast<std::uint32_t>(t));
+    path.push_back(piece_path);
+  }
+
+  const ChartPlaces* places_;
+  RandomKey key_;
+  bool keep_vertices_;
+  double split_limit_;
+};
+
+// The most that an element may weigh. Throws ItemError(zero_density) when the total mass is zero.
+double element_limit(const MeshMeasure& measure, const ElementParameters& parameters);
+// Throws ItemError(too_large) for more elements than that.
+void check_count(std::size_t elements, std::size_t most);
+
+}  // namespace meander
