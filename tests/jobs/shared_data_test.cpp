@@ -117,8 +117,14 @@ void check_masses(const std::filesystem::path& path, std::string_view method) {
   const std::size_t triangles = model.surface.triangle_count();
   std::vector<double> mass(triangles, 0.0);
   const CurveElements& elements = model.elements;
+  double sum = elements.total();
   for (std::size_t i = 0; i < elements.count(); ++i)
     mass[elements.triangle[i]] += elements.cumulative[i + 1] - elements.cumulative[i];
+  for (const Cell& cell : model.cells.cells.cell)
+    for (const CellEntry& entry : model.cells.cells.entries(cell)) {
+      mass[model.cells.triangle[entry.element()]] += model.cells.cells.mass(entry);
+      sum += model.cells.cells.mass(entry);
+    }
   const long double unit = static_cast<long double>(model.surface.unit) * model.surface.unit;
   long double total = 0, worst = 0;
   for (std::size_t t = 0; t < triangles; ++t) {
@@ -140,7 +146,7 @@ void check_masses(const std::filesystem::path& path, std::string_view method) {
     total += area;
     if (area > 0) worst = std::max(worst, std::abs(mass[t] * unit - area) / area);
   }
-  CHECK(static_cast<double>(std::abs(elements.total() * unit - total) / total) <= 1e-6);
+  CHECK(static_cast<double>(std::abs(sum * unit - total) / total) <= 1e-6);
   CHECK(static_cast<double>(worst) <= 1e-6);
 }
 

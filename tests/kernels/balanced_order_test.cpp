@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -38,6 +40,30 @@ double total_of(const std::vector<MassPoint>& points) {
   return total;
 }
 
+// All entries in the order of the path.
+struct BalancedOrder {
+  std::vector<std::uint32_t> element, part;
+  std::vector<double> cumulative{0};
+};
+BalancedOrder ordered(std::span<const MassPoint> elements, std::uint32_t n,
+                      const ElementTraits& traits = {}) {
+  const BalancedCells cells = balanced_order(elements, n, traits);
+  BalancedOrder order;
+  std::vector<std::uint32_t> numbers;
+  CellEntry passed{};
+  for (const Cell& cell : cells.cell) {
+    order_entries(cells, cell, numbers);
+    for (const std::uint32_t number : numbers) {
+      const CellEntry& entry = cells.entries(cell)[number];
+      order.element.push_back(entry.element());
+      order.part.push_back(entry.part());
+      passed.mass += entry.mass;
+      order.cumulative.push_back(cells.mass(passed));
+    }
+  }
+  return order;
+}
+
 // The bounding box of each of n equal shares of the order: lengths along x, y, z.
 std::vector<std::array<float, 3>> extents(const std::vector<MassPoint>& points, const BalancedOrder& order,
                                           std::uint32_t n) {
@@ -61,7 +87,7 @@ std::vector<std::array<float, 3>> extents(const std::vector<MassPoint>& points, 
 TEST_CASE("balanced order: every element keeps its mass, and few are divided") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 1000u}) {
     const std::vector<MassPoint> points = square_points(5000);
-    const BalancedOrder order = balanced_order(points, n);
+    const BalancedOrder order = ordered(points, n);
     REQUIRE(order.cumulative.size() == order.element.size() + 1);
     CHECK(order.element.size() <= points.size() + n - 1);
     CHECK(order.cumulative.front() == 0);
@@ -81,7 +107,7 @@ TEST_CASE("balanced order: at every level of the tree the cells are boxes that d
   // With 64 shares, the 2^k blocks of consecutive shares are the nodes of level k: boxes of equal mass.
   constexpr std::uint32_t n = 64;
   const std::vector<MassPoint> points = square_points(20000);
-  const BalancedOrder order = balanced_order(points, n);
+  const BalancedOrder order = ordered(points, n);
   for (std::uint32_t blocks = 2; blocks <= n; blocks *= 2) {
     double area = 0;
     for (const auto& e : extents(points, order, blocks))
@@ -96,7 +122,7 @@ TEST_CASE("balanced order: shares are cut where the masses ask for, not the numb
   // All elements left of the middle weigh three times as much: of 8 shares 6 lie there.
   std::vector<MassPoint> points = square_points(4096);
   for (MassPoint& p : points) p.mass = p.at[0] < 0.5f ? 3 : 1;
-  const BalancedOrder order = balanced_order(points, 8);
+  const BalancedOrder order = ordered(points, 8);
   const double share = order.cumulative.back() / 8;
   std::array<double, 8> left{};
   for (std::size_t i = 0; i < order.element.size(); ++i) {
@@ -111,7 +137,7 @@ TEST_CASE("balanced order: shares are cut where the masses ask for, not the numb
 TEST_CASE("balanced order: consecutive cells are neighbours") {
   constexpr std::uint32_t n = 1000;
   const std::vector<MassPoint> points = square_points(16000);
-  const BalancedOrder order = balanced_order(points, n);
+  const BalancedOrder order = ordered(points, n);
   std::vector<std::array<double, 2>> centre(n, {0, 0});
   std::vector<double> mass(n, 0);
   for (std::size_t i = 0; i < order.element.size(); ++i) {
@@ -143,7 +169,7 @@ TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is
   const std::vector<MassPoint> points = square_points(1000);
   const std::vector<ElementSplit> splits = small_splits(points.size());
   for (const std::uint32_t n : {1u, 8u, 9u, 33u, 100u, 500u}) {
-    const BalancedOrder order = balanced_order(points, n, {{}, splits, {}, {}});
+    const BalancedOrder order = ordered(points, n, {{}, splits, {}, {}});
     CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
     std::vector<std::array<double, 8>> mass(points.size());
     for (std::size_t i = 0; i < order.element.size(); ++i)
@@ -169,18 +195,47 @@ TEST_CASE("balanced order: parts of splits lie where the element says") {
   // One element, whose parts are points of a line.
   const std::vector<MassPoint> points = {{{0, 0, 0}, 1.0}};
   const std::vector<ElementSplit> splits = {{2, {0.4f, 0, 0}, {{-0.2f, 0, 0}, {0.2f, 0, 0}}}};
-  const BalancedOrder order = balanced_order(points, 4, {{}, splits, {}, {}});
-  std::vector<std::uint8_t> along = order.part;
+  const BalancedOrder order = ordered(points, 4, {{}, splits, {}, {}});
+  std::vector<std::uint32_t> along = order.part;
   if (along.front() != 7) std::reverse(along.begin(), along.end());
   // At -0.6, -0.2, 0.2 and 0.6.
-  CHECK(along == std::vector<std::uint8_t>{7, 6, 4, 5});
+  CHECK(along == std::vector<std::uint32_t>{7, 6, 4, 5});
+}
+
+TEST_CASE("entry_at: finds what the order of all entries has there") {
+  std::vector<MassPoint> points = square_points(3000);
+  for (std::size_t i = 0; i < points.size(); i += 7) points[i].mass = 0;
+  for (std::size_t i = 0; i + 1 < points.size(); i += 5) std::copy_n(points[i].at, 3, points[i + 1].at);
+  for (const std::uint32_t n : {1u, 40u, 700u}) {
+    const BalancedCells cells = balanced_order(points, n);
+    std::vector<std::uint32_t> numbers;
+    std::vector<std::uint64_t> scratch;
+    for (std::size_t c = 0; c < n; ++c) {
+      const Cell& cell = cells.cell[c];
+      order_entries(cells, cell, numbers);
+      double total = 0;
+      for (const CellEntry& entry : cells.entries(cell)) total += cells.mass(entry);
+      for (const double share : {0.0, 0.1, 0.5, 0.77, 1.0}) {
+        const CellEntry& found = entry_at(cells, cell, share, scratch);
+        CHECK(found.mass > 0);
+        double before = 0;
+        for (const std::uint32_t number : numbers) {
+          const CellEntry& entry = cells.entries(cell)[number];
+          if (&entry == &found) break;
+          before += cells.mass(entry);
+        }
+        CHECK(before <= share * total * (1 + 1e-9));
+        CHECK(before + cells.mass(found) >= share * total * (1 - 1e-9));
+      }
+    }
+  }
 }
 
 TEST_CASE("balanced order: equal points, no extent, elements without mass and one share") {
   std::vector<MassPoint> points;
   for (std::uint32_t i = 0; i < 1000; ++i) points.push_back({{0.25f, 0.5f, -0.5f}, i % 3 == 0 ? 0.0 : 1.0});
   for (const std::uint32_t n : {1u, 5u, 700u}) {
-    const BalancedOrder order = balanced_order(points, n);
+    const BalancedOrder order = ordered(points, n);
     CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
     CHECK(std::set<std::uint32_t>(order.element.begin(), order.element.end()).size() == points.size());
   }
@@ -189,7 +244,7 @@ TEST_CASE("balanced order: equal points, no extent, elements without mass and on
 }
 
 TEST_CASE("balanced order: more shares than elements") {
-  const BalancedOrder order = balanced_order(square_points(10), 1000);
+  const BalancedOrder order = ordered(square_points(10), 1000);
   CHECK(order.element.size() <= 1009);
   CHECK(order.cumulative.back() == Approx(total_of(square_points(10))).epsilon(1e-14));
 }
@@ -197,7 +252,7 @@ TEST_CASE("balanced order: more shares than elements") {
 TEST_CASE("balanced order: masses of very different size") {
   std::vector<MassPoint> points = square_points(3000);
   for (std::size_t i = 0; i < points.size(); ++i) points[i].mass = std::ldexp(1.0, -static_cast<int>(i % 80));
-  const BalancedOrder order = balanced_order(points, 50);
+  const BalancedOrder order = ordered(points, 50);
   CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-12));
   CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
 }
@@ -210,7 +265,7 @@ TEST_CASE("balanced order: extents and totals at the ends of the ranges of float
       p.mass = unit;
     }
     for (const std::uint32_t n : {1u, 2u, 7u, 40u}) {
-      const BalancedOrder order = balanced_order(points, n);
+      const BalancedOrder order = ordered(points, n);
       INFO(unit << ", " << n << " shares");
       CHECK(order.cumulative.back() / unit == Approx(300).epsilon(1e-9));
       CHECK(std::is_sorted(order.cumulative.begin(), order.cumulative.end()));
@@ -241,7 +296,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with splits, normals
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = balanced_order(points, 3000, {triangle, splits, normal, {}});
+    const BalancedOrder order = ordered(points, 3000, {triangle, splits, normal, {}});
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
     CHECK(order.part == expected.part);
@@ -254,7 +309,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = balanced_order(points, 3000);
+    const BalancedOrder order = ordered(points, 3000);
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
     CHECK(order.part == expected.part);
@@ -266,8 +321,8 @@ TEST_CASE("balanced order: scaling and the order of the axes change nothing but 
   const std::vector<MassPoint> points = square_points(2000);
   std::vector<MassPoint> other = points;
   for (MassPoint& p : other) p = {{0, 0.25f * p.at[0], 0.25f * p.at[1]}, 16 * p.mass};
-  const BalancedOrder a = balanced_order(points, 100);
-  const BalancedOrder b = balanced_order(other, 100);
+  const BalancedOrder a = ordered(points, 100);
+  const BalancedOrder b = ordered(other, 100);
   CHECK(a.element == b.element);
 }
 
@@ -277,7 +332,7 @@ TEST_CASE("balanced order: groups stay together, in their order") {
   std::iota(triangle.begin(), triangle.end(), 0u);
   for (std::size_t i = 0; i < points.size(); ++i) group[i] = i < 700 ? 2 : i < 710 ? 5 : i < 2000 ? 16 : 48;
   for (const std::uint32_t n : {1u, 10u, 333u}) {
-    const BalancedOrder order = balanced_order(points, n, {triangle, {}, {}, group});
+    const BalancedOrder order = ordered(points, n, {triangle, {}, {}, group});
     std::uint32_t before = 0;
     std::size_t descents = 0;
     for (const std::uint32_t e : order.element) {
@@ -313,8 +368,8 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
     for (std::size_t c = 0; c < n; ++c) cells += counts[0][c] > 0 && counts[1][c] > 0;
     return cells;
   };
-  CHECK(mixed(balanced_order(points, n, {triangle, {}, normal, {}})) <= 2);
-  CHECK(mixed(balanced_order(points, n, {triangle, {}, {}, {}})) > 400);
+  CHECK(mixed(ordered(points, n, {triangle, {}, normal, {}})) <= 2);
+  CHECK(mixed(ordered(points, n, {triangle, {}, {}, {}})) > 400);
 }
 
 TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are not") {

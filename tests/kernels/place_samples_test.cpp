@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
@@ -68,6 +69,66 @@ TEST_CASE("build_elements: masses of a triangle's elements sum to its mass, none
     }
     for (std::size_t t = 0; t < sum.size(); ++t) REQUIRE(sum[t] == Approx(masses[t]).epsilon(1e-9));
   }
+}
+
+TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every cell has its share") {
+  for (const bool linear : {false, true}) {
+    const PreparedMesh mesh = prepare_mesh(torus(16, 9));
+    const Density density = linear ? linear_density(mesh) : uniform_density();
+    const std::vector<double> masses = triangle_masses(mesh, density);
+    const double total = std::accumulate(masses.begin(), masses.end(), 0.0);
+    ElementParameters parameters;
+    parameters.samples = 1000;
+    parameters.elements_per_sample = 16;
+    const ElementCells cells = build_cells(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
+    REQUIRE(cells.count() == 1000);
+    std::vector<double> sum(mesh.triangle_count(), 0.0);
+    for (const Cell& cell : cells.cells.cell) {
+      double share = 0;
+      for (const CellEntry& entry : cells.cells.entries(cell)) {
+        const double mass = cells.cells.mass(entry);
+        share += mass;
+        sum[cells.triangle[entry.element()]] += mass;
+      }
+      REQUIRE(share == Approx(total / 1000).epsilon(1e-9));
+    }
+    for (std::size_t t = 0; t < sum.size(); ++t) REQUIRE(sum[t] == Approx(masses[t]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("build_cells: parts of split pieces lie where their paths say") {
+  // One cell is passed along x, the largest extent, so entries ascend by the centroids of their pieces.
+  PolygonMesh file;
+  file.x = {0, 3, 0.7};
+  file.y = {0, 0.1, 1};
+  file.z = {0, 0.4, -0.2};
+  file.corners = {0, 1, 2};
+  file.polygon_begin = {0, 3};
+  const PreparedMesh mesh = prepare_mesh(file);
+  ElementParameters parameters;
+  parameters.samples = 1;
+  parameters.elements_per_sample = 64;
+  const ElementCells cells = build_cells(mesh, measure_of(mesh, {}), {}, {}, test_key, parameters);
+  std::vector<std::uint32_t> order;
+  order_entries(cells.cells, cells.cells.cell[0], order);
+  REQUIRE(order.size() == 64);
+  double last = -INFINITY;
+  std::set<std::uint32_t> paths;
+  for (const std::uint32_t number : order) {
+    const CellEntry& entry = cells.cells.entries(cells.cells.cell[0])[number];
+    const std::uint32_t path = cells.path_of(entry);
+    paths.insert(path);
+    const Piece piece = piece_of(bisection_corners(mesh, 0), path);
+    double at = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      at += mesh.x[mesh.triangles[0]] * (1 - piece.b1[k] - piece.b2[k]) +
+            mesh.x[mesh.triangles[1]] * piece.b1[k] + mesh.x[mesh.triangles[2]] * piece.b2[k];
+    CHECK(at >= last - 1e-6);
+    last = at;
+  }
+  CHECK(paths.size() == 64);
+  CHECK(std::bit_width(*paths.begin()) == 7);
+  CHECK(std::bit_width(*paths.rbegin()) == 7);
 }
 
 TEST_CASE("build_elements: hints ask for more elements and never change the mass") {
