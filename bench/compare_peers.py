@@ -177,6 +177,8 @@ class Bench:
             answer = json.loads(outputs[0])
             result = {"models": answer["models"], "points": answer["points"], "checksum": answer["checksum"],
                       "failed": set(answer["failed"])}
+            if not all(isinstance(i, int) and i >= 0 for i in result["failed"]):
+                raise ValueError("failed")
         except (ValueError, KeyError, TypeError) as error:
             raise Failure(f"{' '.join(command)}: not the answer of a peer: {error!r}") from error
         if result["points"] != result["models"] * self.arguments.samples:
@@ -278,8 +280,11 @@ def summary_of(runs):
 
 
 def add_ratios(results):
-    """Ratios of models per second, wall and processor, to the fastest peer in each; the names of those peers."""
-    peers = [name for name in results if not name.startswith("meander")]
+    """Ratios of models per second, wall and processor, to the fastest peer in each; the names of those peers.
+
+    Peers that ran on some of the files only have a ratio but are none to others."""
+    everything = max(r["models"] for r in results.values())
+    peers = [n for n, r in results.items() if not n.startswith("meander") and r["models"] == everything]
     fastest = {}
     for speed, ratio in (("models_per_second", "ratio"), ("models_per_processor_second", "processor_ratio")):
         if peers:
@@ -291,7 +296,7 @@ def add_ratios(results):
 
 def print_table(results, fastest):
     def cell(ratio):
-        return f"{ratio:7.2f}" if ratio is not None else f"{'-':>7}"
+        return f"{ratio:7.3f}" if ratio is not None else f"{'-':>7}"
 
     print(f"{'':51} {'wall':-^43} {'processor':-^43}")
     figures = f"{'min s':>8} {'median':>8} {'spread':>7} {'models/s':>9} {'ratio':>7} "
