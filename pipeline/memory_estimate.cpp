@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/describe/heat_geodesics.h"
+#include "kernels/locate/element_cells.h"
 
 namespace meander {
 
@@ -25,11 +26,11 @@ constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, a
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;  // element, two sort arrays, result
-// Balanced order: pieces while they grow, two arrays of items, kept items, result; leaves, nodes and their
-// path.
-constexpr double bytes_per_balanced_element = 160, bytes_per_balanced_sample = 190;
-constexpr double few_samples = 8,
-                 bytes_per_element_of_few = 80;     // the whole tree is one block with its own arrays
+// Balanced order: pieces, two arrays of items; leaves, nodes and their path; entries of cells while they
+// grow.
+constexpr double bytes_per_balanced_piece = 160, bytes_per_balanced_sample = 190, bytes_per_entry = 30;
+// A block of the balanced order has its own arrays of items, by pieces and by entries.
+constexpr double samples_per_block = 16, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
 constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
 constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums
@@ -76,10 +77,14 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const double spread = method.follows_tensor ? 4 : 2;
   const double count = triangles + spread * elements_per_sample(parameters) * samples;
   double elements = count * bytes_per_element;
-  if (order_of(parameters) == ElementOrder::balanced)
-    elements =
-        count * (bytes_per_balanced_element + (samples <= few_samples ? bytes_per_element_of_few : 0)) +
-        samples * bytes_per_balanced_sample;
+  if (order_of(parameters) == ElementOrder::balanced) {
+    const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
+                                        parameters.density.kind == DensityKind::uniform);
+    const double pieces = is_split ? triangles + (count - triangles) / split_parts : count;
+    const double in_blocks = std::min(1.0, threads * samples_per_block / samples);
+    elements = pieces * bytes_per_balanced_piece + count * bytes_per_entry +
+               in_blocks * (pieces + count) * bytes_per_block_item + samples * bytes_per_balanced_sample;
+  }
   const double placed = samples * bytes_per_sample;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;

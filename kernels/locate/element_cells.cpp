@@ -10,9 +10,6 @@ namespace meander {
 
 namespace {
 
-// Parts that pieces are split into at most.
-constexpr double split_parts = 4;
-
 // Unit normals in space, (0, 0, 0) for triangles of no area.
 std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   std::vector<float> normal(3 * mesh.triangle_count());
@@ -44,9 +41,8 @@ ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure
   const PreparedMesh& mesh = surface.mesh();
   const ChartPlaces places(mesh, charts);
   const std::vector<std::uint32_t> group = sheet_groups(mesh, charts, hints.sheet);
-  // Coarse pieces are not made coarser.
-  const bool is_split = charts.empty() && parameters.elements_per_sample >= 8 && measure.density.uniform() &&
-                        surface.in_space() && hints.hits.empty() && !parameters.keep_vertices;
+  const bool is_split = hints.hits.empty() && splits_pieces(parameters, charts.empty() && surface.in_space(),
+                                                            measure.density.uniform());
   PlacedPieces pieces = cut_all(
       surface, measure.density, hints.hits, is_split ? limit * split_parts : limit,
       [&] { return PlacedPieces(places, key, parameters.keep_vertices, is_split ? limit : 0); }, cancel);

@@ -22,6 +22,15 @@ struct ElementCells {
   std::uint32_t path_of(const CellEntry& entry) const;
 };
 
+// Parts that pieces are split into at most.
+inline constexpr double split_parts = 4;
+// Whether pieces are split: in space, of uniform density, without curve vertices, and unless elements are so
+// coarse that larger ones would cost quality.
+constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space, bool uniform) {
+  return in_space && uniform && !parameters.keep_vertices &&
+         parameters.elements_per_sample >= 2 * split_parts;
+}
+
 // Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of
 // balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
 // empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as

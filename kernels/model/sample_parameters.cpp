@@ -86,6 +86,14 @@ double elements_per_sample(const SampleParameters& parameters) {
   return std::max(asked, least);
 }
 
+ElementParameters element_parameters(const SampleParameters& parameters) {
+  ElementParameters elements = parameters.elements;
+  elements.elements_per_sample = elements_per_sample(parameters);
+  elements.keep_vertices = parameters.place.place == PlaceKind::vertex;
+  elements.order = order_of(parameters);
+  return elements;
+}
+
 void set_samples(SampleParameters& parameters, std::uint32_t samples) {
   parameters.place.samples = samples;
   parameters.elements.samples = samples;

@@ -91,6 +91,8 @@ ElementOrder order_of(const SampleParameters& parameters);
 
 // elements.elements_per_sample, or what the method or the order needs at least where that is more.
 double elements_per_sample(const SampleParameters& parameters);
+// The parameters of the elements with that, the order, and curve vertices where samples are placed at them.
+ElementParameters element_parameters(const SampleParameters& parameters);
 
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);

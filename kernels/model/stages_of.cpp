@@ -96,14 +96,6 @@ Domain surface_domain(const Model& model) { return {model.surface, model.measure
 Domain segments_domain(const Model& model) { return {model.segments.measured(), model.segments.measure}; }
 using DomainOf = Domain (*)(const Model&);
 
-ElementParameters element_parameters(const SampleParameters& p) {
-  ElementParameters elements = p.elements;
-  elements.elements_per_sample = elements_per_sample(p);
-  elements.keep_vertices = p.place.place == PlaceKind::vertex;
-  elements.order = order_of(p);
-  return elements;
-}
-
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
                     const ElementParameters& elements) {
   // Placed a second time, the model may have been put in the other order before.
