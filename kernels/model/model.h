@@ -9,6 +9,7 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
+#include "kernels/locate/element_cells.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"

@@ -9,13 +9,14 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
-#include "kernels/locate/element_cells.h"
 #include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/sample/samples.h"
 
 namespace meander {
+
+struct ElementCells;
 
 enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random };
 enum class OrderKind : std::uint8_t { progressive, curve };

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "kernels/locate/element_cells.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/sequence.h"
 #include "support/test_meshes.h"
