@@ -16,7 +16,7 @@ namespace meander {
 namespace {
 
 // Nodes of at most this many leaves take split elements by halves, and by all parts.
-constexpr std::uint32_t halved_leaves = 16, block_leaves = 8;
+constexpr std::uint32_t halved_leaves = 128, block_leaves = 32;
 constexpr int all_parts = 2;  // levels of splits
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;

@@ -69,7 +69,7 @@ struct BalancedCells {
 // mass, down to cells of one share. The path takes the half first that makes it shorter, seen from where it
 // comes from and where it goes on to, and the elements of a cell follow the direction in which it passes. A
 // node that is a thin stack of sheets is cut between sheets instead: by the side that they face, then by
-// height. Nodes of at most 16 shares take their elements by halves, those of at most 8 by all parts; what a
+// height. Nodes of at most 128 shares take their elements by halves, those of at most 32 by all parts; what a
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
