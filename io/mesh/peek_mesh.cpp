@@ -3,8 +3,12 @@
 // Headers are believed where the size of the file agrees. Text is sampled: a file of up to 256 KiB is looked
 // at whole, a larger one at its beginning and at one spot in each of equal strata, so that the share of the
 // file that vertices and faces take is known to about one stratum.
+#include <emmintrin.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -103,8 +107,29 @@ std::uint64_t rounded_up(double count) { return static_cast<std::uint64_t>(std::
 
 double triangles_of(double corners) { return std::max(0.0, corners - 2); }
 
+// Counts the tokens from the one that the cursor stands at to the end of its line or a comment, and moves
+// there. Sixteen bytes at a time: faces are most of many files.
 std::size_t tokens_on_line(TextCursor& cursor) {
   std::size_t tokens = 0;
+  std::uint32_t after_separator = 1;
+  const auto mask = [](__m128i bytes) { return static_cast<std::uint32_t>(_mm_movemask_epi8(bytes)); };
+  for (; cursor.end - cursor.at >= 16; cursor.at += 16) {
+    const __m128i bytes = _mm_loadu_si128(reinterpret_cast<const __m128i*>(cursor.at));
+    const std::uint32_t separators = mask(_mm_cmpeq_epi8(_mm_min_epu8(bytes, _mm_set1_epi8(' ')), bytes));
+    const std::uint32_t starts = ~separators & (separators << 1 | after_separator);
+    std::uint32_t stops = mask(_mm_cmpeq_epi8(bytes, _mm_set1_epi8('\n')));
+    if (cursor.hash_comments) stops |= mask(_mm_cmpeq_epi8(bytes, _mm_set1_epi8('#'))) & starts;
+    // Bit 16 of the starts belongs to the next bytes.
+    const int length = std::min(std::countr_zero(stops), 16);
+    tokens += static_cast<std::size_t>(std::popcount(starts & ((1u << length) - 1)));
+    if (stops != 0) {
+      cursor.at += length;
+      return tokens;
+    }
+    after_separator = separators >> 15;
+  }
+  if (after_separator == 0)
+    while (cursor.at < cursor.end && !text::is_separator(*cursor.at)) ++cursor.at;
   for (; cursor.token_on_line(); ++tokens) cursor.word();
   return tokens;
 }

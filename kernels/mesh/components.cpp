@@ -4,6 +4,7 @@
 #include <numeric>
 #include <string>
 
+#include "kernels/core/radix_sort.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/half_edges.h"
 
@@ -13,7 +14,9 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
                               const CancelToken& cancel) {
   const std::size_t count = opposite.size() / 3;
   component.assign(count, no_index);
-  std::vector<std::uint32_t> queue(count);
+  // One entry more: a neighbour is always written, and stays if it is new. Most are not, and a branch on it
+  // could not be predicted.
+  std::vector<std::uint32_t> queue(count + 1);
   std::size_t queued = 0;
   std::uint32_t components = 0;
   for (std::uint32_t seed = 0; queued < count; ++seed) {
@@ -23,12 +26,12 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
     component[seed] = components;
     for (; at < queued; ++at) {
       if (at % 65536 == 0) cancel.check();
-      for (std::uint32_t h = 3 * queue[at]; h < 3 * queue[at] + 3; ++h) {
-        if (opposite[h] == no_index) continue;
-        const std::uint32_t neighbour = opposite[h] / 3;
-        if (component[neighbour] != no_index) continue;
+      const std::uint32_t t = queue[at];
+      for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+        const std::uint32_t neighbour = opposite[h] == no_index ? t : opposite[h] / 3;
+        queue[queued] = neighbour;
+        queued += component[neighbour] == no_index;
         component[neighbour] = components;
-        queue[queued++] = neighbour;
       }
     }
     ++components;
@@ -39,10 +42,31 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
 std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> components) {
   std::vector<std::uint64_t> key(components.size());
   for (std::size_t c = 0; c < key.size(); ++c) key[c] = hilbert_key_3d(components[c].centroid());
+  // Leading bits of the key, then the number: mostly they decide, and words are sorted faster than numbers
+  // whose keys are elsewhere. What they leave undecided has the same leading bits: those are sorted again.
+  constexpr int number_bits = 28, key_bits = 63;
+  constexpr std::uint64_t numbers = std::uint64_t{1} << number_bits;
   std::vector<std::uint32_t> order(key.size()), place(key.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });
+  const auto by_key = [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; };
+  if (key.size() <= numbers) {
+    std::vector<std::uint64_t> words(key.size()), scratch;
+    for (std::size_t c = 0; c < words.size(); ++c)
+      words[c] = key[c] >> (key_bits + number_bits - 64) << number_bits | c;
+    radix_sort_words(words, scratch, number_bits);
+    for (std::size_t i = 0; i < words.size(); ++i) order[i] = static_cast<std::uint32_t>(words[i] % numbers);
+    for (std::size_t begin = 0, end = 0; begin < words.size(); begin = end) {
+      bool sorted = true;
+      for (end = begin + 1; end < words.size() && words[end] / numbers == words[begin] / numbers; ++end)
+        sorted = sorted && !by_key(order[end], order[end - 1]);
+      const auto first = order.begin();
+      if (!sorted)
+        std::stable_sort(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end),
+                         by_key);
+    }
+  } else {
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), by_key);
+  }
   for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
   return place;
 }

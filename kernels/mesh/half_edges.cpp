@@ -1,88 +1,214 @@
 #include "kernels/mesh/half_edges.h"
 
+#include <smmintrin.h>
+
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <memory>
 #include <numeric>
+#include <utility>
 
 namespace meander {
 
 namespace {
 
-struct Entry {
-  std::uint32_t larger, half_edge;  // larger end of the edge
+// What pairing finds out about the whole mesh.
+struct Findings {
+  std::uint32_t* opposite;
+  std::uint32_t crowded = 0;  // edges of more than two triangles
+  bool same_way = false;      // whether the two triangles of some edge run along it in the same direction
 };
 
-// Pairs the half-edges of one vertex's list: partners are the two entries of an edge that has just two.
-// Returns the number of edges with more. A list has about six entries: a full scan without early exits beats
-// sorting. O(n^2), the list is used up.
-std::uint32_t pair_by_scanning(std::span<Entry> list, std::vector<std::uint32_t>& opposite) {
-  std::uint32_t crowded = 0;
-  for (std::size_t left = list.size(); left > 1;) {
-    const Entry entry = list[--left];
-    std::size_t matches = 0, match = 0;
-    for (std::size_t i = 0; i < left; ++i) {
-      const bool same = list[i].larger == entry.larger;
-      matches += same;
-      match = same ? i : match;
-    }
-    if (matches == 1) {
-      opposite[entry.half_edge] = list[match].half_edge;
-      opposite[list[match].half_edge] = entry.half_edge;
-      list[match] = list[--left];
-    } else if (matches > 1) {
-      ++crowded;
-      const auto rest = list.first(left);
-      const auto end = std::remove_if(rest.begin(), rest.end(),
-                                      [&](const Entry& other) { return other.larger == entry.larger; });
-      left = static_cast<std::size_t>(end - rest.begin());
-    }
+// The corners at one vertex, one half-edge that starts there each. 8 more entries can be read.
+struct Star {
+  std::uint32_t vertex;
+  std::size_t size;
+  const std::uint32_t* half_edges;
+  const std::uint32_t* next;      // the vertex where the half-edge ends
+  const std::uint32_t* previous;  // and the one where the half-edge before it starts
+};
+
+// Eight entries of a list.
+struct Eight {
+  __m128i first, second;
+
+  explicit Eight(const std::uint32_t* at)
+      : first(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at))),
+        second(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at + 4))) {}
+  // Sixteen-bit lanes, all ones where an entry is `value`.
+  __m128i equal(__m128i value) const {
+    return _mm_packs_epi32(_mm_cmpeq_epi32(first, value), _mm_cmpeq_epi32(second, value));
   }
-  return crowded;
+  void store(std::uint32_t* at) const {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(at), first);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(at + 4), second);
+  }
+};
+
+__m128i previous_half_edges(__m128i h) {
+  // Multiples of 3 are those whose product with its inverse is at most (2^32 - 1) / 3.
+  const __m128i most = _mm_set1_epi32(0x55555555);
+  const __m128i product = _mm_mullo_epi32(h, _mm_set1_epi32(static_cast<int>(0xAAAAAAABu)));
+  const __m128i first_of_three = _mm_cmpeq_epi32(_mm_min_epu32(product, most), product);
+  return _mm_add_epi32(_mm_add_epi32(h, _mm_set1_epi32(-1)),
+                       _mm_and_si128(first_of_three, _mm_set1_epi32(3)));
 }
 
-// The same for fans of hundreds of triangles. O(n log n).
-std::uint32_t pair_by_sorting(std::span<Entry> list, std::vector<std::uint32_t>& opposite) {
-  std::sort(list.begin(), list.end(), [](const Entry& a, const Entry& b) { return a.larger < b.larger; });
-  std::uint32_t crowded = 0;
-  for (auto entry = list.begin(); entry != list.end();) {
-    auto end = entry + 1;
-    while (end != list.end() && end->larger == entry->larger) ++end;
-    if (end - entry == 2) {
-      opposite[entry[0].half_edge] = entry[1].half_edge;
-      opposite[entry[1].half_edge] = entry[0].half_edge;
+// Bit k for the corner k whose next vertex is `value`, bit 8 + k where the previous one is.
+std::uint32_t incidences(const Eight& next, const Eight& previous, std::uint32_t value) {
+  const __m128i all = _mm_set1_epi32(static_cast<int>(value));
+  return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(next.equal(all), previous.equal(all))));
+}
+
+// Stars of up to 8 corners: nearly all.
+struct SmallStar {
+  using Bits = std::uint32_t;
+  static constexpr std::size_t most = 8;
+  Eight next, previous;
+  Bits valid;
+
+  explicit SmallStar(const Star& star)
+      : next(star.next), previous(star.previous), valid(((Bits{1} << star.size) - 1) * 0x101) {}
+  Bits at(std::uint32_t value) const { return incidences(next, previous, value) & valid; }
+};
+
+// Stars of up to 31.
+struct MediumStar {
+  using Bits = std::uint64_t;
+  static constexpr std::size_t most = 32;
+  const Star& star;
+  Bits valid;
+
+  explicit MediumStar(const Star& of) : star(of), valid(((Bits{1} << of.size) - 1) * 0x100000001) {}
+  Bits at(std::uint32_t value) const {
+    Bits bits = 0;
+    for (std::size_t k = 0; k < star.size; k += 8) {
+      const Bits found = incidences(Eight(star.next + k), Eight(star.previous + k), value);
+      bits |= (found & 0xFF) << k | (found >> 8) << (most + k);
     }
-    crowded += end - entry > 2;
-    entry = end;
+    return bits & valid;
   }
-  return crowded;
+};
+
+// Pairs the half-edges that start at a vertex: partners are the two half-edges of an edge that has just two.
+// Compares all corners with each other, without branches: stars have about six corners, and sorting or
+// hashing them costs more. Whether faces around the vertex join all its corners is the result; false may also
+// mean that it was not found out.
+template <class Corners>
+bool pair_star(const Star& star, Findings& findings) {
+  using Bits = typename Corners::Bits;
+  constexpr std::size_t most = Corners::most, none = 2 * most;
+  const Corners corners(star);
+  std::array<std::uint32_t, none + 1> partner;
+  for (std::size_t k = 0; k < (most == 8 ? most : star.size); k += 8) {
+    Eight half_edges(star.half_edges + k);
+    half_edges.store(&partner[k]);
+    half_edges.first = previous_half_edges(half_edges.first);
+    half_edges.second = previous_half_edges(half_edges.second);
+    half_edges.store(&partner[most + k]);
+  }
+  partner[none] = no_index;
+  std::array<std::uint8_t, most + 1> following;  // behind the half-edge of every corner: an index of partner
+  Bits partners = 0;
+  const Bits end = none < 8 * sizeof(Bits) ? Bits{1} << none % (8 * sizeof(Bits)) : 0;
+  for (std::size_t i = 0; i < star.size; ++i) {
+    const Bits found = corners.at(star.next[i]), others = found ^ (Bits{1} << i);
+    const Bits one = (others & (others - 1)) == 0 ? others : 0;
+    const auto index = static_cast<std::size_t>(std::countr_zero(one | end));
+    findings.opposite[star.half_edges[i]] = partner[index];
+    following[i] = static_cast<std::uint8_t>(index);
+    partners |= one;
+    if (one != others) [[unlikely]] {
+      // Counted once: at the lower end, or at the end where all its half-edges start.
+      const bool here = found >> most == 0 || star.vertex < star.next[i];
+      findings.crowded += here && (found & ((Bits{1} << i) - 1)) == 0;
+    }
+  }
+  const Bits reached = partners >> most;
+  const bool same_way = partners != reached << most;
+  findings.same_way |= same_way;
+  const auto open = star.size - static_cast<std::size_t>(std::popcount(reached));
+  if (same_way || open > 1) return false;
+  // An open fan is closed by going from its end to its first corner, the only one that none leads to.
+  const auto first = open == 0 ? std::size_t{0} : static_cast<std::size_t>(std::countr_one(reached));
+  following[most] = static_cast<std::uint8_t>(most + first);
+  std::size_t returns = 0, at = first;
+  for (std::size_t step = 0; step < star.size + open; ++step) {
+    at = following[at] - most;
+    returns += at == first;
+  }
+  return returns == 1 && at == first;
+}
+
+// The same for fans of many triangles. O(n log n), 16 bytes a corner of scratch.
+void pair_by_sorting(const Star& star, Findings& findings) {
+  // The vertex at the other end, then 2 i where corner i's half-edge leaves, 2 i + 1 where one arrives.
+  std::vector<std::uint64_t> ends(2 * star.size);
+  for (std::size_t i = 0; i < star.size; ++i) {
+    ends[2 * i] = std::uint64_t{star.next[i]} << 32 | 2 * i;
+    ends[2 * i + 1] = std::uint64_t{star.previous[i]} << 32 | (2 * i + 1);
+  }
+  std::sort(ends.begin(), ends.end());
+  const auto leaves = [&](std::size_t k) { return ends[k] % 2 == 0; };
+  const auto half_edge = [&](std::size_t k) {
+    const std::uint32_t h = star.half_edges[static_cast<std::uint32_t>(ends[k]) / 2];
+    return leaves(k) ? h : previous_half_edge(h);
+  };
+  for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
+    const std::uint64_t vertex = ends[begin] >> 32;
+    std::size_t leaving = 0;
+    for (end = begin; end < ends.size() && ends[end] >> 32 == vertex; ++end) leaving += leaves(end);
+    const bool paired = end - begin == 2;
+    for (std::size_t k = begin; k < end; ++k)
+      if (leaves(k)) findings.opposite[half_edge(k)] = paired ? half_edge(begin + end - 1 - k) : no_index;
+    findings.same_way |= paired && leaving == 2;
+    findings.crowded += end - begin > 2 && leaving > 0 && (leaving == end - begin || star.vertex < vertex);
+  }
 }
 
 }  // namespace
 
 std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::size_t vertex_count,
-                              std::vector<std::uint32_t>& opposite) {
-  constexpr std::size_t short_list = 32;
-  opposite.assign(triangles.size(), no_index);
-  const auto each_half_edge = [&](const auto& body) {
-    for (std::uint32_t h = 0; h < triangles.size(); h += 3) {
-      const std::uint32_t a = triangles[h], b = triangles[h + 1], c = triangles[h + 2];
-      body(h, a, b);
-      body(h + 1, b, c);
-      body(h + 2, c, a);
-    }
-  };
-  std::vector<std::uint32_t> end(vertex_count + 1, 0);  // of the list of every vertex, shifted by one
-  each_half_edge([&](std::uint32_t, std::uint32_t a, std::uint32_t b) { ++end[std::min(a, b) + 1]; });
+                              std::vector<std::uint32_t>& opposite, FanSurvey* survey) {
+  opposite.resize(triangles.size());
+  if (survey != nullptr) survey->one_fan.assign(vertex_count, 1);
+  std::vector<std::uint32_t> end(vertex_count + 1, 0);  // of the star of every vertex, shifted by one
+  for (const std::uint32_t v : triangles) ++end[v + 1];
   std::partial_sum(end.begin(), end.end(), end.begin());
-  std::vector<Entry> entries(triangles.size());
-  each_half_edge([&](std::uint32_t h, std::uint32_t a, std::uint32_t b) {
-    entries[end[std::min(a, b)]++] = {std::max(a, b), h};
-  });
-  std::uint32_t crowded = 0;
-  for (std::size_t v = 0, begin = 0; v < vertex_count; begin = end[v++]) {
-    const std::span<Entry> list = std::span(entries).subspan(begin, end[v] - begin);
-    crowded += list.size() <= short_list ? pair_by_scanning(list, opposite) : pair_by_sorting(list, opposite);
+  const std::size_t room = triangles.size() + 8;
+  const auto lists = std::make_unique_for_overwrite<std::uint32_t[]>(3 * room);
+  std::uint32_t *const half_edges = lists.get(), *const next = half_edges + room,
+                       *const previous = next + room;
+  for (std::uint32_t* const list : {half_edges, next, previous}) std::fill_n(list + triangles.size(), 8, 0u);
+  const auto add = [&](std::uint32_t h, std::uint32_t v, std::uint32_t after, std::uint32_t before) {
+    const std::uint32_t to = end[v]++;
+    half_edges[to] = h;
+    next[to] = after;
+    previous[to] = before;
+  };
+  for (std::uint32_t h = 0; h < triangles.size(); h += 3) {
+    const std::uint32_t a = triangles[h], b = triangles[h + 1], c = triangles[h + 2];
+    add(h, a, b, c);
+    add(h + 1, b, c, a);
+    add(h + 2, c, a, b);
   }
-  return crowded;
+  Findings findings{opposite.data()};
+  for (std::size_t v = 0, begin = 0; v < vertex_count; begin = end[v++]) {
+    const Star star{static_cast<std::uint32_t>(v), end[v] - begin, half_edges + begin, next + begin,
+                    previous + begin};
+    if (star.size == 0) continue;
+    bool one_fan = false;
+    if (star.size <= SmallStar::most)
+      one_fan = pair_star<SmallStar>(star, findings);
+    else if (star.size < MediumStar::most)
+      one_fan = pair_star<MediumStar>(star, findings);
+    else
+      pair_by_sorting(star, findings);
+    if (survey != nullptr) survey->one_fan[v] = one_fan;
+  }
+  if (survey != nullptr) survey->consistent = !findings.same_way;
+  return findings.crowded;
 }
 
 std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& vertex) {
@@ -91,16 +217,8 @@ std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<s
   std::uint32_t fans = 0;
   for (std::uint32_t h = 0; h < count; ++h) {
     if (vertex[h] != no_index) continue;
-    std::uint32_t at = h;
-    while (at != no_index && vertex[at] == no_index) {  // one way round, until the start or a boundary
-      vertex[at] = fans;
-      at = opposite[previous_half_edge(at)];
-    }
-    at = opposite[h] == no_index ? no_index : next_half_edge(opposite[h]);
-    while (at != no_index && vertex[at] == no_index) {  // and the other way
-      vertex[at] = fans;
-      at = opposite[at] == no_index ? no_index : next_half_edge(opposite[at]);
-    }
+    for_fan(opposite, h,
+            [&](std::uint32_t corner) { return std::exchange(vertex[corner], fans) == no_index; });
     ++fans;
   }
   return fans;

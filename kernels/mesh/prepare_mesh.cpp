@@ -1,10 +1,11 @@
 #include "kernels/mesh/prepare_mesh.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "kernels/core/exact_division.h"
 #include "kernels/core/parallel.h"
@@ -13,6 +14,7 @@
 #include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/triangulate_polygon.h"
+#include "kernels/mesh/weld_vertices.h"
 
 namespace meander {
 
@@ -26,6 +28,12 @@ struct Soup {
   std::vector<std::uint32_t> triangles;    // 3 T welded vertices
   std::vector<std::uint32_t> corner_slot;  // 3 T
   std::vector<std::uint32_t> polygon;      // T
+
+  void resize(std::size_t count) {
+    triangles.resize(3 * count);
+    corner_slot.resize(3 * count);
+    polygon.resize(count);
+  }
 };
 
 // Vertices with a finite position. Empty when all vertices are finite, as in most files.
@@ -43,37 +51,48 @@ std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
   return result;
 }
 
-// Which polygons can be used at all; the others are counted by what is wrong with them, the first cause that
-// holds. used: 1 for every vertex of a usable polygon.
-std::vector<std::uint8_t> usable_polygons(const PolygonMesh& mesh, std::vector<std::uint8_t>& used,
-                                          RepairCounts& repairs) {
+struct UsablePolygons {
+  std::vector<std::uint8_t> usable;  // 1 for those that can be used at all
+  std::vector<std::uint8_t> used;    // 1 for every vertex of one
+  std::size_t triangles = 0;         // that they make, at most
+};
+
+// The polygons that cannot be used are counted by what is wrong with them, the first cause that holds.
+UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   const std::size_t polygons = mesh.polygon_count(), vertices = mesh.vertex_count();
   const std::vector<std::uint8_t> finite = finite_vertices(mesh);
-  std::vector<std::uint8_t> usable(polygons, 0);
-  used.assign(vertices, 0);
+  const bool all_vertices_finite = finite.empty();
+  UsablePolygons result{std::vector<std::uint8_t>(polygons, 0), std::vector<std::uint8_t>(vertices, 0)};
+  // Bytes may alias anything: without these the compiler reads every pointer again and again.
+  const std::uint32_t *const polygon_begin = mesh.polygon_begin.data(), *const corners = mesh.corners.data();
+  std::uint8_t *const usable = result.usable.data(), *const used = result.used.data();
+  std::size_t triangles = 0;
   for (std::size_t p = 0; p < polygons; ++p) {
-    const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
+    const std::uint32_t begin = polygon_begin[p], end = polygon_begin[p + 1];
     if (end - begin < 3) {
       ++repairs[Repair::short_faces];
       continue;
     }
-    std::uint32_t largest = 0;
-    for (std::uint32_t k = begin; k < end; ++k) largest = std::max(largest, mesh.corners[k]);
+    std::uint32_t largest = std::max({corners[begin], corners[begin + 1], corners[begin + 2]});
+    for (std::uint32_t k = begin + 3; k < end; ++k) largest = std::max(largest, corners[k]);
     if (largest >= vertices) {
       ++repairs[Repair::index_out_of_range];
       continue;
     }
     bool all_finite = true;
-    if (!finite.empty())
-      for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[mesh.corners[k]];
+    if (!all_vertices_finite)
+      for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[corners[k]];
     if (!all_finite) {
       ++repairs[Repair::non_finite];
       continue;
     }
     usable[p] = 1;
-    for (std::uint32_t k = begin; k < end; ++k) used[mesh.corners[k]] = 1;
+    used[corners[begin]] = used[corners[begin + 1]] = used[corners[begin + 2]] = 1;
+    for (std::uint32_t k = begin + 3; k < end; ++k) used[corners[k]] = 1;
+    triangles += end - begin - 2;
   }
-  return usable;
+  result.triangles = triangles;
+  return result;
 }
 
 [[noreturn]] void fail_without_faces(const PolygonMesh& mesh, const RepairCounts& repairs) {
@@ -98,15 +117,18 @@ std::vector<std::uint8_t> usable_polygons(const PolygonMesh& mesh, std::vector<s
 
 void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, PreparedMesh& out) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  out.bbox = {infinity, infinity, infinity, -infinity, -infinity, -infinity};
+  std::array<double, 3> low, high;
+  low.fill(infinity);
+  high.fill(-infinity);
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (!used[v]) continue;
-    const double at[3] = {mesh.x[v], mesh.y[v], mesh.z[v]};
+    const std::array<double, 3> at = {mesh.x[v], mesh.y[v], mesh.z[v]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      out.bbox[axis] = std::min(out.bbox[axis], at[axis]);
-      out.bbox[axis + 3] = std::max(out.bbox[axis + 3], at[axis]);
+      low[axis] = std::min(low[axis], at[axis]);
+      high[axis] = std::max(high[axis], at[axis]);
     }
   }
+  out.bbox = {low[0], low[1], low[2], high[0], high[1], high[2]};
   out.unreferenced_vertices = static_cast<std::uint32_t>(std::count(used.begin(), used.end(), 0));
   const BoxFrame frame = box_frame(out.bbox);
   out.centre = frame.centre;
@@ -114,64 +136,58 @@ void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, Pr
   out.diagonal = frame.diagonal;
 }
 
-// welded[v]: the lowest vertex with the bits of v's position, for used vertices; others keep no_index.
-std::vector<std::uint32_t> weld(const PolygonMesh& mesh, std::span<const std::uint8_t> used,
-                                RepairCounts& repairs) {
-  std::vector<std::uint32_t> welded(mesh.vertex_count(), no_index);
-  const std::size_t slots = std::bit_ceil(2 * mesh.vertex_count() + 2);
-  std::vector<std::uint32_t> table(slots, no_index);
-  const auto bits = [](double c) { return std::bit_cast<std::uint64_t>(c + 0.0); };  // -0 + 0 = 0
-  for (std::uint32_t v = 0; v < welded.size(); ++v) {
-    if (!used[v]) continue;
-    std::uint64_t hash = bits(mesh.x[v]);
-    hash = (hash ^ (hash >> 32)) * 0x9E3779B97F4A7C15u + bits(mesh.y[v]);
-    hash = (hash ^ (hash >> 29)) * 0xBF58476D1CE4E5B9u + bits(mesh.z[v]);
-    hash = (hash ^ (hash >> 32)) * 0x94D049BB133111EBu;
-    std::size_t slot = (hash ^ (hash >> 31)) & (slots - 1);
-    while (table[slot] != no_index) {
-      const std::uint32_t other = table[slot];
-      if (mesh.x[other] == mesh.x[v] && mesh.y[other] == mesh.y[v] && mesh.z[other] == mesh.z[v]) break;
-      slot = (slot + 1) & (slots - 1);
-    }
-    if (table[slot] == no_index) {
-      table[slot] = v;
-    } else {
-      ++repairs[Repair::welded_vertices];
-    }
-    welded[v] = table[slot];
+// Working coordinates of file vertices.
+class WorkingPositions {
+ public:
+  WorkingPositions(const PolygonMesh& mesh, const PreparedMesh& frame)
+      : x_(mesh.x.data()),
+        y_(mesh.y.data()),
+        z_(mesh.z.data()),
+        centre_(frame.centre),
+        in_units_(frame.unit) {}
+  Vector3 operator()(std::uint32_t vertex) const {
+    return {in_units_(x_[vertex] - centre_.x), in_units_(y_[vertex] - centre_.y),
+            in_units_(z_[vertex] - centre_.z)};
   }
-  return welded;
-}
 
-// Working coordinates of a file vertex.
-Vector3 working_position(const PolygonMesh& mesh, const PreparedMesh& frame, std::uint32_t vertex) {
-  const ExactDivision in_units(frame.unit);
-  return {in_units(mesh.x[vertex] - frame.centre.x), in_units(mesh.y[vertex] - frame.centre.y),
-          in_units(mesh.z[vertex] - frame.centre.z)};
-}
+ private:
+  const double *x_, *y_, *z_;
+  Vector3 centre_;
+  ExactDivision in_units_;
+};
 
 // Triangles of all usable polygons, without those that name a position twice.
-Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
+Soup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
                  std::span<const std::uint32_t> welded, const PreparedMesh& frame, RepairCounts& repairs) {
   Soup soup;
-  soup.triangles.reserve(mesh.corners.size());
-  soup.corner_slot.reserve(mesh.corners.size());
-  soup.polygon.reserve(mesh.polygon_count());
+  soup.resize(polygons.triangles);
+  std::size_t count = 0;
+  // Always written, and stays if all corners differ, which is the result.
+  const auto add = [&, triangles = soup.triangles.data(), corner_slot = soup.corner_slot.data(),
+                    polygon = soup.polygon.data(), vertex_of = welded.data(), corners = mesh.corners.data()](
+                       std::size_t p, std::uint32_t slot0, std::uint32_t slot1, std::uint32_t slot2) {
+    const std::uint32_t a = vertex_of[corners[slot0]], b = vertex_of[corners[slot1]],
+                        c = vertex_of[corners[slot2]];
+    const std::size_t to = count;
+    triangles[3 * to] = a;
+    triangles[3 * to + 1] = b;
+    triangles[3 * to + 2] = c;
+    corner_slot[3 * to] = slot0;
+    corner_slot[3 * to + 1] = slot1;
+    corner_slot[3 * to + 2] = slot2;
+    polygon[to] = static_cast<std::uint32_t>(p);
+    const bool differ = a != b && b != c && c != a;
+    count = to + differ;
+    return differ;
+  };
+  const WorkingPositions position(mesh, frame);
   std::vector<std::uint32_t> slots, local;
   std::vector<Vector3> corners;
-  for (std::size_t p = 0; p < usable.size(); ++p) {
-    if (!usable[p]) continue;
+  for (std::size_t p = 0; p < polygons.usable.size(); ++p) {
+    if (!polygons.usable[p]) continue;
     const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
     if (end - begin == 3) {
-      const std::uint32_t a = welded[mesh.corners[begin]], b = welded[mesh.corners[begin + 1]],
-                          c = welded[mesh.corners[begin + 2]];
-      if (a != b && b != c && c != a) {
-        soup.triangles.insert(soup.triangles.end(), {a, b, c});
-        soup.corner_slot.insert(soup.corner_slot.end(), {begin, begin + 1, begin + 2});
-        soup.polygon.push_back(static_cast<std::uint32_t>(p));
-      } else {
-        ++repairs[Repair::repeated_corners];
-      }
+      if (!add(p, begin, begin + 1, begin + 2)) ++repairs[Repair::repeated_corners];
       continue;
     }
     slots.clear();
@@ -189,38 +205,55 @@ Soup triangulate(const PolygonMesh& mesh, std::span<const std::uint8_t> usable,
       local = {0, 1, 2};
     } else {
       corners.clear();
-      for (const std::uint32_t k : slots) corners.push_back(working_position(mesh, frame, mesh.corners[k]));
+      for (const std::uint32_t k : slots) corners.push_back(position(mesh.corners[k]));
       if (triangulate_polygon(corners, local)) ++repairs[Repair::concave_polygons];
     }
     bool repeated = shortened;
-    for (std::size_t t = 0; t < local.size(); t += 3) {
-      std::uint32_t slot[3], vertex[3];
-      for (std::size_t k = 0; k < 3; ++k) {
-        slot[k] = slots[local[t + k]];
-        vertex[k] = welded[mesh.corners[slot[k]]];
-      }
-      if (vertex[0] == vertex[1] || vertex[1] == vertex[2] || vertex[2] == vertex[0]) {
-        repeated = true;
-        continue;
-      }
-      soup.triangles.insert(soup.triangles.end(), vertex, vertex + 3);
-      soup.corner_slot.insert(soup.corner_slot.end(), slot, slot + 3);
-      soup.polygon.push_back(static_cast<std::uint32_t>(p));
-    }
+    for (std::size_t t = 0; t < local.size(); t += 3)
+      repeated |= !add(p, slots[local[t]], slots[local[t + 1]], slots[local[t + 2]]);
     if (repeated) ++repairs[Repair::repeated_corners];
   }
+  soup.resize(count);
+  return soup;
+}
+
+// All triangles of the file, and the frame of its coordinates.
+Soup read_soup(const PolygonMesh& mesh, PreparedMesh& out, const CancelToken& cancel) {
+  const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
+  if (polygons.triangles == 0) fail_without_faces(mesh, out.repairs);
+  measure_box(mesh, polygons.used, out);
+  cancel.check();
+  Soup soup = triangulate(mesh, polygons, weld_vertices(mesh, polygons.used, out.repairs), out, out.repairs);
+  if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
+  if (soup.polygon.size() > no_index / 3)
+    throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +
+                                           " triangles are more than 32-bit half-edges can number");
   return soup;
 }
 
 std::vector<double> soup_areas(const PolygonMesh& mesh, const PreparedMesh& frame, const Soup& soup) {
   std::vector<double> area(soup.polygon.size());
   parallel_blocks(area.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    const WorkingPositions position(mesh, frame);
+    const std::uint32_t* const corner = soup.triangles.data();
     for (std::size_t t = begin; t < end; ++t)
-      area[t] = triangle_area(working_position(mesh, frame, soup.triangles[3 * t]),
-                              working_position(mesh, frame, soup.triangles[3 * t + 1]),
-                              working_position(mesh, frame, soup.triangles[3 * t + 2]));
+      area[t] =
+          triangle_area(position(corner[3 * t]), position(corner[3 * t + 1]), position(corner[3 * t + 2]));
   });
   return area;
+}
+
+void measure_area(std::span<const double> area, PreparedMesh& out) {
+  out.total_area = blocked_sum(area);
+  const double relative_diagonal = out.diagonal / out.unit;
+  if (!(out.total_area > zero_area_ratio * relative_diagonal * relative_diagonal))
+    throw ItemError(Status::zero_area, "the " + std::to_string(area.size()) +
+                                           " triangles have no area (at most 1e-14 of the diagonal squared)");
+  if (!std::isfinite(file_area(out, out.total_area)))
+    throw ItemError(Status::non_finite,
+                    "too large: the area is more than double precision holds; scale the file down");
+  out.repairs[Repair::zero_area_faces] +=
+      static_cast<std::uint32_t>(std::count(area.begin(), area.end(), 0.0));
 }
 
 // Exchanges corners 1 and 2 of triangle t; half-edge k becomes half-edge 2 - k.
@@ -232,54 +265,47 @@ void turn_round(Soup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t 
     if (opposite[3 * t + k] != no_index) opposite[opposite[3 * t + k]] = 3 * t + k;
 }
 
-// Whether the two triangles at every edge run along it in opposite directions, as in most files.
-bool consistently_wound(const Soup& soup, std::span<const std::uint32_t> opposite) {
-  for (std::size_t h = 0; h < opposite.size(); ++h)
-    if (opposite[h] != no_index && soup.triangles[h] == soup.triangles[opposite[h]]) return false;
-  return true;
-}
-
 // Breadth-first over the edges: component number of every triangle, consistent winding, conflicting edges
-// cut.
+// cut. The ends of those are perhaps no longer one fan.
 std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
-                     std::vector<std::uint32_t>& component, RepairCounts& repairs,
+                     FanSurvey& survey, std::vector<std::uint32_t>& component, RepairCounts& repairs,
                      const CancelToken& cancel) {
-  if (consistently_wound(soup, opposite)) return find_components(opposite, component, cancel);
+  if (survey.consistent) return find_components(opposite, component, cancel);
   const auto count = static_cast<std::uint32_t>(soup.polygon.size());
   component.assign(count, no_index);
   std::vector<std::uint8_t> turned(count, 0);
-  std::vector<std::uint32_t> queue;
-  queue.reserve(count);
+  std::vector<std::uint32_t> queue(count + 1);  // as in find_components
+  std::size_t queued = 0;
   std::uint32_t components = 0;
-  for (std::uint32_t seed = 0; seed < count; ++seed) {
+  for (std::uint32_t seed = 0; queued < count; ++seed) {
     if (component[seed] != no_index) continue;
-    const std::size_t first = queue.size();
-    queue.push_back(seed);
+    const std::size_t first = queued;
+    queue[queued++] = seed;
     component[seed] = components;
-    double kept_area = 0, turned_area = 0;
-    for (std::size_t at = first; at < queue.size(); ++at) {
+    std::array<double, 2> areas = {0, 0};  // kept, turned
+    for (std::size_t at = first; at < queued; ++at) {
       if (at % 65536 == 0) cancel.check();
       const std::uint32_t t = queue[at];
-      (turned[t] ? turned_area : kept_area) += area[t];
+      areas[turned[t]] += area[t];
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::uint32_t other = opposite[h];
-        if (other == no_index) continue;
-        const bool agrees = soup.triangles[h] != soup.triangles[other];  // the other side runs the other way
-        const auto wanted = static_cast<std::uint8_t>(agrees ? turned[t] : !turned[t]);
-        const std::uint32_t neighbour = other / 3;
-        if (component[neighbour] == no_index) {
-          component[neighbour] = components;
-          turned[neighbour] = wanted;
-          queue.push_back(neighbour);
-        } else if (turned[neighbour] != wanted) {
+        const std::uint32_t other = opposite[h] == no_index ? h : opposite[h], neighbour = other / 3;
+        const bool same_way = other != h && soup.triangles[h] == soup.triangles[other];
+        const auto wanted = static_cast<std::uint8_t>(turned[t] ^ static_cast<std::uint8_t>(same_way));
+        const bool is_new = component[neighbour] == no_index;
+        queue[queued] = neighbour;
+        queued += is_new;
+        component[neighbour] = components;
+        turned[neighbour] = is_new ? wanted : turned[neighbour];
+        if (turned[neighbour] != wanted) [[unlikely]] {
           opposite[h] = opposite[other] = no_index;
+          survey.one_fan[soup.triangles[h]] = survey.one_fan[soup.triangles[next_half_edge(h)]] = 0;
           ++repairs[Repair::cut_edges];
         }
       }
     }
     // The file's winding holds for the larger part of the area.
-    const auto to_turn = static_cast<std::uint8_t>(turned_area <= kept_area);
-    for (std::size_t at = first; at < queue.size(); ++at)
+    const auto to_turn = static_cast<std::uint8_t>(areas[1] <= areas[0]);
+    for (std::size_t at = first; at < queued; ++at)
       if (turned[queue[at]] == to_turn) {
         turned[queue[at]] = 2;
         ++repairs[Repair::flipped_faces];
@@ -298,10 +324,20 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
                                             std::uint32_t components) {
   if (components == 1) return {0};
   std::vector<CentroidSum> sums(components);
-  for (std::size_t t = 0; t < component.size(); ++t)
-    sums[component[t]].add(area[t], (1.0 / 3) * (working_position(mesh, frame, soup.triangles[3 * t]) +
-                                                 working_position(mesh, frame, soup.triangles[3 * t + 1]) +
-                                                 working_position(mesh, frame, soup.triangles[3 * t + 2])));
+  const WorkingPositions position(mesh, frame);
+  const std::uint32_t* const corner = soup.triangles.data();
+  std::uint32_t current = 0;
+  CentroidSum sum;  // of the current component: most triangles belong to that of the one before
+  for (std::size_t t = 0; t < component.size(); ++t) {
+    if (component[t] != current) {
+      sums[current] = sum;
+      current = component[t];
+      sum = sums[current];
+    }
+    sum.add(area[t], (1.0 / 3) * (position(corner[3 * t]) + position(corner[3 * t + 1]) +
+                                  position(corner[3 * t + 2])));
+  }
+  sums[current] = sum;
   return places_along_curve(sums);
 }
 
@@ -327,49 +363,92 @@ void sort_by_component(Soup& soup, std::vector<std::uint32_t>& opposite, std::ve
     out.components[c].triangle_begin = begin[c];
     out.components[c].triangle_end = begin[c + 1];
   }
-  std::vector<std::uint32_t> moved_to(count);
-  for (std::size_t t = 0; t < count; ++t) moved_to[t] = begin[place[component[t]]]++;
   out.opposite.resize(3 * count);
   out.triangles.resize(3 * count);
   out.corner_slot.resize(3 * count);
   out.polygon.resize(count);
   out.area.resize(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    const std::size_t to = moved_to[t];
+  const auto move = [&](std::size_t t, std::size_t to, const auto& moved) {
     out.polygon[to] = soup.polygon[t];
     out.area[to] = area[t];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t other = opposite[3 * t + k];
-      out.opposite[3 * to + k] = other == no_index ? no_index : 3 * moved_to[other / 3] + other % 3;
+      out.opposite[3 * to + k] = other == no_index ? no_index : moved(other);
       out.triangles[3 * to + k] = soup.triangles[3 * t + k];
       out.corner_slot[3 * to + k] = soup.corner_slot[3 * t + k];
     }
+  };
+  if (std::is_sorted(component.begin(), component.end())) {
+    // Every component moves as a whole.
+    std::uint32_t to = 0;
+    for (std::uint32_t t = 0; t < count; ++t, ++to) {
+      if (t == 0 || component[t] != component[t - 1]) to = begin[place[component[t]]];
+      const std::uint32_t shift = 3 * (to - t);  // modulo 2^32
+      move(t, to, [&](std::uint32_t other) { return other + shift; });
+    }
+    return;
   }
+  std::vector<std::uint32_t> moved_to(count);
+  for (std::size_t t = 0; t < count; ++t) moved_to[t] = begin[place[component[t]]]++;
+  for (std::size_t t = 0; t < count; ++t)
+    move(t, moved_to[t], [&](std::uint32_t other) { return 3 * moved_to[other / 3] + other % 3; });
 }
 
-// Replaces welded vertices by one working vertex per fan, so that every vertex is a disk or a half-disk.
-void split_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
-  std::vector<std::uint32_t> fan;
-  const std::uint32_t fans = number_fans(out.opposite, fan);
-  out.x.resize(fans);
-  out.y.resize(fans);
-  out.z.resize(fans);
-  std::vector<std::uint8_t> seen(mesh.vertex_count(), 0);
-  std::uint32_t distinct = 0;
-  std::uint32_t next = 0;
-  for (std::size_t h = 0; h < fan.size(); ++h) {
-    if (fan[h] != next) continue;  // fans are numbered in the order in which they first appear
-    ++next;
-    const std::uint32_t v = out.triangles[h];
-    distinct += seen[v] == 0;
-    seen[v] = 1;
-    const Vector3 p = working_position(mesh, out, v);
-    out.x[fan[h]] = p.x;
-    out.y[fan[h]] = p.y;
-    out.z[fan[h]] = p.z;
+// Replaces welded vertices by one working vertex per fan, so that every vertex is a disk or a half-disk; fans
+// are numbered in the order in which they first appear. The welded vertex of every fan is the result.
+std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan, PreparedMesh& out) {
+  std::vector<std::uint32_t> number(one_fan.size(), no_index);  // of the vertex, or of its last fan
+  std::uint32_t fans = 0, distinct = 0;
+  if (std::find(one_fan.begin(), one_fan.end(), 0) == one_fan.end()) {
+    std::vector<std::uint32_t> source(one_fan.size() + 1);
+    // Always written, and stays if the vertex is new: as in find_components.
+    for (std::uint32_t& corner : out.triangles) {
+      const std::uint32_t vertex = corner;
+      source[fans] = vertex;
+      corner = number[vertex] == no_index ? fans : number[vertex];
+      fans += number[vertex] == no_index;
+      number[vertex] = corner;
+    }
+    source.resize(fans);
+    return source;
+  }
+  std::vector<std::uint32_t> source(out.triangles.size() + 1);
+  std::vector<std::uint8_t> done(out.triangles.size(), 0);
+  for (std::uint32_t h = 0; h < out.triangles.size(); ++h) {
+    if (done[h]) continue;
+    const std::uint32_t vertex = out.triangles[h];
+    const bool is_new = number[vertex] == no_index;
+    source[fans] = vertex;
+    distinct += is_new;
+    if (one_fan[vertex]) {
+      number[vertex] = is_new ? fans : number[vertex];
+      out.triangles[h] = number[vertex];
+      fans += is_new;
+    } else {
+      number[vertex] = fans;
+      for_fan(out.opposite, h, [&](std::uint32_t corner) {
+        out.triangles[corner] = fans;
+        return std::exchange(done[corner], 1) == 0;
+      });
+      ++fans;
+    }
   }
   out.repairs[Repair::split_vertices] += fans - distinct;
-  out.triangles = std::move(fan);
+  source.resize(fans);
+  return source;
+}
+
+void place_vertices(const PolygonMesh& mesh, std::span<const std::uint32_t> source, PreparedMesh& out) {
+  out.x.resize(source.size());
+  out.y.resize(source.size());
+  out.z.resize(source.size());
+  const WorkingPositions position(mesh, out);
+  for (std::size_t v = 0; v < source.size(); ++v) {
+    const Vector3 p = position(source[v]);
+    out.x[v] = p.x;
+    out.y[v] = p.y;
+    out.z[v] = p.z;
+  }
 }
 
 }  // namespace
@@ -380,38 +459,22 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   check_count(mesh.corners.size(), "corners");
   PreparedMesh out;
   out.repairs = mesh.repairs;
-  std::vector<std::uint8_t> used;
-  const std::vector<std::uint8_t> usable = usable_polygons(mesh, used, out.repairs);
-  if (std::find(usable.begin(), usable.end(), 1) == usable.end()) fail_without_faces(mesh, out.repairs);
-  measure_box(mesh, used, out);
-  cancel.check();
-
-  const std::vector<std::uint32_t> welded = weld(mesh, used, out.repairs);
-  Soup soup = triangulate(mesh, usable, welded, out, out.repairs);
-  if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
-  if (soup.polygon.size() > no_index / 3)
-    throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +
-                                           " triangles are more than 32-bit half-edges can number");
-  std::vector<double> area = soup_areas(mesh, out, soup);
-  out.total_area = blocked_sum(area);
-  const double relative_diagonal = out.diagonal / out.unit;
-  if (!(out.total_area > zero_area_ratio * relative_diagonal * relative_diagonal))
-    throw ItemError(Status::zero_area, "the " + std::to_string(soup.polygon.size()) +
-                                           " triangles have no area (at most 1e-14 of the diagonal squared)");
-  if (!std::isfinite(file_area(out, out.total_area)))
-    throw ItemError(Status::non_finite,
-                    "too large: the area is more than double precision holds; scale the file down");
-  out.repairs[Repair::zero_area_faces] +=
-      static_cast<std::uint32_t>(std::count(area.begin(), area.end(), 0.0));
-  cancel.check();
-
+  Soup soup = read_soup(mesh, out, cancel);
   std::vector<std::uint32_t> opposite, component;
-  out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite);
-  const std::uint32_t components = orient(soup, opposite, area, component, out.repairs, cancel);
+  FanSurvey survey;
+  out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite, &survey);
+  std::vector<double> area = soup_areas(mesh, out, soup);
+  measure_area(area, out);
+  cancel.check();
+  const std::uint32_t components = orient(soup, opposite, area, survey, component, out.repairs, cancel);
   const std::vector<std::uint32_t> place = order_components(mesh, out, soup, area, component, components);
   sort_by_component(soup, opposite, area, component, place, out);
+  soup = {};
+  opposite = {};
+  component = {};
+  area = {};
   cancel.check();
-  split_vertices(mesh, out);
+  place_vertices(mesh, split_vertices(survey.one_fan, out), out);
   describe_components(out);
   return out;
 }
