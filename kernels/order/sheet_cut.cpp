@@ -26,28 +26,31 @@ constexpr double few_apart = 5.6, few_offset = 2.8;
 using Symmetric = std::array<double, 6>;  // xx, xy, xz, yy, yz, zz
 using Vector = std::array<double, 3>;
 
-struct Moments {
-  Vector mean{};
-  Symmetric covariance{};
-};
-
 template <class Get>
-Moments moments_of(const std::vector<SheetProbe>& probes, const Get& get) {
-  Moments result;
+Vector mean_of(const std::vector<SheetProbe>& probes, const Get& get) {
+  Vector mean{};
   const auto count = static_cast<double>(probes.size());
   for (const SheetProbe& probe : probes)
-    for (std::size_t k = 0; k < 3; ++k) result.mean[k] += static_cast<double>(get(probe)[k]) / count;
+    for (std::size_t k = 0; k < 3; ++k) mean[k] += static_cast<double>(get(probe)[k]) / count;
+  return mean;
+}
+
+template <class Get>
+Symmetric covariance_of(const std::vector<SheetProbe>& probes, const Get& get) {
+  const Vector mean = mean_of(probes, get);
+  Symmetric covariance{};
+  const auto count = static_cast<double>(probes.size());
   for (const SheetProbe& probe : probes) {
     Vector v;
-    for (std::size_t k = 0; k < 3; ++k) v[k] = static_cast<double>(get(probe)[k]) - result.mean[k];
-    result.covariance[0] += v[0] * v[0] / count;
-    result.covariance[1] += v[0] * v[1] / count;
-    result.covariance[2] += v[0] * v[2] / count;
-    result.covariance[3] += v[1] * v[1] / count;
-    result.covariance[4] += v[1] * v[2] / count;
-    result.covariance[5] += v[2] * v[2] / count;
+    for (std::size_t k = 0; k < 3; ++k) v[k] = static_cast<double>(get(probe)[k]) - mean[k];
+    covariance[0] += v[0] * v[0] / count;
+    covariance[1] += v[0] * v[1] / count;
+    covariance[2] += v[0] * v[2] / count;
+    covariance[3] += v[1] * v[1] / count;
+    covariance[4] += v[1] * v[2] / count;
+    covariance[5] += v[2] * v[2] / count;
   }
-  return result;
+  return covariance;
 }
 
 Vector product(const Symmetric& m, const Vector& v) {
@@ -138,24 +141,29 @@ bool find_layers(SheetScratch& scratch, Candidate& candidate) {
 std::optional<Candidate> find_candidate(SheetScratch& scratch) {
   const std::vector<SheetProbe>& probes = scratch.probes;
   if (probes.size() < least_probes) return std::nullopt;
-  const Moments normals = moments_of(probes, [](const SheetProbe& p) { return p.normal; });
-  const double agreement = dot(normals.mean, normals.mean);
-  const Moments positions = moments_of(probes, [](const SheetProbe& p) { return p.at; });
+  const auto normal = [](const SheetProbe& p) { return p.normal; };
+  const Vector mean_normal = mean_of(probes, normal);
+  const double agreement = dot(mean_normal, mean_normal);
+  const Symmetric covariance = covariance_of(probes, [](const SheetProbe& p) { return p.at; });
+  const double trace = covariance[0] + covariance[3] + covariance[5];
   Candidate candidate;
-  candidate.width = middle_eigenvalue(positions.covariance);
-  const auto is_thin = [&](double share) {
-    return dot(candidate.direction, product(positions.covariance, candidate.direction)) <
-           thinness * share * candidate.width;
+  const auto is_thin = [&](double share, double width) {
+    return dot(candidate.direction, product(covariance, candidate.direction)) < thinness * share * width;
   };
+  // The second largest eigenvalue is at most half of the trace: most nodes are no candidates whatever it is.
+  const double most_width = 0.5 * trace * (1 + 1e-9);
+  double share = 1;
   if (1 - agreement > least_spread) {
-    const double spread = largest_eigenvalue(normals.covariance, candidate.direction);
-    if (!(spread > least_spread) || !is_thin(spread)) return std::nullopt;
+    share = largest_eigenvalue(covariance_of(probes, normal), candidate.direction);
+    if (!(share > least_spread) || !is_thin(share, most_width)) return std::nullopt;
     candidate.cut = {rounded(candidate.direction), 0, true};
-    return candidate;
+  } else {
+    candidate.direction = mean_normal;
+    for (double& x : candidate.direction) x /= std::sqrt(agreement);
+    if (!is_thin(1, most_width) || !find_layers(scratch, candidate)) return std::nullopt;
   }
-  candidate.direction = normals.mean;
-  for (double& x : candidate.direction) x /= std::sqrt(agreement);
-  if (!is_thin(1) || !find_layers(scratch, candidate)) return std::nullopt;
+  candidate.width = middle_eigenvalue(covariance);
+  if (!is_thin(share, candidate.width)) return std::nullopt;
   return candidate;
 }
 
