@@ -53,7 +53,8 @@ constexpr CurveKind curve_of(ElementOrder order) {
 
 struct ElementParameters {
   std::uint64_t samples = 2048;    // N, >= 1
-  double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N); 1..64
+  double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N); 1..64 (of
+                                   // build_cells in small cells only)
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
 };

@@ -140,16 +140,21 @@ class Bisection {
   // The node with parts of its items instead. What a cut above has divided stays as it is.
   void take_apart(Node node, int level, Scratch& scratch) {
     Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
-    const std::size_t most =
-        node.count * (traits_.split.empty() ? 1 : std::size_t{1} << (level - node.level));
-    if (buffers.front.size() < most) buffers.front.resize(most);
+    const auto deeper_levels = [&](const NodeItem& item) {
+      const int levels =
+          traits_.split.empty() ? 0 : std::min<int>(traits_.split[item.element()].levels, level);
+      return std::max(levels - static_cast<int>(std::bit_width(item.part())) + 1, 0);
+    };
+    std::size_t room = node.leaves;
+    for (std::size_t i = 0; i < node.count; ++i) room += std::size_t{1} << deeper_levels(node.items[i]);
+    if (buffers.front.size() < room) buffers.front.resize(room);
+    if (buffers.back.size() < room) buffers.back.resize(room);
     NodeItem* to = buffers.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
       const NodeItem& item = node.items[i];
       const std::uint32_t element = item.element(), part = item.part();
-      const int levels = traits_.split.empty() ? 0 : std::min<int>(traits_.split[element].levels, level);
-      const int deeper = levels - (std::bit_width(part) - 1);
-      if (deeper <= 0 || part_item(element, part).mass != item.mass) {
+      const int deeper = deeper_levels(item);
+      if (deeper == 0 || part_item(element, part).mass != item.mass) {
         *to++ = item;
         continue;
       }
@@ -157,9 +162,6 @@ class Bisection {
       for (std::uint32_t p = first; p < first + (1u << deeper); ++p) *to++ = part_item(element, p);
     }
     node.count = static_cast<std::size_t>(to - buffers.front.data());
-    const std::size_t room = node.count + node.leaves;
-    if (buffers.front.size() < room) buffers.front.resize(room);
-    if (buffers.back.size() < room) buffers.back.resize(room);
     node.items = buffers.front.data();
     node.other = buffers.back.data();
     node.level = level;
@@ -246,7 +248,7 @@ class Bisection {
     for (std::size_t p = 0; p < probes; ++p) {
       // One of every block, not always the same one: sides may alternate in the file.
       const std::size_t begin = p * items.size() / probes, end = (p + 1) * items.size() / probes;
-      const NodeItem& item = items[begin + (p * 2654435761u >> 7) % (end - begin)];
+      const NodeItem& item = items[begin + ((p + 1) * 2654435761u >> 7) % (end - begin)];
       sheets.probes.push_back({{item.at[0], item.at[1], item.at[2]}, normal_of(item)});
     }
   }

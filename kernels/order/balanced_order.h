@@ -78,7 +78,7 @@ struct BalancedCells {
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {});
 
-// The entry that holds `share` (in [0, 1)) of a cell's mass along the direction of the path, never one
+// The entry that holds `share` (in [0, 1]) of a cell's mass along the direction of the path, never one
 // without mass; entries follow each other by their centroids, those in one place by number. `scratch` is
 // overwritten. Pure. O(P) for P entries.
 const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,

@@ -14,7 +14,7 @@ constexpr std::size_t least_probes = 8;
 constexpr float least_gap = 0.15f;  // between layers, over the whole height
 constexpr float gap_over_mean = 6;  // over the mean distance of heights
 
-// Neighbours in the two sheets, squared: across the stack, over the variance within it; and along it, over
+// Neighbours in the two sheets, squared: within the sheets, over the variance there; and across them, over
 // the area of a share (a stack thicker than that needs no telling apart).
 constexpr double most_apart = 0.5;
 constexpr double most_offset = 0.125;
@@ -199,30 +199,30 @@ Overlap overlap_of(SheetScratch& scratch, const Candidate& candidate) {
   Overlap sum;
   if (scratch.above.empty() || scratch.below.empty()) return {INFINITY, INFINITY};
   for (const FlatProbe& above : scratch.above) {
-    // The nearest four, by their distance within the sheets and then across them.
+    // The nearest four, by their squared distance within the sheets and then across them.
     struct Found {
-      float across, squared;
+      float within, across;
       bool operator<(const Found& b) const {
-        return across < b.across || (across == b.across && squared < b.squared);
+        return within < b.within || (within == b.within && across < b.across);
       }
     };
     std::array<Found, 4> nearest;
     nearest.fill({INFINITY, INFINITY});
     for (const FlatProbe& below : scratch.below) {
       const float x = above.u - below.u, y = above.v - below.v;
-      const float across = x * x + y * y;
-      if (across > nearest.back().across) continue;
+      const float within = x * x + y * y;
+      if (within > nearest.back().within) continue;
       const float height = above.height - below.height;
-      const Found found{across, height * height};
+      const Found found{within, height * height};
       if (!(found < nearest.back())) continue;
       nearest.back() = found;
       for (std::size_t i = nearest.size() - 1; i > 0 && nearest[i] < nearest[i - 1]; --i)
         std::swap(nearest[i], nearest[i - 1]);
     }
     float offset = INFINITY;
-    for (const Found& found : nearest) offset = std::min(offset, found.squared);
+    for (const Found& found : nearest) offset = std::min(offset, found.across);
     sum.offset += static_cast<double>(offset);
-    sum.apart += static_cast<double>(nearest.front().across);
+    sum.apart += static_cast<double>(nearest.front().within);
   }
   const auto count = static_cast<double>(scratch.above.size());
   return {sum.apart / count, sum.offset / count};

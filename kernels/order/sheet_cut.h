@@ -44,8 +44,9 @@ struct SheetCut {
 // Whether the probes look like a stack of sheets. Sides: the normals' covariance has an eigenvalue l > 0.3,
 // and along its direction the positions vary by less than a quarter of l times their second largest
 // eigenvalue. Layers: the normals agree, the positions vary as little along their mean, and leave a clear gap
-// there. And neither their distance nor that of the parts is far beyond what find_sheet_cut allows: so few
-// probes know both to a factor of two. Pure. O(P^2). False for fewer than 8 probes.
+// there. And neither the distance between neighbours within the sheets nor that across them is far beyond
+// what find_sheet_cut allows: so few probes know both, squared, to a factor of two. Pure. O(P^2). False for
+// fewer than 8 probes.
 bool may_be_stack(SheetScratch& scratch, std::uint32_t leaves);
 
 // The cut, if it really is a stack and closer than a third of a sample's width, when `leaves` samples share

@@ -152,7 +152,8 @@ struct Placer {
 
 // The element that holds each position: half-open, never one without mass. Positions ascend: one linear
 // merge.
-RankElements elements_at(const CurveElements& elements, std::span<const double> position, bool vertices) {
+RankElements elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
+                         const CancelToken&) {
   RankElements found(position.size(), vertices);
   const double total = elements.total();
   std::size_t at = 0;
@@ -170,10 +171,12 @@ RankElements elements_at(const CurveElements& elements, std::span<const double> 
   return found;
 }
 
-RankElements elements_at(const ElementCells& cells, std::span<const double> position, bool vertices) {
+RankElements elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
+                         const CancelToken& cancel) {
   RankElements found(position.size(), vertices);
   const auto count = static_cast<double>(cells.count());
   parallel_blocks(position.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
     std::vector<std::uint64_t> scratch;
     for (std::size_t r = begin; r < end; ++r) {
       const double at = position[r] * count;
@@ -321,7 +324,8 @@ Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, con
   if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   const SampleSequence sequence =
       make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
-  const RankElements elements = elements_at(order, sequence.position, parameters.place == PlaceKind::vertex);
+  const RankElements elements =
+      elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
   return place(Placer{file, surface, density, elements, key, parameters, frame}, sequence, repairs, cancel);
 }
 

@@ -63,7 +63,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
 
 // The same in cells: the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell
-// floor(t_i N) along the path.
+// floor(t_i N) along the path. Expected O(N P) for P entries a cell.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});

@@ -370,16 +370,39 @@ TEST_CASE("balanced order: the sides of a thin plate are told apart by their nor
   };
   CHECK(mixed(ordered(points, n, {triangle, {}, normal, {}})) <= 2);
   CHECK(mixed(ordered(points, n, {triangle, {}, {}, {}})) > 400);
+
+  // Nor does a speck far away, first in the list, keep them from it. (Its number is even, as those of the
+  // top.)
+  points.insert(points.begin(), 2, {{-1, -1, -1}, 1e-6});
+  normal.insert(normal.begin(), {0, 0, 1, 0, 0, 1});
+  triangle.push_back(16000);
+  triangle.push_back(16001);
+  CHECK(mixed(ordered(points, n, {triangle, {}, normal, {}})) <= 6);
 }
 
 TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are not") {
+  // As they are, and tilted and far from the origin.
+  const bool tilted = GENERATE(false, true);
   SheetScratch scratch;
-  const auto fill = [&](auto make) {
+  const auto turned = [tilted](std::array<float, 3> v) {
+    if (!tilted) return v;
+    const std::array<float, 3> w = {0.6f * v[0] - 0.8f * v[1], 0.8f * v[0] + 0.6f * v[1], v[2]};
+    return std::array<float, 3>{w[0], 0.28f * w[1] - 0.96f * w[2], 0.96f * w[1] + 0.28f * w[2]};
+  };
+  const auto probes = [&](auto make, std::size_t count) {
     scratch.probes.clear();
-    for (std::uint32_t i = 0; i < many_sheet_probes; ++i) {
+    for (std::uint32_t i = 0; i < count; ++i) {
       const UnitPair at = random_pair(key, Stream::test_shapes, i, 3);
-      scratch.probes.push_back(make(static_cast<float>(at.first), static_cast<float>(at.second), i));
+      SheetProbe probe = make(static_cast<float>(at.first), static_cast<float>(at.second), i);
+      probe.at = turned(probe.at);
+      probe.normal = turned(probe.normal);
+      if (tilted)
+        for (float& x : probe.at) x -= 0.5f;
+      scratch.probes.push_back(probe);
     }
+  };
+  const auto fill = [&](auto make) {
+    probes(make, many_sheet_probes);
     return find_sheet_cut(scratch, 64);
   };
   const auto plate = [](float thickness) {
@@ -397,7 +420,10 @@ TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are
   });
   REQUIRE(layers);
   CHECK_FALSE(layers->by_normal);
-  CHECK(std::abs(layers->threshold) == Approx(0.015).margin(1e-4));  // two layers on either side
+  // Two layers on either side.
+  const std::array<float, 3> up = turned({0, 0, 1});
+  const float shift = tilted ? -0.5f * (up[0] + up[1] + up[2]) : 0.0f;
+  CHECK(std::abs(layers->threshold) == Approx(std::abs(0.015f + shift)).margin(1e-4));
   CHECK_FALSE(fill([](float x, float y, std::uint32_t) { return SheetProbe{{x, y, 0}, {0, 0, 1}}; }));
   CHECK_FALSE(fill([](float x, float y, std::uint32_t) {  // a step: patches beside each other
     return SheetProbe{{x, y, x < 0.5f ? 0.0f : 0.01f}, {0, 0, 1}};
@@ -405,5 +431,19 @@ TEST_CASE("sheet cut: stacks are recognised, bends, patches and turned faces are
   CHECK_FALSE(fill([](float x, float y, std::uint32_t) {  // a sphere's cap
     const float z = std::sqrt(4 - x * x - y * y);
     return SheetProbe{{x, y, z}, {x / 2, y / 2, z / 2}};
+  }));
+
+  // By few probes stacks may be there, and what is far from one is not.
+  const auto may_be = [&](auto make) {
+    probes(make, few_sheet_probes);
+    return may_be_stack(scratch, 64);
+  };
+  CHECK(may_be(plate(0.01f)));
+  CHECK_FALSE(may_be(plate(1.0f)));
+  CHECK_FALSE(may_be(plate(0.0f)));
+  CHECK_FALSE(may_be([](float x, float y, std::uint32_t) { return SheetProbe{{x, y, 0}, {0, 0, 1}}; }));
+  CHECK_FALSE(may_be([](float x, float y, std::uint32_t i) {  // two patches that face different ways
+    return SheetProbe{{x + (i % 2 == 0 ? 0.0f : 1.1f), y, 0.01f * static_cast<float>(i % 2)},
+                      {0, 0, i % 2 == 0 ? 1.0f : -1.0f}};
   }));
 }
