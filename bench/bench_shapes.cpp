@@ -38,6 +38,12 @@ SampleParameters bench_parameters(std::uint32_t samples) {
   return parameters;
 }
 
+SampleParameters auto_parameters(std::uint32_t samples) {
+  SampleParameters parameters = parameters_for("auto");
+  set_samples(parameters, samples);
+  return parameters;
+}
+
 SampleParameters direct_parameters(std::uint32_t samples) {
   SampleParameters parameters = parameters_for("direct");
   set_samples(parameters, samples);

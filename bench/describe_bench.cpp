@@ -80,7 +80,7 @@ void shape_functions(benchmark::State& state) {
 BENCHMARK(shape_functions)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
 
 void moments(benchmark::State& state) {
-  const PreparedMesh& mesh = prepared_shape(state.range(0)).mesh;
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
   std::vector<double> result;
   for ([[maybe_unused]] auto _ : state) {
     const auto basics = shape_basics(shape_moments(mesh.x, mesh.y, mesh.z, mesh.triangles));
@@ -93,7 +93,7 @@ void moments(benchmark::State& state) {
 BENCHMARK(moments)->Apply(every_shape);
 
 void normals_split_at_creases(benchmark::State& state) {
-  const PreparedMesh& mesh = prepared_shape(state.range(0)).mesh;
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
   std::vector<double> normals;
   for ([[maybe_unused]] auto _ : state) {
     normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
@@ -105,7 +105,7 @@ void normals_split_at_creases(benchmark::State& state) {
 BENCHMARK(normals_split_at_creases)->Apply(every_shape);
 
 void lift(benchmark::State& state) {
-  const PreparedMesh& mesh = prepared_shape(state.range(0)).mesh;
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
   const auto normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
   std::vector<std::uint32_t> triangle(1 << 16);
   std::vector<float> weights(2 * triangle.size());

@@ -1,5 +1,6 @@
 // Curve elements and point location.
 #include "bench/bench_shapes.h"
+#include "kernels/locate/element_cells.h"
 #include "kernels/locate/elements.h"
 #include "kernels/locate/embree_locator.h"
 
@@ -25,6 +26,28 @@ void elements_in_space(benchmark::State& state) { elements(state, false); }
 void elements_on_chart(benchmark::State& state) { elements(state, true); }
 BENCHMARK(elements_in_space)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 BENCHMARK(elements_on_chart)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+// Pieces, tree and path of balanced bisection in space.
+void cells_in_space(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  const ElementParameters elements =
+      element_parameters(auto_parameters(static_cast<std::uint32_t>(state.range(1))));
+  ElementCells result;
+  for ([[maybe_unused]] auto _ : state) {
+    result = build_cells(model.surface, model.measure, {}, {}, bench_key(), elements);
+    benchmark::DoNotOptimize(result.cells.cell.data());
+  }
+  count_items(state, "sample", static_cast<double>(result.count()));
+  std::vector<double> path;
+  for (const Cell& cell : result.cells.cell) {
+    double at = 0;
+    for (const CellEntry& entry : result.cells.entries(cell))
+      at += static_cast<double>(entry.at[0]) * result.cells.mass(entry);
+    path.push_back(at);
+  }
+  check_sum(state, shape_name(state.range(0)), path);
+}
+BENCHMARK(cells_in_space)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 
 void locate_rays(benchmark::State& state) {
   static const EmbreeDevice device;

@@ -1,5 +1,6 @@
 // The 1-D set and the placement of samples.
 #include "bench/bench_shapes.h"
+#include "kernels/locate/element_cells.h"
 #include "kernels/sample/place_samples.h"
 
 namespace meander::bench {
@@ -32,24 +33,37 @@ void order(benchmark::State& state) {
 }
 BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
 
-void place(benchmark::State& state) {
+// On the elements of a curve, or in cells.
+template <class Order>
+void place(benchmark::State& state, const Order& order, const SampleParameters& parameters) {
   const Model& model = prepared_shape(state.range(0));
-  const auto samples = static_cast<std::uint32_t>(state.range(1));
-  const SampleParameters parameters = bench_parameters(samples);
-  const CurveElements elements =
-      build_elements(model.surface, model.measure, {}, {}, bench_key(), parameters.elements);
   const OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   Samples result;
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;
-    result = place_samples(model.file, model.surface, model.measure.density, elements, bench_key(),
+    result = place_samples(model.file, model.surface, model.measure.density, order, bench_key(),
                            parameters.place, frame, repairs);
     benchmark::DoNotOptimize(result.points.data());
   }
-  count_items(state, "sample", samples);
+  count_items(state, "sample", parameters.place.samples);
   check_sum(state, shape_name(state.range(0)), result.points);
 }
-BENCHMARK(place)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+
+void place_on_elements(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  const SampleParameters parameters = direct_parameters(static_cast<std::uint32_t>(state.range(1)));
+  place(state,
+        build_elements(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+        parameters);
+}
+void place_in_cells(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  const SampleParameters parameters = auto_parameters(static_cast<std::uint32_t>(state.range(1)));
+  place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+        parameters);
+}
+BENCHMARK(place_on_elements)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+BENCHMARK(place_in_cells)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

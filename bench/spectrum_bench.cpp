@@ -120,7 +120,7 @@ void nearest_in_space(benchmark::State& state) {
 BENCHMARK(nearest_in_space)->Arg(10000)->Arg(1000000)->Unit(benchmark::kMillisecond);
 
 TriangleSpans spans_of(std::int64_t number) {
-  const PreparedMesh& mesh = prepared_shape(number).mesh;
+  const PreparedMesh& mesh = prepared_shape(number).surface;
   return {mesh.x, mesh.y, mesh.z, mesh.triangles};
 }
 
