@@ -19,7 +19,7 @@ const std::vector<RotatedBox>& test_boxes(std::int64_t number) {
 
 Samples samples_of(std::int64_t number, std::uint32_t samples) {
   Model model = prepared_shape(number);
-  run_stages(placing_stages(direct_parameters(samples), nullptr), model);
+  run_stages(placing_stages(method_parameters("direct", samples), nullptr), model);
   return std::move(model.row.samples);
 }
 

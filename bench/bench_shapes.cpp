@@ -32,23 +32,13 @@ const char* shape_name(std::int64_t number) {
 
 RandomKey bench_key() { return make_random_key(1, {}); }
 
-SampleParameters bench_parameters(std::uint32_t samples) {
-  SampleParameters parameters = parameters_for("conformal");
+SampleParameters method_parameters(const char* method, std::uint32_t samples) {
+  SampleParameters parameters = parameters_for(method);
   set_samples(parameters, samples);
   return parameters;
 }
 
-SampleParameters auto_parameters(std::uint32_t samples) {
-  SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, samples);
-  return parameters;
-}
-
-SampleParameters direct_parameters(std::uint32_t samples) {
-  SampleParameters parameters = parameters_for("direct");
-  set_samples(parameters, samples);
-  return parameters;
-}
+SampleParameters bench_parameters(std::uint32_t samples) { return method_parameters("conformal", samples); }
 
 const Model& prepared_shape(std::int64_t number) {
   static std::array<Model, shape_count> states;
@@ -56,7 +46,7 @@ const Model& prepared_shape(std::int64_t number) {
     Model state;
     state.file = shape(number);
     state.key = bench_key();
-    charting_stages(direct_parameters(2048)).front().run(state);
+    charting_stages(method_parameters("direct", 2048)).front().run(state);
     return state;
   });
 }

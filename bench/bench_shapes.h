@@ -24,8 +24,7 @@ const Model& flat_shape(std::int64_t number);
 // The random key of every bench.
 RandomKey bench_key();
 SampleParameters bench_parameters(std::uint32_t samples = 2048);
-SampleParameters auto_parameters(std::uint32_t samples);
-SampleParameters direct_parameters(std::uint32_t samples);
+SampleParameters method_parameters(const char* method, std::uint32_t samples);
 
 // Time per item, shown as seconds (n: nano); `items` of one iteration.
 void count_items(benchmark::State& state, const char* unit, double items);

@@ -31,7 +31,7 @@ BENCHMARK(elements_on_chart)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(ben
 void cells_in_space(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
   const ElementParameters elements =
-      element_parameters(auto_parameters(static_cast<std::uint32_t>(state.range(1))));
+      element_parameters(method_parameters("auto", static_cast<std::uint32_t>(state.range(1))));
   ElementCells result;
   for ([[maybe_unused]] auto _ : state) {
     result = build_cells(model.surface, model.measure, {}, {}, bench_key(), elements);

@@ -51,14 +51,14 @@ void place(benchmark::State& state, const Order& order, const SampleParameters& 
 
 void place_on_elements(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
-  const SampleParameters parameters = direct_parameters(static_cast<std::uint32_t>(state.range(1)));
+  const SampleParameters parameters = method_parameters("direct", static_cast<std::uint32_t>(state.range(1)));
   place(state,
         build_elements(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
         parameters);
 }
 void place_in_cells(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
-  const SampleParameters parameters = auto_parameters(static_cast<std::uint32_t>(state.range(1)));
+  const SampleParameters parameters = method_parameters("auto", static_cast<std::uint32_t>(state.range(1)));
   place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
         parameters);
 }

@@ -15,7 +15,7 @@ namespace {
 void encode(benchmark::State& state) {
   static constexpr const char* names[] = {"standard", "none"};
   Model model = prepared_shape(0);
-  const SampleParameters parameters = direct_parameters(static_cast<std::uint32_t>(state.range(1)));
+  const SampleParameters parameters = method_parameters("direct", static_cast<std::uint32_t>(state.range(1)));
   run_stages(placing_stages(parameters, nullptr), model);
   StoreHeader header;
   header.samples = parameters.place.samples;

@@ -139,10 +139,14 @@ class Bisection {
 
   // The node with parts of its items instead. What a cut above has divided stays as it is.
   void take_apart(Node node, int level, Scratch& scratch) {
+    node.level = level;
+    if (traits_.split.empty()) {
+      bisect_block(node, node.count + node.leaves, scratch);
+      return;
+    }
     Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
     const auto deeper_levels = [&](const NodeItem& item) {
-      const int levels =
-          traits_.split.empty() ? 0 : std::min<int>(traits_.split[item.element()].levels, level);
+      const int levels = std::min<int>(traits_.split[item.element()].levels, level);
       return std::max(levels - static_cast<int>(std::bit_width(item.part())) + 1, 0);
     };
     std::size_t room = node.leaves;
@@ -164,11 +168,16 @@ class Bisection {
     node.count = static_cast<std::size_t>(to - buffers.front.data());
     node.items = buffers.front.data();
     node.other = buffers.back.data();
-    node.level = level;
-    if (level == all_parts) {
-      node.block = node.first;
-      blocks_[node.block].reserve(room);
-    }
+    if (level == all_parts)
+      bisect_block(node, room, scratch);
+    else
+      bisect(node, scratch);
+  }
+
+  // A node whose leaves, of at most `entries` items, are kept together.
+  void bisect_block(Node node, std::size_t entries, Scratch& scratch) {
+    node.block = node.first;
+    blocks_[node.block].reserve(entries);
     bisect(node, scratch);
   }
 

@@ -153,7 +153,7 @@ struct Placer {
 // The element that holds each position: half-open, never one without mass. Positions ascend: one linear
 // merge.
 RankElements elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
-                         const CancelToken&) {
+                         const CancelToken& cancel) {
   RankElements found(position.size(), vertices);
   const double total = elements.total();
   std::size_t at = 0;
@@ -162,6 +162,7 @@ RankElements elements_at(const CurveElements& elements, std::span<const double> 
       1;  // positions that rounding pushes past the end belong to the last element of positive mass
   while (last > 0 && !(elements.cumulative[last + 1] > elements.cumulative[last])) --last;
   for (std::size_t r = 0; r < position.size(); ++r) {
+    if (r % sum_block == 0) cancel.check();
     const double target = position[r] * total;
     while (at < last && elements.cumulative[at + 1] <= target) ++at;
     found.set(r, elements.triangle[at], elements.path[at]);
