@@ -26,11 +26,12 @@ inline constexpr Word<LocatorKind> locate_words[] = {{"embree", LocatorKind::emb
                                                      {"first-hit", LocatorKind::first_hit}};
 inline constexpr Word<PlaceKind> place_words[] = {{"element", PlaceKind::element},
                                                   {"vertex", PlaceKind::vertex}};
-inline constexpr Word<SequenceKind> sequence_words[] = {{"shifted", SequenceKind::shifted},
-                                                        {"stratified", SequenceKind::stratified},
-                                                        {"owen", SequenceKind::owen},
-                                                        {"regular", SequenceKind::regular},
-                                                        {"random", SequenceKind::random}};
+inline constexpr Word<SequenceKind> sequence_words[] = {
+    {"shifted", SequenceKind::shifted}, {"stratified", SequenceKind::stratified},
+    {"owen", SequenceKind::owen},       {"regular", SequenceKind::regular},
+    {"random", SequenceKind::random},   {"spaced", SequenceKind::spaced}};
+inline constexpr Word<SpacingKind> spacing_words[] = {
+    {"fast", SpacingKind::fast}, {"default", SpacingKind::standard}, {"best", SpacingKind::best}};
 inline constexpr Word<OrderKind> order_words[] = {{"progressive", OrderKind::progressive},
                                                   {"curve", OrderKind::curve}};
 inline constexpr Word<ElementOrder> order_of_elements_words[] = {

@@ -10,6 +10,7 @@
 #include "jobs/inputs.h"
 #include "jobs/laboratory.h"
 #include "jobs/option_words.h"
+#include "jobs/sequence_options.h"
 #include "jobs/store_items.h"
 #include "jobs/tensor_options.h"
 #include "jobs/units.h"
@@ -77,7 +78,8 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
            "Where samples lie in a curve element (default element; vertex for first-hit)")
       .show_default("")
       .on_given([&texts] { texts.chooses_place = true; });
-  table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, "The 1-D sample set");
+  table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, sequence_help);
+  add_spacing_option(points, sample.place.spacing, texts.spacing_given);
   table.add(points, "order", "--order", sample.place.order, order_words,
             "Order in the file: every prefix well spread, or along the curve");
   points
@@ -175,6 +177,9 @@ void record_constants(const SampleParameters& sample, ParameterTable& table) {
 std::string parameters_json(const RunOptions& options, const RunOptionTexts& texts) {
   ParameterTable table = texts.table;
   if (options.sample.curved) table.record("curved", options.sample.curved);
+  const PlaceParameters& place = options.sample.place;
+  if (place.sequence == SequenceKind::spaced)
+    table.compute("spacing", [&place] { return text_of(spacing_words, place.spacing); });
   if (method_of(options.sample).follows_tensor) table.append(texts.tensor_table);
   return table.json();
 }
@@ -261,6 +266,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
     problems.push_back(
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
                     method_of(sample).name));
+  check_spacing_option(sample.place.sequence, texts.spacing_given, problems);
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)
     for (const std::string& problem :

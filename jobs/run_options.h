@@ -60,6 +60,7 @@ struct RunOptionTexts {
   DescriptorShapeOptions descriptor_shape;
   bool chooses_place = false;   // --place was given
   bool shapes_density = false;  // --density-floor or --density-exponent was given
+  bool spacing_given = false;   // --spacing was given
 };
 
 // Adds the subcommand with its options.

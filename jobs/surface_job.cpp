@@ -20,6 +20,7 @@
 #include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/parameter_table.h"
+#include "jobs/sequence_options.h"
 #include "jobs/surface_sources.h"
 #include "kernels/core/failure.h"
 #include "kernels/core/spelling.h"
@@ -47,6 +48,7 @@ struct SurfaceOptions {
   ParameterTable table;  // refers to the members above and below
   HeightFieldOptions height_field;
   bool fresh = false, json = false;
+  bool spacing_given = false;
 };
 
 void resolve(SurfaceOptions& options) {
@@ -65,7 +67,8 @@ void resolve(SurfaceOptions& options) {
     if (!near.empty())
       throw UsageError("--density: no density `" + options.density + "`, did you mean `" + near + "`?");
   }
-  const std::vector<std::string> problems = validate(sample);
+  std::vector<std::string> problems = validate(sample);
+  check_spacing_option(sample.sequence, options.spacing_given, problems);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
@@ -209,7 +212,10 @@ int sample_surfaces(SurfaceOptions& options) {
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = text_of(order_words, options.sample.order);
-  header.parameters_json = options.table.json();
+  ParameterTable table = options.table;
+  if (options.sample.sequence == SequenceKind::spaced)
+    table.compute("spacing", [&options] { return text_of(spacing_words, options.sample.spacing); });
+  header.parameters_json = table.json();
   for (const std::string& surface : options.surfaces) {
     check_surface_name(surface);
     header.ids.push_back(surface_id(surface));
@@ -251,7 +257,8 @@ void add_sampling_options(Command& command, SurfaceOptions& options) {
   table.add(command, "density_exponent", "--density-exponent", sample.density.exponent,
             "Exponent of curvatures, 0.25 to 4");
   table.add(command, "curve", "--curve", sample.curve, curve_words, "The space-filling curve");
-  table.add(command, "sequence", "--sequence", sample.sequence, sequence_words, "The 1-D sample set");
+  table.add(command, "sequence", "--sequence", sample.sequence, sequence_words, sequence_help);
+  add_spacing_option(command, sample.spacing, options.spacing_given);
   table.add(command, "order", "--order", sample.order, order_words,
             "Order of the points: every prefix well spread, or along the curve");
   table.add(command, "place", "--place", sample.place, place_words,

@@ -31,6 +31,9 @@ enum class Stream : std::uint32_t {
   element_key = 3,     // the point whose curve key orders an element
   element_point = 4,   // the sample inside its element
   leaf_ray = 5,        // the point of a curve leaf that a ray is cast through
+  stratum_point = 6,   // the places that a stratum offers to its spaced sample,
+  stratum_retry = 7,   // what else a density needs for them,
+  stratum_start = 8,   // and the place that the sample starts at
   test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured

@@ -150,14 +150,15 @@ ModelStages locating(const SampleParameters& p, const EmbreeDevice* device, Doma
   return locating_rays(p, device, domain_of);
 }
 
-void place(Model& model, const PlaceParameters& parameters, const Domain& domain) {
+void place(Model& model, const PlaceParameters& parameters, const Domain& domain,
+           const MetricAt& metric = {}) {
   ItemReport& report = model.row.report;
   const OutputFrame frame = output_frame(model.surface, parameters.normalize);
   report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
   report.scale = frame.scale;
   const auto placed = [&](const auto& order) {
     return place_samples(model.file, domain.mesh, domain.measure.density, order, model.key, parameters, frame,
-                         report.repairs, model.cancel);
+                         report.repairs, model.cancel, metric);
   };
   model.row.samples = model.cells.count() > 0 ? placed(model.cells) : placed(model.elements);
 }
@@ -183,7 +184,10 @@ ModelStages placing_on_surface(const SampleParameters& p) {
 
 ModelStages placing_on_segments(const SampleParameters& p) {
   return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
-             place(model, parameters, segments_domain(model));
+             const MetricAt metric = [&segments = model.segments](std::uint32_t t, double b1, double b2) {
+               return metric_at(segments, t, b1, b2);
+             };
+             place(model, parameters, segments_domain(model), metric);
              Samples& samples = model.row.samples;
              add_sample_tensors(model.segments, model.row.report.scale, samples);
              for (std::uint32_t& triangle : samples.triangle)

@@ -248,6 +248,21 @@ void add_sample_tensors(const TensorSegments& segments, double scale, Samples& s
   }
 }
 
+LocalMetric metric_at(const TensorSegments& segments, std::uint32_t triangle, double b1, double b2) {
+  const TensorAxes axes = spacings_of(interpolate(segments.tensor, triangle, {1 - b1 - b2, b1, b2}));
+  const TangentFrame plane = triangle_frame(segments.mesh, triangle);
+  const Vector3 along = axes.x * plane.x + axes.y * plane.y, normal = cross(plane.x, plane.y),
+                across = cross(normal, along);
+  const double stretch = std::sqrt(axes.first / axes.second);
+  const auto row = [](const Vector3& v) {
+    return std::array<float, 3>{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+  };
+  LocalMetric metric;
+  metric.rows = {row((1 / stretch) * along), row(stretch * across), row(normal)};
+  metric.stretch = static_cast<float>(stretch);
+  return metric;
+}
+
 std::vector<DescriptorRow> anisotropy_rows(const AnisotropyReport& report) {
   const std::array<double, anisotropy_names.size()> values = {static_cast<double>(report.segments),
                                                               report.accepted_share,

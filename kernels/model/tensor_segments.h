@@ -12,6 +12,7 @@
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/sample/samples.h"
+#include "kernels/sample/spaced_samples.h"
 #include "kernels/segment/segment_mesh.h"
 #include "kernels/tensor/make_tensor_field.h"
 
@@ -64,6 +65,9 @@ std::vector<FlatChart> chart_segments(TensorSegments& segments, const SamplePara
 // Samples::tensor_direction and tensor_spacing of samples whose triangles are those of the segments. scale:
 // file units per unit of the stored points.
 void add_sample_tensors(const TensorSegments& segments, double scale, Samples& samples);
+
+// The metric of the tensor at weights b1, b2 of corners 1 and 2 of a triangle of the segments.
+LocalMetric metric_at(const TensorSegments& segments, std::uint32_t triangle, double b1, double b2);
 
 // The report as descriptors, by anisotropy_names.
 std::vector<DescriptorRow> anisotropy_rows(const AnisotropyReport& report);

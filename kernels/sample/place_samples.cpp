@@ -233,8 +233,10 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
 
 namespace {
 
-Samples place(const Placer& placer, const SampleSequence& sequence, RepairCounts& repairs,
-              const CancelToken& cancel) {
+// rank_of_index: order in the file, if the sequence has one of its own. chosen: points by rank, if they are
+// not to be drawn.
+Samples place(const Placer& placer, std::vector<std::uint32_t> rank_of_index,
+              std::span<const StratumPoint> chosen, RepairCounts& repairs, const CancelToken& cancel) {
   const PlaceParameters& parameters = placer.parameters;
   const RankElements& elements = placer.elements;
   const PolygonMesh& file = placer.file;
@@ -255,6 +257,10 @@ Samples place(const Placer& placer, const SampleSequence& sequence, RepairCounts
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       const auto rank = static_cast<std::uint32_t>(r);
+      if (!chosen.empty()) {
+        set(rank, chosen[r].first, chosen[r].second);
+        continue;
+      }
       if (parameters.place == PlaceKind::vertex) {
         set(rank, elements.vertex[2 * r], elements.vertex[2 * r + 1]);
         continue;
@@ -284,7 +290,7 @@ Samples place(const Placer& placer, const SampleSequence& sequence, RepairCounts
     order.resize(count);
     std::iota(order.begin(), order.end(), 0u);
   } else {
-    order = sequence.rank_of_index.empty() ? progressive_order(count, placer.key) : sequence.rank_of_index;
+    order = rank_of_index.empty() ? progressive_order(count, placer.key) : std::move(rank_of_index);
   }
   repairs[Repair::bad_normals] += count_bad_normals(file);
   Samples samples;
@@ -318,30 +324,52 @@ Samples place(const Placer& placer, const SampleSequence& sequence, RepairCounts
   return samples;
 }
 
+CurveStrata strata_of(const CurveElements& elements, const MeasuredMesh& surface, const Density& density,
+                      RandomKey key, const PlaceParameters& parameters, const MetricAt& metric) {
+  return {elements, parameters.samples, surface, density, key, metric};
+}
+CellStrata strata_of(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
+                     RandomKey key, const PlaceParameters&, const MetricAt& metric) {
+  return {cells, surface, density, key, metric};
+}
+
 template <class Order>
 Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                        const Order& order, RandomKey key, const PlaceParameters& parameters,
-                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
+                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                       const MetricAt& metric) {
   if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
-  const SampleSequence sequence =
-      make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
+  if (parameters.sequence == SequenceKind::spaced) {
+    SpacedSamples spaced = space_samples(strata_of(order, surface, density, key, parameters, metric),
+                                         parameters.order == OrderKind::progressive, key,
+                                         spacing_parameters(parameters.spacing), cancel);
+    RankElements elements(parameters.samples, false);
+    for (std::size_t r = 0; r < parameters.samples; ++r)
+      elements.set(r, spaced.point[r].triangle, spaced.point[r].path);
+    return place(Placer{file, surface, density, elements, key, parameters, frame},
+                 std::move(spaced.rank_of_index), spaced.point, repairs, cancel);
+  }
+  SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
   const RankElements elements =
       elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
-  return place(Placer{file, surface, density, elements, key, parameters, frame}, sequence, repairs, cancel);
+  return place(Placer{file, surface, density, elements, key, parameters, frame},
+               std::move(sequence.rank_of_index), {}, repairs, cancel);
 }
 
 }  // namespace
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
-  return place_in_order(file, surface, density, elements, key, parameters, frame, repairs, cancel);
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                      const MetricAt& metric) {
+  return place_in_order(file, surface, density, elements, key, parameters, frame, repairs, cancel, metric);
 }
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel) {
-  return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel);
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                      const MetricAt& metric) {
+  return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);
 }
 
 }  // namespace meander

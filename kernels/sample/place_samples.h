@@ -12,13 +12,16 @@
 #include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/measured_mesh.h"
+#include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/samples.h"
+#include "kernels/sample/spaced_samples.h"
 
 namespace meander {
 
 struct ElementCells;
 
-enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random };
+// spaced: places, not positions along the path, are chosen (see space_samples); the others are 1-D sets.
+enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random, spaced };
 enum class OrderKind : std::uint8_t { progressive, curve };
 enum class PlaceKind : std::uint8_t { element, vertex };
 enum class NormalizeKind : std::uint8_t { none, unit_sphere, unit_box };
@@ -29,11 +32,12 @@ struct PlaceParameters {
   OrderKind order = OrderKind::progressive;
   PlaceKind place = PlaceKind::element;
   NormalizeKind normalize = NormalizeKind::none;
-  double jitter = 0.25;  // s of the shifted sequence, 0..1
+  double jitter = 0.25;                         // s of the shifted sequence, 0..1
+  SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
 };
 
 // Positions in [0, 1) of the N samples, ascending: t_i for i = 0 .. N - 1. Pure. O(N) (O(N log N) for random
-// and owen).
+// and owen). Throws std::invalid_argument for `spaced`, which is no 1-D set.
 std::vector<double> sample_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key);
 
 // order[i] = curve rank of the i-th sample of the file: a permutation of 0 .. N - 1 in which every prefix is
@@ -58,14 +62,18 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 // total, at a mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same
 // stream; what stays equal after 64 redraws is counted in repairs[coincident_points]. Normals: the file's,
 // interpolated, where it gives them, else geometric. O(N + E).
+// The sequence `spaced` chooses the points by space_samples, with distances in `metric`, which is for it
+// alone.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
+                      const MetricAt& metric = {});
 
 // The same in cells: the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell
 // floor(t_i N) along the path. Expected O(N P) for P entries a cell.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {});
+                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
+                      const MetricAt& metric = {});
 
 }  // namespace meander

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
 
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/sequence.h"
@@ -48,6 +49,8 @@ double sequence_value(SequenceKind kind, std::uint32_t count, double jitter, Ran
       return (index + 0.5) / count;
     case SequenceKind::random:
       break;
+    case SequenceKind::spaced:
+      throw std::invalid_argument("the sequence `spaced` has no positions along the path");
   }
   return uniform();
 }
@@ -96,7 +99,16 @@ std::uint64_t reversed_bits(std::uint64_t value, int bits) {
   return result;
 }
 
-// progressive_order under a mask whose highest bit belongs to the first level.
+}  // namespace
+
+std::vector<std::uint32_t> parent_order(int level, std::uint32_t mask) {
+  std::vector<std::uint32_t> order(std::size_t{1} << level);
+  const std::uint64_t level_mask = level == 0 ? 0 : mask >> (32 - level);
+  for (std::uint64_t j = 0; j < order.size(); ++j)
+    order[j] = static_cast<std::uint32_t>(reversed_bits(j, level) ^ level_mask);
+  return order;
+}
+
 std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask) {
   std::vector<std::uint32_t> order;
   if (count == 0) return order;
@@ -112,13 +124,10 @@ std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask)
     return static_cast<std::uint32_t>(blocks.begin(levels, block));
   };
   order.push_back(representative(0, 0));
+  // The child is the one where the parent's representative did not go.
   for (int level = 1; level < levels; ++level)
-    for (std::uint64_t j = 0; j < std::uint64_t{1} << (level - 1); ++j) {
-      // Bit reversal over the parents; the child is the one where the parent's representative did not go.
-      const std::uint64_t parent_mask = level == 1 ? 0 : mask >> (33 - level);
-      const std::uint64_t parent = reversed_bits(j, level - 1) ^ parent_mask;
+    for (const std::uint64_t parent : parent_order(level - 1, mask))
       order.push_back(representative(level, parent << 1 | (~(mask >> (32 - level)) & 1)));
-    }
   if (levels == 0) return order;
   // On the last level only some parents have two children. Bit reversal over all parents would visit those in
   // clusters (their pattern along the curve is nearly periodic), so they are taken in the progressive order
@@ -134,12 +143,14 @@ std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask)
   return order;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key) {
+std::uint32_t progressive_mask(std::uint32_t count, RandomKey key) {
   const int levels = count > 1 ? std::bit_width(count - 1) : 0;
   const std::uint64_t word = random_words(key, Stream::sequence_shift, 1)[0];
-  return masked_order(count, static_cast<std::uint32_t>(word << (32 - levels)));
+  return static_cast<std::uint32_t>(word << (32 - levels));
+}
+
+std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key) {
+  return masked_order(count, progressive_mask(count, key));
 }
 
 }  // namespace meander

@@ -18,4 +18,10 @@ struct SampleSequence {
 // O(N log N). Pure in (kind, count, jitter, key).
 SampleSequence make_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key);
 
+// The mask of progressive_order, its highest bit for the first level; and that order under a mask.
+std::uint32_t progressive_mask(std::uint32_t count, RandomKey key);
+std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask);
+// The order in which the blocks of a level are divided: bit reversal under the mask, of 2^level.
+std::vector<std::uint32_t> parent_order(int level, std::uint32_t mask);
+
 }  // namespace meander

@@ -12,7 +12,9 @@
 #include "kernels/surface/expression.h"
 #include "kernels/surface/ordered_blocks.h"
 #include "kernels/surface/patch_tree.h"
+#include "kernels/surface/surface_leaf.h"
 #include "kernels/surface/surface_measure.h"
+#include "kernels/surface/surface_strata.h"
 
 namespace meander {
 
@@ -23,7 +25,6 @@ constexpr int max_redraws = 64;
 // A draw is accepted with a probability near 1 on smooth surfaces; this many misses mean a leaf whose measure
 // sits in a spot that the quadrature saw and hardly any draw finds.
 constexpr std::uint32_t max_trials = 1000;
-constexpr double bound_margin = 1.1;
 
 void throw_problems(const SurfaceSampleParameters& parameters) {
   std::string all;
@@ -31,24 +32,11 @@ void throw_problems(const SurfaceSampleParameters& parameters) {
   if (!all.empty()) throw std::invalid_argument(all);
 }
 
-// A leaf in the curve's square.
-struct Leaf {
-  double s = 0, t = 0, side = 0;
-  double bound = 0;  // of the measure per unit of the square
-};
-
-Leaf leaf_of(const PatchTree& tree, std::size_t patch, const PatchNode& node) {
-  const CurveTree& patches = tree.patches();
-  const double side = patches.side[patch];
-  return {patches.u[patch] + side * node.s, patches.v[patch] + side * node.t, side * node.side,
-          bound_margin * tree.bound(patch, node)};
-}
-
 // One sample on its way: its leaf, and how many random numbers it has used up.
 struct Draft {
   std::uint32_t rank = 0;
   std::uint32_t counter = 0;
-  Leaf leaf;
+  SurfaceLeaf leaf;
 };
 
 // Draws points and writes them to their place.
@@ -69,43 +57,33 @@ class SurfacePlacer {
   // Places the samples of ranks begin .. end - 1.
   void place(std::size_t begin, std::size_t end, std::uint64_t& violations) {
     std::vector<Draft> drafts(end - begin);
-    std::size_t patch = patch_of(position_[begin] * tree_.total());
-    for (std::size_t r = begin; r < end; ++r) {
-      const double target = position_[r] * tree_.total();
-      while (patch < last_patch() && tree_.cumulative()[patch + 1] <= target) ++patch;
-      drafts[r - begin] = {static_cast<std::uint32_t>(r), 0, leaf_at(patch, target)};
-    }
+    for (std::size_t r = begin; r < end; ++r)
+      drafts[r - begin] = {static_cast<std::uint32_t>(r), 0, leaf_at(tree_, position_[r] * tree_.total())};
     if (place_ == PlaceKind::vertex)
       put_centres(drafts);
     else
       draw(drafts, violations);
   }
 
+  // Places the samples of ranks begin .. end - 1 at points of the curve's square.
+  void place_at(std::span<const StratumPoint> chosen, std::size_t begin, std::size_t end) {
+    std::vector<double> s(end - begin), t(end - begin);
+    for (std::size_t r = begin; r < end; ++r) {
+      s[r - begin] = chosen[r].first;
+      t[r - begin] = chosen[r].second;
+    }
+    MeasureBatch batch;
+    measure_.evaluate(s, t, batch);
+    for (std::size_t r = begin; r < end; ++r) put({static_cast<std::uint32_t>(r), 0, {}}, batch, r - begin);
+  }
+
   // Draws the sample of a rank anew, from the next random numbers of its stream.
   void redraw(std::uint32_t rank, std::uint64_t& violations) {
-    const double target = position_[rank] * tree_.total();
-    std::vector<Draft> draft = {{rank, counter_[rank], leaf_at(patch_of(target), target)}};
+    std::vector<Draft> draft = {{rank, counter_[rank], leaf_at(tree_, position_[rank] * tree_.total())}};
     draw(draft, violations);
   }
 
  private:
-  std::size_t last_patch() const {
-    std::size_t last = tree_.patches().leaf_count() - 1;
-    while (last > 0 && !(tree_.cumulative()[last + 1] > tree_.cumulative()[last])) --last;
-    return last;
-  }
-
-  // Half-open, and never a patch without mass.
-  std::size_t patch_of(double target) const {
-    const std::vector<double>& sums = tree_.cumulative();
-    const auto above = std::upper_bound(sums.begin() + 1, sums.end(), target);
-    return std::min(static_cast<std::size_t>(above - sums.begin()) - 1, last_patch());
-  }
-
-  Leaf leaf_at(std::size_t patch, double target) const {
-    return leaf_of(tree_, patch, tree_.find_leaf(patch, std::max(0.0, target - tree_.cumulative()[patch])));
-  }
-
   // mu-uniform points of the leaves: uniform ones, accepted with probability measure / bound. All drafts that
   // are still without a point are evaluated in one batch.
   void draw(std::vector<Draft>& drafts, std::uint64_t& violations) {
@@ -205,6 +183,8 @@ std::vector<std::string> validate(const SurfaceSampleParameters& p) {
   std::vector<std::string> problems;
   check_range(problems, "samples", p.samples, 1, 2147483648.0);
   check_range(problems, "jitter", p.jitter, 0.0, 1.0);
+  if (p.sequence == SequenceKind::spaced && p.place == PlaceKind::vertex)
+    problems.push_back("the sequence spaced chooses points in elements: place at elements, not vertices");
   check_range(problems, "tolerance", p.tolerance, 1e-8, 0.1);
   if (p.leaves_per_sample != 0) check_range(problems, "leaves per sample", p.leaves_per_sample, 1.0, 1024.0);
   check_range(problems, "least curve depth", p.min_depth, 5, 12);
@@ -241,8 +221,20 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   for (const std::uint64_t leaves : tree.count_leaves()) samples.leaves += leaves;
   cancel.check();
 
-  SampleSequence sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
-  samples.curve_rank = file_order(sequence, parameters.order, key);
+  const bool is_spaced = parameters.sequence == SequenceKind::spaced;
+  SpacedSamples spaced;
+  SampleSequence sequence;
+  if (is_spaced) {
+    const SurfaceStrata strata(measure, tree, count, key);
+    spaced = space_samples(strata, parameters.order == OrderKind::progressive, key,
+                           spacing_parameters(parameters.spacing), cancel);
+    // Where samples that coincide are drawn anew.
+    sequence.position = strata.middles();
+    samples.curve_rank = std::move(spaced.rank_of_index);
+  } else {
+    sequence = make_sequence(parameters.sequence, count, parameters.jitter, key);
+    samples.curve_rank = file_order(sequence, parameters.order, key);
+  }
   std::vector<std::uint32_t> place_of_rank(count);
   for (std::uint32_t i = 0; i < count; ++i) place_of_rank[samples.curve_rank[i]] = i;
   samples.points.resize(3 * std::size_t{count});
@@ -254,7 +246,10 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   std::vector<std::uint64_t> violations((count + sample_block - 1) / sample_block, 0);
   ordered_blocks(count, sample_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
-    placer.place(begin, end, violations[begin / sample_block]);
+    if (is_spaced)
+      placer.place_at(spaced.point, begin, end);
+    else
+      placer.place(begin, end, violations[begin / sample_block]);
   });
   samples.bound_violations = std::accumulate(violations.begin(), violations.end(), std::uint64_t{0});
 
@@ -293,7 +288,7 @@ SurfaceCurve build_surface_curve(const ParametricSurface& surface, const Surface
     for (std::size_t p = begin; p < end; ++p) {
       std::size_t at = before[p];
       tree.visit_leaves(p, [&](const PatchNode& node) {
-        const Leaf leaf = leaf_of(tree, p, node);
+        const SurfaceLeaf leaf = leaf_of(tree, p, node);
         curve.tree.u[at] = leaf.s;
         curve.tree.v[at] = leaf.t;
         curve.tree.side[at] = leaf.side;

@@ -33,8 +33,9 @@ struct SurfaceSampleParameters {
   CurveKind curve = CurveKind::hilbert;
   SequenceKind sequence = SequenceKind::shifted;
   OrderKind order = OrderKind::progressive;
-  PlaceKind place = PlaceKind::element;  // vertex: the centre of the leaf, as in the survey
-  double jitter = 0.25;                  // s of the shifted sequence, 0..1
+  PlaceKind place = PlaceKind::element;         // vertex: the centre of the leaf, as in the survey
+  double jitter = 0.25;                         // s of the shifted sequence, 0..1
+  SpacingKind spacing = SpacingKind::standard;  // of the spaced sequence
   SurfaceDensity density;
   double tolerance = 1e-3;       // relative error of the measures that the tree is built on, 1e-8..0.1
   double leaves_per_sample = 0;  // kappa, 1..1024: a leaf weighs at most total / (kappa N).
@@ -60,6 +61,7 @@ struct SurfaceSamples {
   std::uint64_t leaves = 0;               // leaves of the curve (nodes below a patch follow its polynomial)
   std::uint64_t unresolved_patches = 0;   // left coarser than the tolerance asks: too deep or too many
   std::uint64_t bound_violations = 0;     // draws whose measure exceeded the bound of their leaf by rejection
+                                          // (not counted for the sequence spaced)
   std::uint64_t coincident_points = 0;    // samples that float32 could not tell apart after 64 redraws
 
   std::size_t count() const { return curve_rank.size(); }

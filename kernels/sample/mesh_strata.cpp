@@ -1,0 +1,133 @@
+#include "kernels/sample/mesh_strata.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/locate/pieces.h"
+
+namespace meander {
+
+namespace {
+
+// Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
+constexpr std::uint32_t max_trials = 64;
+// Cells that fewer points are wanted of are not put in order for them.
+constexpr std::size_t ordered_draws = 3;
+
+double unit_from(std::uint32_t word) { return word * 0x1p-32; }
+
+}  // namespace
+
+StratumPoint MeshStrata::point_in(std::uint32_t triangle, std::uint32_t path, const PointDraw& draw) const {
+  StratumPoint point;
+  point.triangle = triangle;
+  point.path = path;
+  const TriangleSource source = source_of(surface_.mesh(), density_, triangle);
+  const Piece piece =
+      path == 1 ? Piece{{0, 1, 0}, {0, 0, 1}} : piece_of(bisection_corners(surface_, triangle), path);
+  const auto density_at = [&](double b1, double b2) {
+    return (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
+  };
+  double largest = 1;
+  if (!source.uniform) {
+    largest = 0;
+    for (std::size_t k = 0; k < 3; ++k) largest = std::max(largest, density_at(piece.b1[k], piece.b2[k]));
+  }
+  // words[0] has chosen the element.
+  std::array<std::uint32_t, 3> words = {draw.words[1], draw.words[2], draw.words[3]};
+  for (std::uint32_t trial = 1;; ++trial) {
+    const double root = std::sqrt(unit_from(words[0])), second = unit_from(words[1]);
+    const double w0 = 1 - root, w1 = root * (1 - second), w2 = root * second;
+    point.first = w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2];
+    point.second = w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2];
+    if (source.uniform || trial == max_trials) break;
+    if (unit_from(words[2]) * largest <= density_at(point.first, point.second)) break;
+    const PhiloxBlock next =
+        random_words(key_, Stream::stratum_retry, draw.index, draw.number * max_trials + trial);
+    words = {next[0], next[1], next[2]};
+  }
+  const Vector3 at = source.at(point.first, point.second);
+  point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+  if (!source.uniform)
+    point.density = std::max(static_cast<float>(density_at(point.first, point.second)), 1e-30f);
+  return point;
+}
+
+CurveStrata::CurveStrata(const CurveElements& elements, std::uint32_t count, const MeasuredMesh& surface,
+                         const Density& density, RandomKey key, const MetricAt& metric)
+    : MeshStrata(surface, density, key, metric),
+      elements_(elements),
+      count_(count),
+      shift_(random_pair(key, Stream::sequence_shift, 0).first),
+      last_(elements.count() - 1) {
+  while (last_ > 0 && !(elements.cumulative[last_ + 1] > elements.cumulative[last_])) --last_;
+}
+
+void CurveStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {
+  const std::vector<double>& sums = elements_.cumulative;
+  std::size_t element = 0;
+  double before = INFINITY;
+  for (std::size_t i = 0; i < draws.size(); ++i) {
+    double at = draws[i].at + shift_;
+    if (at >= count_) at -= count_;
+    const double target = at / count_ * elements_.total();
+    // The next point is in the same element or near it, but for the first one and where the curve ends.
+    constexpr std::size_t near = 16;
+    std::size_t steps = 0;
+    if (target >= before)
+      for (; steps < near && element < last_ && sums[element + 1] <= target; ++steps) ++element;
+    if (!(target >= before) || steps == near) {
+      const auto above = std::upper_bound(sums.begin() + 1, sums.end(), target);
+      element = std::min(static_cast<std::size_t>(above - sums.begin()) - 1, last_);
+    }
+    before = target;
+    points[i] = point_in(elements_.triangle[element], elements_.path[element], draws[i]);
+  }
+}
+
+CellStrata::CellStrata(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
+                       RandomKey key, const MetricAt& metric)
+    : MeshStrata(surface, density, key, metric), cells_(cells) {
+  double mass = 0;
+  for (const CellEntry& entry : cells.cells.entries(cells.cells.cell.front()))
+    mass += cells.cells.mass(entry);
+  measure_ = mass * static_cast<double>(cells.count());
+}
+
+void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {
+  const auto cell_of = [&](const PointDraw& draw) {
+    return std::min(static_cast<std::size_t>(draw.at), cells_.count() - 1);
+  };
+  const auto place = [&](const CellEntry& entry, std::size_t i) {
+    points[i] = point_in(cells_.triangle[entry.element()], cells_.path_of(entry), draws[i]);
+  };
+  std::vector<std::uint64_t> scratch;
+  std::vector<std::uint32_t> order;
+  for (std::size_t begin = 0, end = 0; begin < draws.size(); begin = end) {
+    const std::size_t c = cell_of(draws[begin]);
+    while (end < draws.size() && cell_of(draws[end]) == c) ++end;
+    const Cell& cell = cells_.cells.cell[c];
+    const auto share = [&](std::size_t i) {
+      return std::clamp(draws[i].at - static_cast<double>(c), 0.0, 1.0);
+    };
+    if (end - begin < ordered_draws) {
+      for (std::size_t i = begin; i < end; ++i) place(entry_at(cells_.cells, cell, share(i), scratch), i);
+      continue;
+    }
+    // The same entries, all at once.
+    const std::span<const CellEntry> entries = cells_.cells.entries(cell);
+    order_entries(cells_.cells, cell, order);
+    std::uint64_t total = 0;
+    for (const CellEntry& entry : entries) total += entry.mass;
+    std::uint64_t below = entries[order[0]].mass;
+    std::size_t at = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto target =
+          std::min(static_cast<std::uint64_t>(share(i) * static_cast<double>(total)), total - 1);
+      while (below <= target && at + 1 < order.size()) below += entries[order[++at]].mass;
+      place(entries[order[at]], i);
+    }
+  }
+}
+
+}  // namespace meander
