@@ -34,6 +34,7 @@ enum class Stream : std::uint32_t {
   stratum_point = 6,   // the places that a stratum offers to its spaced sample,
   stratum_retry = 7,   // what else a density needs for them,
   stratum_start = 8,   // and the place that the sample starts at
+  cell_axes = 9,       // the axes that cells of spaced samples are cut along
   test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/rotation.h"
 #include "kernels/locate/placed_pieces.h"
 
 namespace meander {
@@ -27,6 +28,29 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   return normal;
 }
 
+// Turns everything that cells are cut by; shrinks it, so that points stay in the cube [-1, 1]^3.
+void turn_axes(RandomKey key, PlacedPieces& pieces, std::vector<float>& normals) {
+  const Rotation rotation = random_rotation(key, Stream::cell_axes);
+  const auto turn = [&](float* v, double scale) {
+    const Vector3 turned = scale * rotated(rotation, {v[0], v[1], v[2]});
+    v[0] = static_cast<float>(turned.x);
+    v[1] = static_cast<float>(turned.y);
+    v[2] = static_cast<float>(turned.z);
+  };
+  constexpr double shrink = 0.577;  // below 1 / sqrt(3)
+  parallel_blocks(pieces.point.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) turn(pieces.point[i].at, shrink);
+  });
+  parallel_blocks(pieces.split.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (float* const v : {pieces.split[i].half, pieces.split[i].quarter[0], pieces.split[i].quarter[1]})
+        turn(v, shrink);
+  });
+  parallel_blocks(normals.size() / 3, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) turn(&normals[3 * i], 1);
+  });
+}
+
 }  // namespace
 
 std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
@@ -48,7 +72,8 @@ ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure
       [&] { return PlacedPieces(places, key, parameters.keep_vertices, is_split ? limit : 0); }, cancel);
   check_count(pieces.point.size(), most_balanced_elements);
   cancel.check();
-  const std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
+  std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
+  if (parameters.random_axes) turn_axes(key, pieces, normal);
   ElementCells result;
   result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(parameters.samples),
                                 {pieces.triangle, pieces.split, normal, group}, cancel);

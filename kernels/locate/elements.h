@@ -57,6 +57,7 @@ struct ElementParameters {
                                    // build_cells in small cells only)
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
+  bool random_axes = false;    // of build_cells: cut across axes that the key has turned, not those of space
 };
 
 // What the locator learned about each triangle; both spans empty for the locator `elements`.

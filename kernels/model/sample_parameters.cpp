@@ -93,6 +93,8 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   elements.elements_per_sample = elements_per_sample(parameters);
   elements.keep_vertices = parameters.place.place == PlaceKind::vertex;
   elements.order = order_of(parameters);
+  // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
+  elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
   return elements;
 }
 

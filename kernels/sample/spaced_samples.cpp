@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <stdexcept>
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
@@ -20,6 +21,9 @@ namespace {
 constexpr double hexagonal_spacing = 1.0745699318235418;
 // Samples farther apart than this do not know of each other.
 constexpr double reach = 1.1;
+// A place at a border has fewer samples around it than the mass there would let one expect, and would win too
+// often by this share of the room of a disc in the plane (measured: docs/METHODS.md 7.5).
+constexpr float border_share = 0.015f;
 // Strata larger than this, in reaches, are torn.
 constexpr float torn_extent = 2;
 // How far from their strata's first places samples are put: in reaches, and in extents of the stratum.
@@ -483,13 +487,15 @@ class SpacedLevel {
     }
   }
 
-  // The room at a place without the place itself, if that is of the background; and less than 1 more, the
-  // farther the nearest sample is.
+  // The room at a place without the place itself, if that is of the background; less a little of what the
+  // same radius has in the plane.
   float room_at(std::size_t place, std::uint32_t stratum, bool is_background, const Visit& visit) const {
     const float squared = visit.squared[place];
     const std::uint32_t itself = is_background && squared > 0 ? weight_of(stratum) : 0;
-    return static_cast<float>(visit.room[place] - itself) +
-           0.5f * squared / (reach_[stratum] * reach_[stratum]);
+    const float discs =
+        static_cast<float>(std::numbers::pi * reach * reach) * squared / (reach_[stratum] * reach_[stratum]);
+    const float flat = discs * static_cast<float>(parameters_.candidates * weight_of(stratum));
+    return static_cast<float>(visit.room[place] - itself) - border_share * flat;
   }
 
   bool is_offered(std::uint32_t stratum) const { return number_[stratum] < offered_.places(); }
@@ -499,7 +505,7 @@ class SpacedLevel {
     visit.places.resize(offered_.places());
     offered_.load(stratum, visit.places, 0);
     measure_room(stratum, visit);
-    float best = -1;
+    float best = -INFINITY;
     for (std::uint32_t k = 0; k < offered_.places(); ++k) {
       const float room = room_at(k, stratum, true, visit);
       if (room <= best) continue;
@@ -785,7 +791,8 @@ SpacingParameters spacing_parameters(SpacingKind kind) {
 
 std::vector<std::string> validate(const SpacingParameters& p) {
   std::vector<std::string> problems;
-  check_range(problems, "candidates", p.candidates, 4, 64);
+  check_range(problems, "candidates", p.candidates, 8, 64);
+  if (p.candidates % 8 != 0) problems.push_back("candidates are a multiple of 8");
   check_range(problems, "sweeps", p.sweeps, 0, 64);
   check_range(problems, "repairs", p.repairs, 0, 64);
   check_range(problems, "repair candidates", p.repair_candidates, 1, 256);
@@ -797,6 +804,8 @@ std::vector<std::string> validate(const SpacingParameters& p) {
 
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel) {
+  const std::vector<std::string> problems = validate(parameters);
+  if (!problems.empty()) throw std::invalid_argument(problems.front());
   SpacedSet set(strata, key, parameters, cancel);
   if (progressive)
     set.place_progressively();

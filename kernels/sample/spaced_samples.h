@@ -15,7 +15,7 @@ namespace meander {
 
 // How much is spent on the places.
 struct SpacingParameters {
-  std::uint32_t candidates = 16;         // places that every stratum offers, 4..64
+  std::uint32_t candidates = 16;         // places that every stratum offers: 8, 16, .. 64
   std::uint32_t sweeps = 3;              // over all samples, 0..64
   std::uint32_t repairs = 4;             // passes over samples with too little room, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
@@ -89,7 +89,7 @@ struct SpacedSamples {
 //
 // Pure in (strata, key, parameters), the same for every thread count: large sets are swept in blocks, which
 // see the others as they were before, in two turns. Cost: about 7 us a sample (twice that where progressive);
-// 190 bytes a sample with 16 candidates.
+// 190 bytes a sample with 16 candidates. Throws std::invalid_argument for parameters that `validate` refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel = {});
 

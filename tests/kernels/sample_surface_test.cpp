@@ -440,7 +440,7 @@ TEST_CASE("sample_surface: a density without any smoothness ends within its budg
 }
 
 TEST_CASE("sample_surface: validate lists every problem") {
-  CHECK(validate({}).empty());
+  CHECK(validate(SurfaceSampleParameters{}).empty());
   SurfaceSampleParameters p;
   p.samples = 0;
   p.jitter = 2;

@@ -1,0 +1,41 @@
+// Random rotations.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "kernels/core/random.h"
+#include "kernels/core/vector3.h"
+
+namespace meander {
+
+// The rows of a rotation.
+using Rotation = std::array<Vector3, 3>;
+constexpr Vector3 rotated(const Rotation& rows, const Vector3& v) {
+  return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
+}
+
+// Uniform on all rotations: the unit quaternion along a uniform point of the ball (Marsaglia 1972, "Choosing
+// a point from the surface of a sphere"). Pure, by arithmetic and a root alone: the same on every machine.
+inline Rotation random_rotation(RandomKey key, Stream stream) {
+  // A draw is in the ball with probability .31: none of 128 is once in 10^20.
+  constexpr std::uint32_t most_draws = 128;
+  double x = 0, y = 0, z = 0, w = 1;
+  for (std::uint32_t draw = 0; draw < most_draws; ++draw) {
+    const UnitPair a = random_pair(key, stream, 0, 2 * draw), b = random_pair(key, stream, 0, 2 * draw + 1);
+    const double q[4] = {2 * a.first - 1, 2 * a.second - 1, 2 * b.first - 1, 2 * b.second - 1};
+    const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (squared > 1 || squared < 1e-6) continue;
+    const double scale = 1 / std::sqrt(squared);
+    x = scale * q[0];
+    y = scale * q[1];
+    z = scale * q[2];
+    w = scale * q[3];
+    break;
+  }
+  return {Vector3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+          Vector3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+          Vector3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+}
+
+}  // namespace meander
