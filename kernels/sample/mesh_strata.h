@@ -14,7 +14,8 @@ namespace meander {
 // The metric at weights (of corners 1 and 2) of a triangle. Thread-safe. Empty: distances are those in space.
 using MetricAt = std::function<LocalMetric(std::uint32_t triangle, double b1, double b2)>;
 
-// Points of elements of a mesh; what both kinds of strata share. All arguments must outlive it.
+// Points of elements of a mesh; what both kinds of strata share. The mesh and all other arguments must
+// outlive it.
 class MeshStrata : public Strata {
  public:
   MeshStrata(const MeasuredMesh& surface, const Density& density, RandomKey key, const MetricAt& metric)
@@ -29,7 +30,7 @@ class MeshStrata : public Strata {
   // A point of the element, distributed by mass. O(bisections), about 60 ns.
   StratumPoint point_in(std::uint32_t triangle, std::uint32_t path, const PointDraw& draw) const;
 
-  const MeasuredMesh& surface_;
+  MeasuredMesh surface_;
   const Density& density_;
   RandomKey key_;
   const MetricAt& metric_;

@@ -289,10 +289,18 @@ class SpacedLevel {
         parameters_(offer.parameters),
         cancel_(cancel),
         equal_(blocks_.leaves % blocks_.count == 0),
+        torn_(blocks_.count),
+        margin_(blocks_.count),
         near_begin_(blocks_.count),
         near_((blocks_.count + draw_block - 1) / draw_block),
         sample_(blocks_.count),
-        number_(blocks_.count, none) {}
+        number_(blocks_.count, none) {
+    for (std::uint32_t s = 0; s < blocks_.count; ++s) {
+      const float extent = offered_.extent(s), around = in_space(s, reach_[s]);
+      torn_[s] = extent > torn_extent * around;
+      margin_[s] = torn_[s] ? torn_margin * around : box_margin * extent;
+    }
+  }
 
   // Fixes the sample of a stratum.
   void hold(std::uint32_t stratum, const Point& at) {
@@ -360,7 +368,7 @@ class SpacedLevel {
     StratumGrid grid(mean_reach());
     for (std::uint32_t s = 0; s < blocks_.count; ++s) {
       if (s % sum_block == 0) cancel_.check();
-      PointBox box = grown(offered_.box(s), margin(s));
+      PointBox box = grown(offered_.box(s), margin_[s]);
       if (is_held(s)) enclose(box, sample_[s]);
       grid.add(box);
     }
@@ -377,13 +385,13 @@ class SpacedLevel {
         near_begin_[s] = static_cast<std::uint32_t>(all.size());
         if (is_held(stratum)) continue;
         // The sample stays within the margin of the box, or of a place where the stratum is torn.
-        const float around = in_space(stratum, reach_[stratum]) + margin(stratum);
+        const float around = in_space(stratum, reach_[stratum]) + margin_[stratum];
         const auto is_near = [&](std::uint32_t other, const PointBox& box) {
-          return may_touch(other, box, around + margin(other), scratch_places) ||
+          return may_touch(other, box, around + margin_[other], scratch_places) ||
                  (is_held(other) && contains(grown(box, around), sample_[other]));
         };
         offered_.load(stratum, places, 0);
-        grid.find(places.x, places.y, places.z, offered_.box(stratum), is_torn(stratum), around,
+        grid.find(places.x, places.y, places.z, offered_.box(stratum), torn_[stratum] != 0, around,
                   most_neighbours, is_near, scratch, found);
         all.insert(all.end(), found.begin(), found.end());
       }
@@ -398,20 +406,11 @@ class SpacedLevel {
     return sum / static_cast<double>(reach_.size());
   }
 
-  // A stratum whose places are far apart: pieces of a surface that the path jumps between.
-  bool is_torn(std::uint32_t stratum) const {
-    return offered_.extent(stratum) > torn_extent * in_space(stratum, reach_[stratum]);
-  }
-  // How far from the box of its places, or where it is torn from one of these, the sample of a stratum is.
-  float margin(std::uint32_t stratum) const {
-    return is_torn(stratum) ? torn_margin * in_space(stratum, reach_[stratum])
-                            : box_margin * offered_.extent(stratum);
-  }
   // Whether a stratum has places within `distance` of a box.
   bool may_touch(std::uint32_t stratum, const PointBox& box, float distance, PointRows& places) const {
     const PointBox around = grown(box, distance);
     if (!overlap(offered_.box(stratum), around)) return false;
-    if (!is_torn(stratum)) return true;
+    if (!torn_[stratum]) return true;
     places.resize(offered_.places());
     offered_.load(stratum, places, 0);
     for (std::size_t i = 0; i < places.size(); ++i)
@@ -421,7 +420,7 @@ class SpacedLevel {
   // Whether a new place is so near the offered ones, which decide what is known of its surroundings.
   bool takes(std::uint32_t stratum, const Point& at, PointRows& places) const {
     const PointBox point = {{at.x, at.y, at.z}, {at.x, at.y, at.z}};
-    return may_touch(stratum, point, margin(stratum), places);
+    return may_touch(stratum, point, margin_[stratum], places);
   }
 
   std::span<const std::uint32_t> neighbours(std::uint32_t stratum) const {
@@ -460,10 +459,10 @@ class SpacedLevel {
     measure_distances(stratum, visit);
     const std::size_t places = offered_.places();
     const float farthest = std::sqrt(*std::max_element(visit.squared.begin(), visit.squared.end()));
-    const float around = in_space(stratum, farthest);
+    const PointBox box = grown(visit.box, in_space(stratum, farthest));
     visit.weight.clear();
     for (const std::uint32_t other : neighbours(stratum)) {
-      if (!may_touch(other, visit.box, around, visit.torn)) continue;
+      if (!overlap(offered_.box(other), box)) continue;
       const std::size_t first = visit.weight.size();
       visit.weight.resize(first + places, weight_of(other));
       if (visit.background.size() < first + places) visit.background.resize(first + places);
@@ -647,7 +646,9 @@ class SpacedLevel {
   const Offer& offer_;
   const SpacingParameters& parameters_;
   const CancelToken& cancel_;
-  bool equal_;                                    // all strata have as many leaves
+  bool equal_;                      // all strata have as many leaves
+  std::vector<std::uint8_t> torn_;  // the places are far apart: the path jumps between pieces of the surface
+  std::vector<float> margin_;       // how far from the box of its places, or from one of these, the sample is
   std::vector<std::uint32_t> near_begin_;         // in the list of their block,
   std::vector<std::vector<std::uint32_t>> near_;  // one for every draw_block strata
   std::vector<Point> sample_;

@@ -1,0 +1,382 @@
+// The kernel of spaced samples, and what it stands on: the grid of strata, the loops over distances.
+#include "kernels/sample/spaced_samples.h"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+
+#include "kernels/analyse/spacing.h"
+#include "kernels/locate/element_cells.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/sample/mesh_strata.h"
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/room.h"
+#include "kernels/sample/sequence.h"
+#include "kernels/sample/stratum_grid.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const RandomKey test_key = make_random_key(11, {});
+const MetricAt in_space;
+
+// A mesh with strata of either kind.
+struct StrataOfMesh {
+  PreparedMesh mesh;
+  Density density;
+  CurveElements elements;
+  ElementCells cells;
+
+  StrataOfMesh(const PolygonMesh& file, std::uint32_t n, bool linear_density = false)
+      : mesh(prepare_mesh(file)) {
+    if (linear_density)
+      for (const std::uint32_t v : mesh.triangles) density.corner.push_back(mesh.x[v] + 1.5);
+    ElementParameters parameters;
+    parameters.samples = n;
+    const MeshMeasure measure = measure_of(mesh, density);
+    elements = build_elements(mesh, measure, {}, {}, test_key, parameters);
+    parameters.elements_per_sample = 16;
+    parameters.random_axes = true;
+    cells = build_cells(mesh, measure, {}, {}, test_key, parameters);
+  }
+  CurveStrata along_curve(std::uint32_t n) const { return {elements, n, mesh, density, test_key, in_space}; }
+  CellStrata in_cells() const { return {cells, mesh, density, test_key, in_space}; }
+};
+
+std::vector<double> points_of(const SpacedSamples& samples, std::size_t first) {
+  std::vector<double> points;
+  for (std::size_t i = 0; i < first; ++i)
+    for (const float c : samples.point[samples.rank_of_index[i]].at) points.push_back(static_cast<double>(c));
+  return points;
+}
+
+double rho_of(const SpacedSamples& samples, std::size_t first, double area) {
+  return spacing_of(nearest_distances(points_of(samples, first)), area).rho;
+}
+
+PointRows rows_of(const std::vector<std::array<float, 3>>& points) {
+  PointRows rows;
+  for (const auto& p : points) rows.push_back(p[0], p[1], p[2]);
+  return rows;
+}
+
+std::vector<std::array<float, 3>> random_points(std::size_t count, std::uint32_t seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::vector<std::array<float, 3>> points(count);
+  for (auto& p : points) p = {uniform(engine), uniform(engine), uniform(engine)};
+  return points;
+}
+
+bool same(const SpacedSamples& a, const SpacedSamples& b) {
+  if (a.rank_of_index != b.rank_of_index) return false;
+  for (std::size_t i = 0; i < a.point.size(); ++i)
+    if (a.point[i].at != b.point[i].at || a.point[i].triangle != b.point[i].triangle ||
+        a.point[i].path != b.point[i].path || a.point[i].first != b.point[i].first ||
+        a.point[i].second != b.point[i].second)
+      return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("room: distances and masses are those of a slow loop, with the same bits for all instructions") {
+  for (const std::size_t places : {1u, 7u, 8u, 16u, 33u})
+    for (const std::size_t points : {0u, 1u, 5u, 200u}) {
+      const auto place = random_points(places, 1), point = random_points(points, 2);
+      std::vector<std::uint32_t> weight(points);
+      for (std::size_t i = 0; i < points; ++i) weight[i] = 1 + i % 3;
+      std::vector<float> nearest(places, 0.5f);
+      std::vector<std::uint32_t> mass(places);
+      for (std::size_t k = 0; k < places; ++k) {
+        const auto squared = [&](const std::array<float, 3>& p) {
+          const float x = place[k][0] - p[0], y = place[k][1] - p[1], z = place[k][2] - p[2];
+          return x * x + y * y + z * z;
+        };
+        for (const auto& p : point) nearest[k] = std::min(nearest[k], squared(p));
+        for (std::size_t i = 0; i < points; ++i) mass[k] += squared(point[i]) < 0.3f ? weight[i] : 0;
+      }
+      for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
+        if (!is_available(set)) continue;
+        std::vector<float> lowered(places, 0.5f);
+        lower_to_nearest(rows_of(place), rows_of(point), lowered, set);
+        CHECK(lowered == nearest);
+        std::vector<std::uint32_t> summed(places);
+        const std::vector<float> limit(places, 0.3f);
+        mass_within(rows_of(place), rows_of(point), weight, limit, summed, set);
+        CHECK(summed == mass);
+      }
+    }
+}
+
+TEST_CASE("room: packed places come out at their steps") {
+  const std::vector<std::uint32_t> packed = {0, 1023, 1023u << 10, 1023u << 20, 512u << 20 | 7u << 10 | 3, 1,
+                                             2, 3};
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2}) {
+    if (!is_available(set)) continue;
+    std::vector<float> x(8), y(8), z(8);
+    unpack(packed, {1, 2, 3}, 0.25f, x.data(), y.data(), z.data(), set);
+    for (std::size_t i = 0; i < 8; ++i) {
+      CHECK(x[i] == 1 + 0.25f * static_cast<float>(packed[i] & 1023));
+      CHECK(y[i] == 2 + 0.25f * static_cast<float>(packed[i] >> 10 & 1023));
+      CHECK(z[i] == 3 + 0.25f * static_cast<float>(packed[i] >> 20));
+    }
+  }
+}
+
+TEST_CASE("StratumGrid: finds every box around a box, and around places apart, once") {
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  StratumGrid grid(0.1);
+  std::vector<PointBox> boxes;
+  for (int i = 0; i < 2000; ++i) {
+    PointBox box;
+    const float half = (i % 7 == 0 ? 0.4f : 0.06f) * uniform(engine);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float middle = 2 * uniform(engine) - 1;
+      box.low[k] = middle - half * uniform(engine);
+      box.high[k] = middle + half * uniform(engine);
+    }
+    boxes.push_back(box);
+    grid.add(box);
+  }
+  grid.build();
+  StratumGrid::Scratch scratch;
+  std::vector<std::uint32_t> found;
+  const float distance = 0.12f;
+  const auto near = [&](std::uint32_t stratum, const PointBox& box) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (boxes[stratum].low[k] > box.high[k] + distance || boxes[stratum].high[k] < box.low[k] - distance)
+        return false;
+    return true;
+  };
+  std::size_t neighbours = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto places = random_points(trial % 2 == 0 ? 1 : 3, static_cast<std::uint32_t>(trial));
+    const PointRows rows = rows_of(places);
+    PointBox box = {places[0], places[0]};
+    for (const auto& p : places)
+      for (std::size_t k = 0; k < 3; ++k) {
+        box.low[k] = std::min(box.low[k], p[k]);
+        box.high[k] = std::max(box.high[k], p[k]);
+      }
+    const bool torn = trial % 4 == 1;
+    if (trial % 4 == 3) {  // a box as strata have them
+      for (std::size_t k = 0; k < 3; ++k) box.high[k] = std::min(box.high[k], box.low[k] + 0.1f);
+    }
+    grid.find(rows.x, rows.y, rows.z, box, torn, distance, 256, near, scratch, found);
+    const std::set<std::uint32_t> unique(found.begin(), found.end());
+    CHECK(unique.size() == found.size());
+    std::set<std::uint32_t> expected;
+    for (std::uint32_t s = 0; s < boxes.size(); ++s) {
+      if (torn)
+        for (const auto& p : places)
+          if (near(s, {p, p})) expected.insert(s);
+      if (!torn && near(s, box)) expected.insert(s);
+    }
+    CHECK(unique == expected);
+    neighbours += expected.size();
+  }
+  CHECK(neighbours > 1000);
+}
+
+TEST_CASE("space_samples: one sample in each stratum, by its element and its place in it") {
+  for (const bool linear : {false, true})
+    for (const std::uint32_t n : {1u, 2u, 63u, 64u, 65u, 130u, 1000u}) {
+      const StrataOfMesh strata(torus(24, 12), n, linear);
+      for (const bool progressive : {false, true}) {
+        const SpacedSamples s = space_samples(strata.in_cells(), progressive, test_key, {});
+        REQUIRE(s.point.size() == n);
+        std::vector<std::uint32_t> ranks = s.rank_of_index;
+        std::sort(ranks.begin(), ranks.end());
+        for (std::uint32_t r = 0; r < n; ++r) {
+          REQUIRE(ranks[r] == r);
+          const StratumPoint& p = s.point[r];
+          const auto entries = strata.cells.cells.entries(strata.cells.cells.cell[r]);
+          REQUIRE(std::any_of(entries.begin(), entries.end(), [&](const CellEntry& entry) {
+            return strata.cells.triangle[entry.element()] == p.triangle &&
+                   strata.cells.path_of(entry) == p.path;
+          }));
+          const PreparedMesh& mesh = strata.mesh;
+          const Vector3 a = mesh.position(mesh.triangles[3 * p.triangle]),
+                        b = mesh.position(mesh.triangles[3 * p.triangle + 1]),
+                        c = mesh.position(mesh.triangles[3 * p.triangle + 2]);
+          const Vector3 at = a + p.first * (b - a) + p.second * (c - a);
+          REQUIRE(distance(at, {double(p.at[0]), double(p.at[1]), double(p.at[2])}) < 1e-6);
+          REQUIRE(std::min({p.first, p.second, 1 - p.first - p.second}) >= -1e-12);
+        }
+      }
+    }
+}
+
+TEST_CASE("space_samples: along a curve, samples lie in the intervals of their strata") {
+  const std::uint32_t n = 500;
+  const StrataOfMesh strata(icosphere(2), n);
+  const CurveElements& elements = strata.elements;
+  const double shift = random_pair(test_key, Stream::sequence_shift, 0).first;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> element_of;
+  for (std::size_t e = 0; e < elements.count(); ++e) element_of[{elements.triangle[e], elements.path[e]}] = e;
+  for (const bool progressive : {false, true}) {
+    const SpacedSamples s = space_samples(strata.along_curve(n), progressive, test_key, {});
+    for (std::uint32_t r = 0; r < n; ++r) {
+      const std::size_t e = element_of.at({s.point[r].triangle, s.point[r].path});
+      const double begin = (r + shift) / n, end = (r + 1 + shift) / n;
+      const double low = elements.cumulative[e] / elements.total(),
+                   high = elements.cumulative[e + 1] / elements.total();
+      const bool here = low < end + 1e-12 && high > begin - 1e-12;
+      const bool wrapped = low < end - 1 + 1e-12 && high > begin - 1 - 1e-12;
+      REQUIRE((here || wrapped));
+    }
+  }
+}
+
+TEST_CASE("space_samples: progressive prefixes have one sample in each block of leaves") {
+  for (const std::uint32_t n : {256u, 1000u, 1200u, 2048u}) {
+    const StrataOfMesh strata(torus(24, 12), n);
+    const SpacedSamples s = space_samples(strata.in_cells(), true, test_key, {});
+    for (std::uint32_t size = 64; size <= n; size *= 2) {
+      std::vector<int> samples(size, 0);
+      for (std::uint32_t i = 0; i < size; ++i)
+        ++samples[((std::uint64_t{s.rank_of_index[i]} + 1) * size - 1) / n];
+      INFO("the first " << size << " of " << n);
+      CHECK(*std::max_element(samples.begin(), samples.end()) == 1);
+    }
+  }
+}
+
+TEST_CASE("space_samples: samples keep their distance") {
+  for (const PolygonMesh& file : {torus(48, 24), icosphere(3), cube(), grid_plane(20, 20)}) {
+    for (const std::uint32_t n : {1000u, 5000u}) {
+      const StrataOfMesh strata(file, n);
+      const double area = strata.mesh.total_area;
+      INFO(file.polygon_count() << " faces, " << n << " samples");
+      CHECK(rho_of(space_samples(strata.in_cells(), false, test_key, {}), n, area) > 0.6);
+      CHECK(rho_of(space_samples(strata.along_curve(n), false, test_key, {}), n, area) > 0.58);
+      const SpacedSamples progressive = space_samples(strata.in_cells(), true, test_key, {});
+      CHECK(rho_of(progressive, n, area) > 0.5);
+      for (std::uint32_t size = 128; size < n; size *= 2) CHECK(rho_of(progressive, size, area) > 0.42);
+      const SpacedSamples fast =
+          space_samples(strata.in_cells(), false, test_key, spacing_parameters(SpacingKind::fast));
+      CHECK(rho_of(fast, n, area) > 0.45);
+      const SpacedSamples best =
+          space_samples(strata.in_cells(), false, test_key, spacing_parameters(SpacingKind::best));
+      CHECK(rho_of(best, n, area) > 0.65);
+    }
+  }
+}
+
+TEST_CASE("space_samples: the spacing follows the density") {
+  // Density from .5 to 2.5: spacings differ by a factor of 2.2, and with them the levels of the grid.
+  const std::uint32_t n = 3000;
+  const StrataOfMesh strata(torus(48, 24), n, true);
+  const double mass = strata.elements.total();
+  for (const bool progressive : {false, true})
+    for (const bool cells : {false, true}) {
+      const SpacedSamples s = cells ? space_samples(strata.in_cells(), progressive, test_key, {})
+                                    : space_samples(strata.along_curve(n), progressive, test_key, {});
+      std::vector<double> points;
+      for (const StratumPoint& p : s.point)
+        for (const float c : p.at) points.push_back(static_cast<double>(c));
+      const std::vector<double> distances = nearest_distances(points);
+      double least = 1;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        const double wanted = hexagonal_spacing(mass / static_cast<double>(s.point[i].density), n);
+        least = std::min(least, distances[i] / wanted);
+      }
+      INFO("progressive " << progressive << ", cells " << cells);
+      CHECK(least > (progressive ? 0.42 : 0.5));
+    }
+}
+
+TEST_CASE("space_samples: a metric makes neighbourhoods ellipses") {
+  // A square whose metric is four times as long along x: samples keep four times the distance there.
+  const std::uint32_t n = 2000;
+  const StrataOfMesh strata(grid_plane(40, 40), n);
+  const float stretch = 2;
+  const MetricAt metric = [&](std::uint32_t, double, double) {
+    LocalMetric local;
+    local.rows = {{{1 / stretch, 0, 0}, {0, stretch, 0}, {0, 0, 1}}};
+    local.stretch = stretch;
+    return local;
+  };
+  const CurveStrata stretched(strata.elements, n, strata.mesh, strata.density, test_key, metric);
+  const SpacedSamples s = space_samples(stretched, false, test_key, {});
+  std::vector<double> points;
+  for (const StratumPoint& p : s.point) {
+    points.push_back(double(p.at[0]) / double(stretch));
+    points.push_back(double(p.at[1]) * double(stretch));
+    points.push_back(double(p.at[2]));
+  }
+  CHECK(spacing_of(nearest_distances(points), strata.mesh.total_area).rho > 0.5);
+  CHECK(rho_of(s, n, strata.mesh.total_area) < 0.4);
+}
+
+TEST_CASE("space_samples: stacked sheets, one triangle and far components") {
+  // 40 copies of one square: as many strata lie on each other as a stratum looks at.
+  PolygonMesh stack = grid_plane(4, 4);
+  const PolygonMesh sheet = stack;
+  for (int i = 1; i < 40; ++i) stack = merged(stack, sheet);
+  const PolygonMesh triangle = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1e-7, 0}, {{0, 1, 2}});
+  PolygonMesh far = cube();
+  for (int i = 1; i <= 20; ++i) far = merged(far, moved(cube(), 0.01, 30.0 * i, 7.0 * i, 0));
+  for (const PolygonMesh& file : {stack, triangle, far})
+    for (const std::uint32_t n : {300u, 1111u}) {
+      const StrataOfMesh strata(file, n);
+      for (const bool progressive : {false, true}) {
+        const SpacedSamples s = space_samples(strata.in_cells(), progressive, test_key, {});
+        CHECK(std::set<std::uint32_t>(s.rank_of_index.begin(), s.rank_of_index.end()).size() == n);
+        CHECK(space_samples(strata.along_curve(n), progressive, test_key, {}).point.size() == n);
+      }
+    }
+}
+
+TEST_CASE("space_samples: the same samples for every number of threads") {
+  const std::uint32_t n = 20000;  // five blocks of a sweep
+  const StrataOfMesh strata(torus(60, 30), n);
+  for (const bool progressive : {false, true}) {
+    SpacedSamples one, many;
+    oneapi::tbb::task_arena(1).execute(
+        [&] { one = space_samples(strata.in_cells(), progressive, test_key, {}); });
+    oneapi::tbb::task_arena(4).execute(
+        [&] { many = space_samples(strata.in_cells(), progressive, test_key, {}); });
+    CHECK(same(one, many));
+    CHECK(rho_of(one, n, strata.mesh.total_area) > (progressive ? 0.5 : 0.6));
+  }
+  const SpacedSamples other = space_samples(strata.in_cells(), true, make_random_key(12, {}), {});
+  CHECK_FALSE(same(other, space_samples(strata.in_cells(), true, test_key, {})));
+}
+
+TEST_CASE("space_samples: a mesh in other units has the same samples") {
+  const std::uint32_t n = 700;
+  PolygonMesh scaled = torus(24, 12);
+  for (std::vector<double>* const row : {&scaled.x, &scaled.y, &scaled.z})
+    for (double& c : *row) c *= 1024;
+  const StrataOfMesh here(torus(24, 12), n), there(scaled, n);
+  const SpacedSamples a = space_samples(here.in_cells(), true, test_key, {}),
+                      b = space_samples(there.in_cells(), true, test_key, {});
+  CHECK(same(a, b));
+}
+
+TEST_CASE("space_samples: stops when it is cancelled, refuses parameters out of range") {
+  const StrataOfMesh strata(torus(24, 12), 5000);
+  const std::atomic<bool> stopped = true;
+  CancelToken cancel;
+  cancel.cancelled = &stopped;
+  CHECK_THROWS_AS(space_samples(strata.in_cells(), true, test_key, {}, cancel), RunCancelled);
+  SpacingParameters parameters;
+  parameters.candidates = 12;
+  CHECK(validate(parameters).size() == 1);
+  CHECK_THROWS_AS(space_samples(strata.in_cells(), true, test_key, parameters), std::invalid_argument);
+  for (const SpacingKind kind : {SpacingKind::fast, SpacingKind::standard, SpacingKind::best})
+    CHECK(validate(spacing_parameters(kind)).empty());
+  CHECK_THROWS_AS(sample_sequence(SequenceKind::spaced, 10, 0.25, test_key), std::invalid_argument);
+}
