@@ -62,8 +62,21 @@ void place_in_cells(benchmark::State& state) {
   place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
         parameters);
 }
+// Spaced samples in cells; range 2: spacing, range 3: order.
+void place_spaced(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  SampleParameters parameters = method_parameters("auto", static_cast<std::uint32_t>(state.range(1)));
+  parameters.place.sequence = SequenceKind::spaced;
+  parameters.place.spacing = static_cast<SpacingKind>(state.range(2));
+  parameters.place.order = static_cast<OrderKind>(state.range(3));
+  place(state, build_cells(model.surface, model.measure, {}, {}, bench_key(), element_parameters(parameters)),
+        parameters);
+}
 BENCHMARK(place_on_elements)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
 BENCHMARK(place_in_cells)->ArgsProduct({{0, 1, 2}, {2048, 100000}})->Unit(benchmark::kMillisecond);
+BENCHMARK(place_spaced)
+    ->ArgsProduct({{0, 2}, {2048, 10000, 100000}, {0, 1, 2}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -34,7 +34,11 @@ constexpr double samples_per_block = 128, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
 constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
 constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums
-constexpr double bytes_per_sample = 160;            // sequence, points twice, row, encoded row
+// Spaced samples: boxes, positions, names, cells of the grid, and what is chosen, of all strata and of the
+// coarser ones; the places that strata offer; the lists of those around each (up to 192 in stacked sheets).
+constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4, neighbours = 60;
+constexpr double bytes_per_metric = 60;
+constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
 // entries.
@@ -85,7 +89,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     elements = pieces * bytes_per_balanced_piece + count * bytes_per_entry +
                in_blocks * (pieces + count) * bytes_per_block_item + samples * bytes_per_balanced_sample;
   }
-  const double placed = samples * bytes_per_sample;
+  double per_sample = bytes_per_sample;
+  if (parameters.place.sequence == SequenceKind::spaced)
+    per_sample += bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
+                  spacing_parameters(parameters.place.spacing).candidates * bytes_per_place +
+                  (method.follows_tensor ? bytes_per_metric : 0.0);
+  const double placed = samples * per_sample;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;
   if (method.makes_charts) {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/locate/pieces.h"
-
 namespace meander {
 
 namespace {
@@ -16,23 +14,32 @@ constexpr std::size_t ordered_draws = 3;
 
 double unit_from(std::uint32_t word) { return word * 0x1p-32; }
 
+double density_at(const TriangleSource& source, double b1, double b2) {
+  return (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
+}
+
 }  // namespace
 
-StratumPoint MeshStrata::point_in(std::uint32_t triangle, std::uint32_t path, const PointDraw& draw) const {
-  StratumPoint point;
-  point.triangle = triangle;
-  point.path = path;
-  const TriangleSource source = source_of(surface_.mesh(), density_, triangle);
-  const Piece piece =
+void MeshStrata::open(std::uint32_t triangle, std::uint32_t path, OpenElement& element) const {
+  if (element.triangle == triangle && element.path == path) return;
+  if (element.triangle != triangle) element.source = source_of(surface_.mesh(), density_, triangle);
+  element.triangle = triangle;
+  element.path = path;
+  element.piece =
       path == 1 ? Piece{{0, 1, 0}, {0, 0, 1}} : piece_of(bisection_corners(surface_, triangle), path);
-  const auto density_at = [&](double b1, double b2) {
-    return (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
-  };
-  double largest = 1;
-  if (!source.uniform) {
-    largest = 0;
-    for (std::size_t k = 0; k < 3; ++k) largest = std::max(largest, density_at(piece.b1[k], piece.b2[k]));
-  }
+  if (element.source.uniform) return;
+  element.largest = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    element.largest =
+        std::max(element.largest, density_at(element.source, element.piece.b1[k], element.piece.b2[k]));
+}
+
+StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& draw) const {
+  const TriangleSource& source = element.source;
+  const Piece& piece = element.piece;
+  StratumPoint point;
+  point.triangle = element.triangle;
+  point.path = element.path;
   // words[0] has chosen the element.
   std::array<std::uint32_t, 3> words = {draw.words[1], draw.words[2], draw.words[3]};
   for (std::uint32_t trial = 1;; ++trial) {
@@ -41,7 +48,7 @@ StratumPoint MeshStrata::point_in(std::uint32_t triangle, std::uint32_t path, co
     point.first = w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2];
     point.second = w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2];
     if (source.uniform || trial == max_trials) break;
-    if (unit_from(words[2]) * largest <= density_at(point.first, point.second)) break;
+    if (unit_from(words[2]) * element.largest <= density_at(source, point.first, point.second)) break;
     const PhiloxBlock next =
         random_words(key_, Stream::stratum_retry, draw.index, draw.number * max_trials + trial);
     words = {next[0], next[1], next[2]};
@@ -49,7 +56,7 @@ StratumPoint MeshStrata::point_in(std::uint32_t triangle, std::uint32_t path, co
   const Vector3 at = source.at(point.first, point.second);
   point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
   if (!source.uniform)
-    point.density = std::max(static_cast<float>(density_at(point.first, point.second)), 1e-30f);
+    point.density = std::max(static_cast<float>(density_at(source, point.first, point.second)), 1e-30f);
   return point;
 }
 
@@ -65,6 +72,7 @@ CurveStrata::CurveStrata(const CurveElements& elements, std::uint32_t count, con
 
 void CurveStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {
   const std::vector<double>& sums = elements_.cumulative;
+  OpenElement opened;
   std::size_t element = 0;
   double before = INFINITY;
   for (std::size_t i = 0; i < draws.size(); ++i) {
@@ -81,7 +89,8 @@ void CurveStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint>
       element = std::min(static_cast<std::size_t>(above - sums.begin()) - 1, last_);
     }
     before = target;
-    points[i] = point_in(elements_.triangle[element], elements_.path[element], draws[i]);
+    open(elements_.triangle[element], elements_.path[element], opened);
+    points[i] = point_in(opened, draws[i]);
   }
 }
 
@@ -98,8 +107,10 @@ void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> 
   const auto cell_of = [&](const PointDraw& draw) {
     return std::min(static_cast<std::size_t>(draw.at), cells_.count() - 1);
   };
+  OpenElement opened;
   const auto place = [&](const CellEntry& entry, std::size_t i) {
-    points[i] = point_in(cells_.triangle[entry.element()], cells_.path_of(entry), draws[i]);
+    open(cells_.triangle[entry.element()], cells_.path_of(entry), opened);
+    points[i] = point_in(opened, draws[i]);
   };
   std::vector<std::uint64_t> scratch;
   std::vector<std::uint32_t> order;

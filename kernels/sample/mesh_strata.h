@@ -6,6 +6,7 @@
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/locate/pieces.h"
 #include "kernels/mesh/measured_mesh.h"
 #include "kernels/sample/spaced_samples.h"
 
@@ -27,8 +28,17 @@ class MeshStrata : public Strata {
   }
 
  protected:
-  // A point of the element, distributed by mass. O(bisections), about 60 ns.
-  StratumPoint point_in(std::uint32_t triangle, std::uint32_t path, const PointDraw& draw) const;
+  // An element, ready for points to be drawn in it.
+  struct OpenElement {
+    std::uint32_t triangle = no_index, path = 0;
+    TriangleSource source;
+    Piece piece;
+    double largest = 1;  // density at a corner of the piece
+  };
+  // Makes `element` that of this name, unless it is already. O(bisections).
+  void open(std::uint32_t triangle, std::uint32_t path, OpenElement& element) const;
+  // A point of the element, distributed by mass.
+  StratumPoint point_in(const OpenElement& element, const PointDraw& draw) const;
 
   MeasuredMesh surface_;
   const Density& density_;

@@ -24,6 +24,8 @@ constexpr double reach = 1.1;
 // A place at a border has fewer samples around it than the mass there would let one expect, and would win too
 // often by this share of the room of a disc in the plane (measured: docs/METHODS.md 7.5).
 constexpr float border_share = 0.015f;
+// Cells are at least so large, in mean reaches.
+constexpr double least_cell = 1.0 / 1024;
 // Strata larger than this, in reaches, are torn.
 constexpr float torn_extent = 2;
 // How far from their strata's first places samples are put: in reaches, and in extents of the stratum.
@@ -331,10 +333,10 @@ class SpacedLevel {
       else
         visit_run(crowded, {}, 0, blocks_.count, make_room);
     }
-    for (std::uint32_t repair = 0; repair < parameters_.repairs; ++repair) {
+    for (std::uint32_t pass = 0; pass < parameters_.separations; ++pass) {
       free = nearest_of(std::move(free));
       visit_run(free, {}, 0, blocks_.count, [&](std::uint32_t s, Visit& visit) {
-        choose_new(s, parameters_.repairs + repair, Goal::distance, visit);
+        choose_new(s, parameters_.repairs + pass, Goal::distance, visit);
       });
     }
   }
@@ -364,13 +366,14 @@ class SpacedLevel {
 
   // Lists the strata around each one whose sample is to be chosen.
   void find_neighbours() {
-    // A cell is as large as the mean reach.
-    StratumGrid grid(mean_reach());
+    // Cells begin at the least reach, unless the density differs by more than any stratum needs to see.
+    const float least = *std::min_element(reach_.begin(), reach_.end());
+    StratumGrid grid(std::max(static_cast<double>(least), least_cell * mean_reach()));
     for (std::uint32_t s = 0; s < blocks_.count; ++s) {
       if (s % sum_block == 0) cancel_.check();
       PointBox box = grown(offered_.box(s), margin_[s]);
       if (is_held(s)) enclose(box, sample_[s]);
-      grid.add(box);
+      grid.add(box, in_space(s, reach_[s]));
     }
     grid.build();
     parallel_blocks(blocks_.count, draw_block, [&](std::size_t begin, std::size_t end) {
@@ -781,9 +784,9 @@ class SpacedSet {
 SpacingParameters spacing_parameters(SpacingKind kind) {
   switch (kind) {
     case SpacingKind::fast:
-      return {8, 2, 2, 16, 0.6, 0.5, 0.05};
+      return {8, 2, 2, 16, 0.6, 0.5, 0.05, 4};
     case SpacingKind::best:
-      return {32, 8, 8, 64, 0.8, 0.72, 0.05};
+      return {32, 8, 8, 64, 0.8, 0.72, 0.05, 16};
     case SpacingKind::standard:
       break;
   }
@@ -800,6 +803,7 @@ std::vector<std::string> validate(const SpacingParameters& p) {
   check_range(problems, "least room", p.repair_below, 0.0, 1.0);
   check_range(problems, "least spacing", p.separate_below, 0.0, 1.0);
   check_range(problems, "share of separated samples", p.separate_share, 0.0, 1.0);
+  check_range(problems, "separations", p.separations, 0, 64);
   return problems;
 }
 

@@ -19,11 +19,12 @@ struct SpacingParameters {
   std::uint32_t sweeps = 3;              // over all samples, 0..64
   std::uint32_t repairs = 4;             // passes over samples with too little room, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
-  // In spacings of the hexagonal lattice, 0..1: a disc of this radius is too little room,
-  double repair_below = 0.75;
-  // and samples as near as this are moved apart whatever their room, in as many passes again,
-  double separate_below = 0.68;
-  double separate_share = 0.05;  // but no more than this share of the samples, the nearest ones; 0..1
+  double repair_below = 0.75;            // a disc of this radius is too little, in spacings of the hexagonal
+                                         // lattice, 0..1
+  // Samples as near to another one as this, in these spacings, are moved apart whatever their room: but no
+  // more than this share of all samples, the nearest ones; 0..1
+  double separate_below = 0.68, separate_share = 0.05;
+  std::uint32_t separations = 8;  // passes over them, 0..64; each is offered as many new places
 };
 
 // fast: half the time, spacing .5 of the hexagonal lattice; standard: .65; best: four times the time, .7 and

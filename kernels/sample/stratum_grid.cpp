@@ -72,8 +72,8 @@ std::int32_t StratumGrid::cell_along(double coordinate, std::size_t level) const
   return static_cast<std::int32_t>(std::clamp(at, 0.0, double(most_cell)));
 }
 
-void StratumGrid::add(const PointBox& box) {
-  double extent = 0;
+void StratumGrid::add(const PointBox& box, float around) {
+  double extent = static_cast<double>(around);
   std::array<double, 3> centre;
   for (std::size_t k = 0; k < 3; ++k) {
     extent = std::max(extent, double(box.high[k]) - double(box.low[k]));

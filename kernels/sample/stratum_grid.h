@@ -16,15 +16,16 @@ struct PointBox {
 };
 
 // Boxes of strata in a grid of cells in space, each in the cell of its centre. A grid of level l has cells
-// 2^l times as large as those of level 0, and a box lies in the first one whose cells hold it: no farther
-// than .75 of a cell from its centre. Cells are kept by bricks of 4 x 4 x 4.
+// 2^l times as large as those of level 0; a box lies in the first one whose cells are at least two thirds as
+// large as the box, and as what its stratum looks at around it. Cells are kept by bricks of 4 x 4 x 4.
 class StratumGrid {
  public:
   // cell: edge of the cells of level 0, > 0, in units of the points, which lie in [-2, 2].
   explicit StratumGrid(double cell);
 
-  // Boxes are added in the order of their strata, 0, 1, ..., then the grid is built.
-  void add(const PointBox& box);
+  // Boxes are added in the order of their strata, 0, 1, ..., then the grid is built. around: the distance in
+  // which the stratum will look.
+  void add(const PointBox& box, float around);
   void build();
 
   struct Scratch {
@@ -32,7 +33,8 @@ class StratumGrid {
   };
   // The strata, at most `limit` (<= 256), whose boxes may come within `distance` of `box`, and that
   // keep(stratum, box) says yes to; each once, in a fixed order. torn: the same for each of the places (rows
-  // of coordinates) in the box, and for these alone. O(cells + strata) around.
+  // of coordinates) in the box, and for these alone. Of much finer strata only those near the places are
+  // found: the number of others in the box has no bound. O(cells + strata) around.
   template <class Keep>
   void find(std::span<const float> x, std::span<const float> y, std::span<const float> z, const PointBox& box,
             bool torn, float distance, std::size_t limit, const Keep& keep, Scratch& scratch,
@@ -49,6 +51,7 @@ class StratumGrid {
   };
 
   static constexpr double half_box = 0.75;  // of the largest box of a level, in its cells
+  static constexpr double most_cells = 6;   // that a stratum looks across
   static std::uint64_t brick_key(std::int32_t x, std::int32_t y, std::int32_t z, std::size_t level);
   static std::uint64_t cells_between(int first, int last, std::size_t axis);
 
@@ -109,7 +112,8 @@ void StratumGrid::find(std::span<const float> x, std::span<const float> y, std::
   };
   for (std::uint64_t left = levels_; left != 0 && found.size() < limit; left &= left - 1) {
     const auto level = static_cast<std::size_t>(std::countr_zero(left));
-    const double around = distance + half_box * cell_[level];
+    const bool finer = distance > most_cells * cell_[level];
+    const double around = finer ? 2 * cell_[level] : distance + half_box * cell_[level];
     const auto cells_around = [&](const PointBox& middle) {
       CellBox cells;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -118,7 +122,7 @@ void StratumGrid::find(std::span<const float> x, std::span<const float> y, std::
       }
       return cells;
     };
-    if (!torn) {
+    if (!torn && !finer) {
       visit_cells(cells_around(box), level, add);
       continue;
     }

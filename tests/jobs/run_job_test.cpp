@@ -233,7 +233,9 @@ TEST_CASE("run: too_large is a row, and --max-failures stops early") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   write_mesh(scratch / "in/big.off", icosphere(6), MeshFile::off);
-  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M", "--method", "conformal"})).exit_code == 3);
+  REQUIRE(
+      run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M", "--method", "conformal"}))
+          .exit_code == 3);
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.report(*reader.find("big.off")).status == Status::too_large);
   CHECK(run_process(run_command(scratch / "in", scratch / "m.h5", {"--max-failures", "2"})).exit_code == 75);
@@ -251,6 +253,9 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
   says({"--densty", "mean"}, "--density");
   says({"--density", "mena"}, "not one of uniform");
   says({"--sequence", "shiftd"}, "did you mean `shifted`");
+  says({"--spacing", "best"}, "add --sequence spaced");
+  says({"--sequence", "spaced", "--spacing", "bset"}, "fast|default|best");
+  says({"--sequence", "spaced", "--place", "vertex"}, "place at elements");
   says({"--method", "direct", "--locate", "elements"}, "leave --locate out");
   says({"--locate", "elements"}, "name a method with charts");
   says({"--curve", "hilbert"}, "name a method to choose the curve");
@@ -269,12 +274,32 @@ TEST_CASE("run: every option has its line in --help, and --dry-run writes nothin
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   const ProcessResult help = run_process({program, "run", "--help"});
-  for (const char* option :
-       {"--samples", "--method",   "--density",        "--locate",    "--place",        "--sequence",
-        "--order",   "--curve",    "--seed",           "--normalize", "--describe",     "--label-from-folder",
-        "--threads", "--memory",   "--allow-oversize", "--timeout",   "--max-failures", "--retry",
-        "--reuse",   "--compress", "--fresh",          "--dry-run",   "--progress",     "--json",
-        "--stats"})
+  for (const char* option : {"--samples",
+                             "--method",
+                             "--density",
+                             "--locate",
+                             "--place",
+                             "--sequence",
+                             "--spacing",
+                             "--order",
+                             "--curve",
+                             "--seed",
+                             "--normalize",
+                             "--describe",
+                             "--label-from-folder",
+                             "--threads",
+                             "--memory",
+                             "--allow-oversize",
+                             "--timeout",
+                             "--max-failures",
+                             "--retry",
+                             "--reuse",
+                             "--compress",
+                             "--fresh",
+                             "--dry-run",
+                             "--progress",
+                             "--json",
+                             "--stats"})
     CHECK(help.out.find(option) != std::string::npos);
   const ProcessResult dry = run_process(run_command(scratch / "in", scratch / "s.h5", {"--dry-run"}));
   CHECK(dry.exit_code == 0);
@@ -303,6 +328,11 @@ TEST_CASE("run: every method, locator, curve, sequence, order, density and frame
       {"--sequence", "owen"},
       {"--sequence", "regular"},
       {"--sequence", "random"},
+      {"--sequence", "spaced"},
+      {"--sequence", "spaced", "--spacing", "fast", "--order", "curve"},
+      {"--sequence", "spaced", "--spacing", "best", "--method", "direct"},
+      {"--sequence", "spaced", "--method", "conformal", "--density", "mean"},
+      {"--sequence", "spaced", "--method", "anisotropic"},
       {"--order", "curve"},
       {"--normalize", "unit-sphere"},
       {"--normalize", "unit-box"},
@@ -324,6 +354,20 @@ TEST_CASE("run: every method, locator, curve, sequence, order, density and frame
     CHECK(verified.problems.empty());
     CHECK(verified.ok_rows == 38);
   }
+}
+
+TEST_CASE("run: a store says how its samples were spaced, and another effort is another run") {
+  const ScratchFolder scratch;
+  write_collection(scratch / "in");
+  const auto run = [&](const std::vector<std::string>& more) {
+    return run_process(run_command(scratch / "in", scratch / "s.h5", more)).exit_code;
+  };
+  REQUIRE(run({"--sequence", "spaced", "--spacing", "fast"}) == 3);
+  CHECK(StoreReader(scratch / "s.h5").header().parameters_json.find("\"spacing\":\"fast\"") !=
+        std::string::npos);
+  CHECK(run({"--sequence", "spaced"}) == 2);
+  REQUIRE(run({"--fresh"}) == 3);
+  CHECK(StoreReader(scratch / "s.h5").header().parameters_json.find("spacing") == std::string::npos);
 }
 
 TEST_CASE("info, verify and export: a store can be looked at and taken apart") {

@@ -1,4 +1,5 @@
 #include "kernels/surface/sample_surface.h"
+#include "kernels/analyse/spacing.h"
 
 #include <oneapi/tbb/global_control.h>
 
@@ -174,8 +175,9 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
   const auto surface = make_surface("eight");
   for (const CurveKind curve : {CurveKind::hilbert, CurveKind::peano, CurveKind::peano_meander})
     for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::stratified, SequenceKind::owen,
-                                        SequenceKind::regular, SequenceKind::random})
+                                        SequenceKind::regular, SequenceKind::random, SequenceKind::spaced})
       for (const PlaceKind place : {PlaceKind::element, PlaceKind::vertex}) {
+        if (sequence == SequenceKind::spaced && place == PlaceKind::vertex) continue;
         SurfaceSampleParameters p = parameters_for(100);
         p.curve = curve;
         p.sequence = sequence;
@@ -185,6 +187,30 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
         if (p.reparameterise) p.density.kind = SurfaceDensityKind::max;
         check_samples(*surface, sample_surface(*surface, p), 100);
       }
+}
+
+TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by curvature") {
+  for (const char* const name : {"sphere", "torus", "eight"})
+    for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
+      SurfaceSampleParameters p = parameters_for(2000);
+      p.sequence = SequenceKind::spaced;
+      p.order = order;
+      const SurfaceSamples s = sample(name, p);
+      check_samples(*make_surface(name), s, 2000);
+      const std::vector<double> points(s.points.begin(), s.points.end());
+      INFO(name);
+      CHECK(spacing_of(nearest_distances(points), s.area).rho > (order == OrderKind::curve ? 0.58 : 0.5));
+      p.density.kind = SurfaceDensityKind::mean;
+      const SurfaceSamples dense = sample(name, p);
+      const std::vector<double> places(dense.points.begin(), dense.points.end());
+      const std::vector<double> distances = nearest_distances(places);
+      double least = 1;
+      for (std::size_t i = 0; i < 2000; ++i)
+        least = std::min(
+            least,
+            distances[i] / hexagonal_spacing(dense.measure / static_cast<double>(dense.density[i]), 2000));
+      CHECK(least > 0.4);
+    }
 }
 
 TEST_CASE("sample_surface: areas of sphere, torus and planes") {

@@ -147,7 +147,7 @@ TEST_CASE("StratumGrid: finds every box around a box, and around places apart, o
       box.high[k] = middle + half * uniform(engine);
     }
     boxes.push_back(box);
-    grid.add(box);
+    grid.add(box, 0.1f);
   }
   grid.build();
   StratumGrid::Scratch scratch;
