@@ -189,7 +189,7 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
       }
 }
 
-TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by curvature") {
+TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by a density") {
   for (const char* const name : {"sphere", "torus", "eight"})
     for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
       SurfaceSampleParameters p = parameters_for(2000);
@@ -200,16 +200,24 @@ TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by cu
       const std::vector<double> points(s.points.begin(), s.points.end());
       INFO(name);
       CHECK(spacing_of(nearest_distances(points), s.area).rho > (order == OrderKind::curve ? 0.58 : 0.5));
-      p.density.kind = SurfaceDensityKind::mean;
+      p.density.kind = SurfaceDensityKind::expression;
+      p.density.expression = "1 + 3*u";  // with a jump where u begins again
       const SurfaceSamples dense = sample(name, p);
-      const std::vector<double> places(dense.points.begin(), dense.points.end());
-      const std::vector<double> distances = nearest_distances(places);
+      // Against the spacing that is wanted at the denser one of two samples.
       double least = 1;
+      const auto wanted = [&](std::size_t i) {
+        return hexagonal_spacing(dense.measure / static_cast<double>(dense.density[i]), 2000);
+      };
       for (std::size_t i = 0; i < 2000; ++i)
-        least = std::min(
-            least,
-            distances[i] / hexagonal_spacing(dense.measure / static_cast<double>(dense.density[i]), 2000));
-      CHECK(least > 0.4);
+        for (std::size_t j = 0; j < i; ++j) {
+          double squared = 0;
+          for (std::size_t k = 0; k < 3; ++k)
+            squared += std::pow(
+                static_cast<double>(dense.points[3 * i + k]) - static_cast<double>(dense.points[3 * j + k]),
+                2);
+          least = std::min(least, std::sqrt(squared) / std::min(wanted(i), wanted(j)));
+        }
+      CHECK(least > 0.5);
     }
 }
 
