@@ -1,6 +1,7 @@
 #include "kernels/locate/element_cells.h"
 
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "kernels/core/parallel.h"
@@ -28,9 +29,15 @@ std::vector<float> triangle_normals(const PreparedMesh& mesh) {
   return normal;
 }
 
-// Turns everything that cells are cut by; shrinks it, so that points stay in the cube [-1, 1]^3.
-void turn_axes(RandomKey key, PlacedPieces& pieces, std::vector<float>& normals) {
-  const Rotation rotation = random_rotation(key, Stream::cell_axes);
+// Turns everything that cells are cut by, over charts in their plane; shrinks it, so that points stay in the
+// cube [-1, 1]^3.
+void turn_axes(RandomKey key, bool in_plane, PlacedPieces& pieces, std::vector<float>& normals) {
+  Rotation rotation = random_rotation(key, Stream::cell_axes);
+  const double length = std::hypot(rotation[0].x, rotation[0].y);
+  if (in_plane && length > 0) {
+    const double c = rotation[0].x / length, s = rotation[0].y / length;
+    rotation = {Vector3{c, -s, 0}, Vector3{s, c, 0}, Vector3{0, 0, 1}};
+  }
   const auto turn = [&](float* v, double scale) {
     const Vector3 turned = scale * rotated(rotation, {v[0], v[1], v[2]});
     v[0] = static_cast<float>(turned.x);
@@ -73,7 +80,7 @@ ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure
   check_count(pieces.point.size(), most_balanced_elements);
   cancel.check();
   std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
-  if (parameters.random_axes) turn_axes(key, pieces, normal);
+  if (parameters.random_axes) turn_axes(key, !charts.empty(), pieces, normal);
   ElementCells result;
   result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(parameters.samples),
                                 {pieces.triangle, pieces.split, normal, group}, cancel);

@@ -1,6 +1,7 @@
 #include "kernels/sample/mesh_strata.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace meander {
@@ -53,11 +54,28 @@ StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& d
         random_words(key_, Stream::stratum_retry, draw.index, draw.number * max_trials + trial);
     words = {next[0], next[1], next[2]};
   }
-  const Vector3 at = source.at(point.first, point.second);
+  const Vector3 at = source.at(point.first, point.second) - origin_;
   point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
   if (!source.uniform)
     point.density = std::max(static_cast<float>(density_at(source, point.first, point.second)), 1e-30f);
   return point;
+}
+
+template <class TriangleOf>
+void MeshStrata::set_origin(std::size_t count, const TriangleOf& triangle_of) {
+  constexpr std::size_t most = 1025;
+  std::array<std::vector<double>, 3> along;
+  const std::size_t used = std::min(count, most);
+  for (std::size_t i = 0; i < used; ++i) {
+    const Vector3 at =
+        surface_.mesh().position(surface_.mesh().triangles[3 * std::size_t{triangle_of(i * count / used)}]);
+    along[0].push_back(at.x);
+    along[1].push_back(at.y);
+    along[2].push_back(at.z);
+  }
+  for (std::vector<double>& row : along)
+    std::nth_element(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(used / 2), row.end());
+  origin_ = {along[0][used / 2], along[1][used / 2], along[2][used / 2]};
 }
 
 CurveStrata::CurveStrata(const CurveElements& elements, std::uint32_t count, const MeasuredMesh& surface,
@@ -68,6 +86,13 @@ CurveStrata::CurveStrata(const CurveElements& elements, std::uint32_t count, con
       shift_(random_pair(key, Stream::sequence_shift, 0).first),
       last_(elements.count() - 1) {
   while (last_ > 0 && !(elements.cumulative[last_ + 1] > elements.cumulative[last_])) --last_;
+  // By mass, not by element.
+  set_origin(count_, [&](std::size_t stratum) {
+    const double target = (static_cast<double>(stratum) + 0.5) / count_ * elements_.total();
+    const auto above = std::upper_bound(elements_.cumulative.begin() + 1, elements_.cumulative.end(), target);
+    const auto element = static_cast<std::size_t>(above - elements_.cumulative.begin()) - 1;
+    return elements_.triangle[std::min(element, last_)];
+  });
 }
 
 void CurveStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {
@@ -101,6 +126,9 @@ CellStrata::CellStrata(const ElementCells& cells, const MeasuredMesh& surface, c
   for (const CellEntry& entry : cells.cells.entries(cells.cells.cell.front()))
     mass += cells.cells.mass(entry);
   measure_ = mass * static_cast<double>(cells.count());
+  set_origin(cells.count(), [&](std::size_t cell) {
+    return cells_.triangle[cells_.cells.entries(cells_.cells.cell[cell]).front().element()];
+  });
 }
 
 void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {

@@ -39,7 +39,12 @@ class MeshStrata : public Strata {
   void open(std::uint32_t triangle, std::uint32_t path, OpenElement& element) const;
   // A point of the element, distributed by mass.
   StratumPoint point_in(const OpenElement& element, const PointDraw& draw) const;
+  // Puts the origin of the points in the middle of the mass, where float is precise: in a file with stray
+  // parts the rest may be small against its box. element(i): triangle of the i-th of `count` elements.
+  template <class TriangleOf>
+  void set_origin(std::size_t count, const TriangleOf& triangle_of);
 
+  Vector3 origin_;
   MeasuredMesh surface_;
   const Density& density_;
   RandomKey key_;

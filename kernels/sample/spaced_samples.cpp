@@ -24,6 +24,13 @@ constexpr double reach = 1.1;
 // A place at a border has fewer samples around it than the mass there would let one expect, and would win too
 // often by this share of the room of a disc in the plane (measured: docs/METHODS.md 7.5).
 constexpr float border_share = 0.015f;
+// Among samples that are fixed less room is enough, in parts of what is else: there is no more to be had.
+constexpr double held_room = 0.7;
+// Strata of at least so many leaves count as equal where some have one more.
+constexpr std::uint32_t nearly_equal_leaves = 256;
+// Distances below this, in units of the points, are not told apart: their squares would leave the range of
+// float.
+constexpr float least_reach = 1e-15f;
 // Cells are at least so large, in mean reaches.
 constexpr double least_cell = 1.0 / 1024;
 // Strata larger than this, in reaches, are torn.
@@ -39,7 +46,7 @@ constexpr double most_as_one = 1.3;
 // Strata that are visited one after the other. Sets of more than two blocks are swept block by block.
 constexpr std::uint32_t sweep_block = 4096;
 constexpr std::size_t draw_block = 256;
-constexpr std::size_t check_block = 64;
+constexpr std::size_t check_block = 64, check_interval = 16;
 
 // The strata of one level: equal runs of leaves, which are the strata of the whole set.
 struct LeafBlocks {
@@ -80,9 +87,12 @@ struct Offer {
     const PhiloxBlock words = words_of(name);
     const std::uint32_t size = blocks.size(name.stratum);
     const double at = (name.number + words[0] * 0x1p-32) / parameters.candidates * size;
+    // Different places where a leaf gives several: the stride has no divisor in common with their number.
+    constexpr std::uint32_t stride = 11;
+    const PhiloxBlock shift = random_words(key, Stream::stratum_start, index_of(name), 1);
     return {static_cast<std::uint32_t>(levels.last),
             blocks.begin(name.stratum) + std::min(static_cast<std::uint32_t>(at), size - 1),
-            words[1] % parameters.candidates};
+            (shift[0] % parameters.candidates + stride * name.number) % parameters.candidates};
   }
 
   PointDraw draw(const PlaceName& offered) const {
@@ -169,7 +179,7 @@ class OfferedPlaces {
         box.low[k] = std::min(box.low[k], at[k]);
         box.high[k] = std::max(box.high[k], at[k]);
       }
-    const float step = step_of(stratum), per_step = step > 0 ? 1 / step : 0;
+    const float step = step_of(stratum), per_step = step > 1e-30f ? 1 / step : 0;
     for (std::size_t i = 0; i < places_; ++i) {
       std::uint32_t packed = 0;
       for (std::size_t k = 3; k-- > 0;) {
@@ -202,9 +212,6 @@ class OfferedPlaces {
   }
 
  private:
-  // Points of a stratum that are farther outside the box of its places, in parts of this, are rare: it is
-  // torn there, and less than one in `candidates` of its mass lies there.
-  static constexpr float sample_margin = 0.125f;
   float step_of(std::size_t stratum) const { return extent(stratum) / most_steps; }
 
   std::size_t places_;
@@ -243,7 +250,8 @@ OfferedStrata offer_leaves(const Strata& strata, const Offer& offer, const Cance
         per_mass += 1 / points[k].density;
       }
       leaves.places.store(leaf, at);
-      leaves.reach[leaf] = static_cast<float>(reach * std::sqrt(mass * per_mass / candidates));
+      leaves.reach[leaf] =
+          std::max(static_cast<float>(reach * std::sqrt(mass * per_mass / candidates)), least_reach);
       if (!leaves.metric.empty()) leaves.metric[leaf] = strata.metric(points[0]);
     }
   });
@@ -290,7 +298,7 @@ class SpacedLevel {
         offer_(offer),
         parameters_(offer.parameters),
         cancel_(cancel),
-        equal_(blocks_.leaves % blocks_.count == 0),
+        equal_(blocks_.leaves % blocks_.count == 0 || blocks_.leaves / blocks_.count >= nearly_equal_leaves),
         torn_(blocks_.count),
         margin_(blocks_.count),
         near_begin_(blocks_.count),
@@ -308,6 +316,7 @@ class SpacedLevel {
   void hold(std::uint32_t stratum, const Point& at) {
     sample_[stratum] = at;
     number_[stratum] = held;
+    any_held_ = true;
   }
 
   // Puts a sample into every stratum that has none, and spaces these out.
@@ -342,7 +351,6 @@ class SpacedLevel {
   }
 
   bool is_held(std::uint32_t stratum) const { return number_[stratum] == held; }
-  const Point& sample(std::uint32_t stratum) const { return sample_[stratum]; }
   PlaceName name(std::uint32_t stratum) const { return {level_, stratum, number_[stratum]}; }
 
  private:
@@ -385,17 +393,19 @@ class SpacedLevel {
       std::vector<std::uint32_t> found, all;
       for (std::size_t s = begin; s < end; ++s) {
         const auto stratum = static_cast<std::uint32_t>(s);
+        if (s % check_interval == 0) cancel_.check();
         near_begin_[s] = static_cast<std::uint32_t>(all.size());
         if (is_held(stratum)) continue;
         // The sample stays within the margin of the box, or of a place where the stratum is torn.
         const float around = in_space(stratum, reach_[stratum]) + margin_[stratum];
         const auto is_near = [&](std::uint32_t other, const PointBox& box) {
-          return may_touch(other, box, around + margin_[other], scratch_places) ||
-                 (is_held(other) && contains(grown(box, around), sample_[other]));
+          return other != stratum && (may_touch(other, box, around + margin_[other], scratch_places) ||
+                                      (is_held(other) && contains(grown(box, around), sample_[other])));
         };
         offered_.load(stratum, places, 0);
         grid.find(places.x, places.y, places.z, offered_.box(stratum), torn_[stratum] != 0, around,
                   most_neighbours, is_near, scratch, found);
+        all.push_back(stratum);  // always, however many others there are
         all.insert(all.end(), found.begin(), found.end());
       }
       all.shrink_to_fit();
@@ -493,11 +503,11 @@ class SpacedLevel {
   // same radius has in the plane.
   float room_at(std::size_t place, std::uint32_t stratum, bool is_background, const Visit& visit) const {
     const float squared = visit.squared[place];
-    const std::uint32_t itself = is_background && squared > 0 ? weight_of(stratum) : 0;
+    const std::int64_t itself = is_background && squared > 0 ? weight_of(stratum) : 0;
     const float discs =
         static_cast<float>(std::numbers::pi * reach * reach) * squared / (reach_[stratum] * reach_[stratum]);
     const float flat = discs * static_cast<float>(parameters_.candidates * weight_of(stratum));
-    return static_cast<float>(visit.room[place] - itself) - border_share * flat;
+    return static_cast<float>(static_cast<std::int64_t>(visit.room[place]) - itself) - border_share * flat;
   }
 
   bool is_offered(std::uint32_t stratum) const { return number_[stratum] < offered_.places(); }
@@ -573,7 +583,8 @@ class SpacedLevel {
     const double shares = parameters_.repair_below * parameters_.repair_below * std::numbers::pi *
                           hexagonal_spacing * hexagonal_spacing;
     const double leaves = equal_ ? 1.0 : double(blocks_.leaves) / blocks_.count;
-    const auto least = static_cast<float>(shares * parameters_.candidates * leaves);
+    const double among_held = any_held_ ? held_room : 1.0;
+    const auto least = static_cast<float>(among_held * shares * parameters_.candidates * leaves);
     const std::vector<float> room = values_of(strata, [&](std::uint32_t s, Visit& visit) {
       measure_room(s, visit);
       return room_at(0, s, is_offered(s), visit);
@@ -649,7 +660,8 @@ class SpacedLevel {
   const Offer& offer_;
   const SpacingParameters& parameters_;
   const CancelToken& cancel_;
-  bool equal_;                      // all strata have as many leaves
+  bool equal_;                      // all strata have as many leaves, or nearly
+  bool any_held_ = false;           // some samples were fixed
   std::vector<std::uint8_t> torn_;  // the places are far apart: the path jumps between pieces of the surface
   std::vector<float> margin_;       // how far from the box of its places, or from one of these, the sample is
   std::vector<std::uint32_t> near_begin_;         // in the list of their block,
@@ -740,8 +752,12 @@ class SpacedSet {
     samples.space_out();
     for (const std::uint32_t stratum : order) {
       const PlaceName name = samples.name(stratum);
-      const auto leaf = static_cast<std::uint32_t>(offer_.draw(name).at);
-      leaf_[leaf] = {samples.sample(stratum), name, true};
+      // The point itself, not the packed place: samples of later levels keep their distance from it.
+      const PointDraw draw = offer_.draw(name);
+      StratumPoint point;
+      strata_.draw(std::span(&draw, 1), std::span(&point, 1));
+      const auto leaf = static_cast<std::uint32_t>(draw.at);
+      leaf_[leaf] = {point_at(point), name, true};
       order_.push_back(leaf);
     }
   }
@@ -749,10 +765,9 @@ class SpacedSet {
   // The blocks of a level that hold no sample, in the order in which their parents are divided.
   std::vector<std::uint32_t> free_children(int level, std::uint32_t mask) const {
     const LeafBlocks blocks = offer_.levels.blocks(level);
-    std::vector<std::uint8_t> taken(std::size_t{1} << level, 0);
-    const LeafBlocks all = {blocks.leaves, std::uint32_t{1} << level};
+    std::vector<std::uint8_t> taken(blocks.count, 0);
     for (std::uint32_t leaf = 0; leaf < leaf_.size(); ++leaf)
-      if (leaf_[leaf].placed) taken[all.block_of(leaf)] = 1;
+      if (leaf_[leaf].placed) taken[blocks.block_of(leaf)] = 1;
     std::vector<std::uint32_t> free;
     for (const std::uint32_t parent : parent_order(level - 1, mask))
       free.push_back(2 * parent + (taken[2 * std::size_t{parent}] ? 1 : 0));
@@ -786,7 +801,7 @@ SpacingParameters spacing_parameters(SpacingKind kind) {
     case SpacingKind::fast:
       return {8, 2, 2, 16, 0.6, 0.5, 0.05, 4};
     case SpacingKind::best:
-      return {32, 8, 8, 64, 0.8, 0.72, 0.05, 16};
+      return {32, 6, 4, 32, 0.8, 0.72, 0.05, 16};
     case SpacingKind::standard:
       break;
   }

@@ -37,7 +37,7 @@ std::vector<std::string> validate(const SpacingParameters& parameters);
 
 // A random point of a stratum, and what names it there.
 struct StratumPoint {
-  std::array<float, 3> at{};             // in [-2, 2]
+  std::array<float, 3> at{};             // in [-4, 4]
   float density = 1;                     // > 0
   std::uint32_t triangle = 0, path = 0;  // on meshes: the element that it lies in,
   double first = 0, second = 0;          // and its weights of corners 1 and 2; on parametric surfaces (u, v)

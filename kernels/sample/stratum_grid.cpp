@@ -8,12 +8,9 @@ namespace meander {
 
 namespace {
 
-// A coordinate of a cell has 19 bits, the last two of which say where in its brick it is. A key: level, brick
-// z, y, x, and 6 bits for the cell in the brick.
-constexpr std::int32_t most_cell = (1 << 19) - 1;
-constexpr double least_coordinate = -2;
-constexpr double least_cell = 0x1p-17;
-constexpr std::size_t most_level = 20;  // cells of that level are larger than everything
+// A key: level, 17 bits each of a brick's z, y and x, and 6 bits for the cell in the brick.
+constexpr double least_cell = 0x1p-50;
+constexpr std::size_t most_level = 54;  // cells of that level are larger than everything
 std::uint64_t bit_of(std::uint64_t cell) { return std::uint64_t{1} << (cell & 63); }
 
 // The cells of a brick that lie from a to b along one axis.
@@ -36,13 +33,14 @@ constexpr auto slabs = [] {
 
 }  // namespace
 
-std::uint64_t StratumGrid::brick_key(std::int32_t x, std::int32_t y, std::int32_t z, std::size_t level) {
-  return static_cast<std::uint64_t>(level) << 51 | static_cast<std::uint64_t>(z) << 34 |
-         static_cast<std::uint64_t>(y) << 17 | static_cast<std::uint64_t>(x);
+std::uint64_t StratumGrid::brick_key(std::int64_t x, std::int64_t y, std::int64_t z, std::size_t level) {
+  // Bricks 2^17 apart have the same key: what is found there is too far away, and is not kept.
+  const auto bits = [](std::int64_t c) { return static_cast<std::uint64_t>(c) & 0x1FFFF; };
+  return static_cast<std::uint64_t>(level) << 51 | bits(z) << 34 | bits(y) << 17 | bits(x);
 }
 
 // Of a brick, along one axis.
-std::uint64_t StratumGrid::cells_between(int first, int last, std::size_t axis) {
+std::uint64_t StratumGrid::cells_between(std::int64_t first, std::int64_t last, std::size_t axis) {
   return slabs[axis][static_cast<std::size_t>(first)][static_cast<std::size_t>(last)];
 }
 
@@ -67,9 +65,8 @@ void StratumGrid::grow() {
     if (brick.occupied != 0) bricks_[slot_of(brick.key)] = brick;
 }
 
-std::int32_t StratumGrid::cell_along(double coordinate, std::size_t level) const {
-  const double at = (coordinate - least_coordinate) * per_unit_[level];
-  return static_cast<std::int32_t>(std::clamp(at, 0.0, double(most_cell)));
+std::int64_t StratumGrid::cell_along(double coordinate, std::size_t level) const {
+  return static_cast<std::int64_t>(std::floor(coordinate * per_unit_[level]));
 }
 
 void StratumGrid::add(const PointBox& box, float around) {
@@ -81,7 +78,7 @@ void StratumGrid::add(const PointBox& box, float around) {
   }
   std::size_t level = 0;
   while (level < most_level && extent > 2 * half_box * cell_[level]) ++level;
-  const std::int32_t x = cell_along(centre[0], level), y = cell_along(centre[1], level),
+  const std::int64_t x = cell_along(centre[0], level), y = cell_along(centre[1], level),
                      z = cell_along(centre[2], level);
   const std::uint64_t key = brick_key(x >> 2, y >> 2, z >> 2, level);
   const std::uint64_t cell = key << 6 | static_cast<std::uint64_t>((z & 3) << 4 | (y & 3) << 2 | (x & 3));

@@ -20,7 +20,7 @@ struct PointBox {
 // large as the box, and as what its stratum looks at around it. Cells are kept by bricks of 4 x 4 x 4.
 class StratumGrid {
  public:
-  // cell: edge of the cells of level 0, > 0, in units of the points, which lie in [-2, 2].
+  // cell: edge of the cells of level 0, > 0, in units of the points, which lie in [-4, 4].
   explicit StratumGrid(double cell);
 
   // Boxes are added in the order of their strata, 0, 1, ..., then the grid is built. around: the distance in
@@ -47,21 +47,21 @@ class StratumGrid {
     std::uint32_t first = 0;     // of its cells in begin_
   };
   struct CellBox {
-    std::array<std::int32_t, 3> low, high;
+    std::array<std::int64_t, 3> low, high;
   };
 
   static constexpr double half_box = 0.75;  // of the largest box of a level, in its cells
   static constexpr double most_cells = 6;   // that a stratum looks across
-  static std::uint64_t brick_key(std::int32_t x, std::int32_t y, std::int32_t z, std::size_t level);
-  static std::uint64_t cells_between(int first, int last, std::size_t axis);
+  static std::uint64_t brick_key(std::int64_t x, std::int64_t y, std::int64_t z, std::size_t level);
+  static std::uint64_t cells_between(std::int64_t first, std::int64_t last, std::size_t axis);
 
   std::size_t slot_of(std::uint64_t key) const;
   void grow();
-  std::int32_t cell_along(double coordinate, std::size_t level) const;
+  std::int64_t cell_along(double coordinate, std::size_t level) const;
   template <class Visit>
   void visit_cells(const CellBox& box, std::size_t level, const Visit& visit) const;
 
-  std::array<double, 21> cell_{}, per_unit_{};  // by level: edge, and its inverse
+  std::array<double, 55> cell_{}, per_unit_{};  // by level: edge, and its inverse
   std::vector<Brick> bricks_;                   // open addressing
   std::size_t brick_count_ = 0;
   std::uint64_t levels_ = 0;                   // those in use
@@ -72,13 +72,13 @@ class StratumGrid {
 // Calls visit(stratum) for every stratum of every cell of the box until it returns false.
 template <class Visit>
 void StratumGrid::visit_cells(const CellBox& box, std::size_t level, const Visit& visit) const {
-  const auto slab_of = [&](std::size_t axis, std::int32_t brick) {
-    return cells_between(std::max(box.low[axis] - 4 * brick, 0), std::min(box.high[axis] - 4 * brick, 3),
-                         axis);
+  const auto slab_of = [&](std::size_t axis, std::int64_t brick) {
+    return cells_between(std::max<std::int64_t>(box.low[axis] - 4 * brick, 0),
+                         std::min<std::int64_t>(box.high[axis] - 4 * brick, 3), axis);
   };
-  for (std::int32_t z = box.low[2] >> 2; z <= box.high[2] >> 2; ++z)
-    for (std::int32_t y = box.low[1] >> 2; y <= box.high[1] >> 2; ++y)
-      for (std::int32_t x = box.low[0] >> 2; x <= box.high[0] >> 2; ++x) {
+  for (std::int64_t z = box.low[2] >> 2; z <= box.high[2] >> 2; ++z)
+    for (std::int64_t y = box.low[1] >> 2; y <= box.high[1] >> 2; ++y)
+      for (std::int64_t x = box.low[0] >> 2; x <= box.high[0] >> 2; ++x) {
         const Brick& brick = bricks_[slot_of(brick_key(x, y, z, level))];
         std::uint64_t cells = brick.occupied & slab_of(0, x) & slab_of(1, y) & slab_of(2, z);
         for (; cells != 0; cells &= cells - 1) {
