@@ -799,9 +799,9 @@ class SpacedSet {
 SpacingParameters spacing_parameters(SpacingKind kind) {
   switch (kind) {
     case SpacingKind::fast:
-      return {8, 2, 2, 16, 0.6, 0.5, 0.05, 4};
+      return {8, 2, 2, 16, 0.6, 0.52, 0.05, 4};
     case SpacingKind::best:
-      return {32, 6, 4, 32, 0.8, 0.72, 0.05, 16};
+      return {32, 5, 3, 32, 0.78, 0.72, 0.05, 16};
     case SpacingKind::standard:
       break;
   }

@@ -16,10 +16,10 @@ namespace meander {
 // How much is spent on the places.
 struct SpacingParameters {
   std::uint32_t candidates = 16;         // places that every stratum offers: 8, 16, .. 64
-  std::uint32_t sweeps = 3;              // over all samples, 0..64
-  std::uint32_t repairs = 4;             // passes over samples with too little room, 0..64
+  std::uint32_t sweeps = 2;              // over all samples, 0..64
+  std::uint32_t repairs = 3;             // passes over samples with too little room, 0..64
   std::uint32_t repair_candidates = 32;  // new places that each is offered, 1..256
-  double repair_below = 0.75;            // a disc of this radius is too little, in spacings of the hexagonal
+  double repair_below = 0.7;             // a disc of this radius is too little, in spacings of the hexagonal
                                          // lattice, 0..1
   // Samples as near to another one as this, in these spacings, are moved apart whatever their room: but no
   // more than this share of all samples, the nearest ones; 0..1

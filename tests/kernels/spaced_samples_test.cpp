@@ -328,7 +328,9 @@ TEST_CASE("space_samples: stacked sheets, one triangle and far components") {
   const PolygonMesh triangle = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1e-7, 0}, {{0, 1, 2}});
   PolygonMesh far = cube();
   for (int i = 1; i <= 20; ++i) far = merged(far, moved(cube(), 0.01, 30.0 * i, 7.0 * i, 0));
-  for (const PolygonMesh& file : {stack, triangle, far})
+  PolygonMesh farther = icosphere(3);
+  farther = merged(farther, moved(cube(), 1e-3, 1e6, 0, 0));
+  for (const PolygonMesh& file : {stack, triangle, far, farther})
     for (const std::uint32_t n : {300u, 1111u}) {
       const StrataOfMesh strata(file, n);
       for (const bool progressive : {false, true}) {
@@ -336,6 +338,13 @@ TEST_CASE("space_samples: stacked sheets, one triangle and far components") {
         CHECK(std::set<std::uint32_t>(s.rank_of_index.begin(), s.rank_of_index.end()).size() == n);
         CHECK(space_samples(strata.along_curve(n), progressive, test_key, {}).point.size() == n);
       }
+      // Farther apart than where they start, however many strata there are around each.
+      const SpacingParameters none = {16, 0, 0, 32, 0, 0, 0, 0};
+      const auto mean_distance = [&](const SpacingParameters& parameters) {
+        const SpacedSamples s = space_samples(strata.in_cells(), false, test_key, parameters);
+        return spacing_of(nearest_distances(points_of(s, n)), strata.mesh.total_area).mean;
+      };
+      CHECK(mean_distance({}) > 1.15 * mean_distance(none));
     }
 }
 
