@@ -39,7 +39,7 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
 // peak. Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29
 // pieces. Deterministic for every thread count.
 ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure,
-                         std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
+                         const ChartSet& charts, const TriangleHints& hints, RandomKey key,
                          const ElementParameters& parameters, const CancelToken& cancel = {});
 
 }  // namespace meander

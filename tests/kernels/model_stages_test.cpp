@@ -79,17 +79,21 @@ TEST_CASE("Stages: every method has its own list, without stages that do nothing
   using Names = std::vector<std::string>;
   CHECK(names_of(parameters_for("direct"), device) ==
         Names{"prepare_mesh", "locate_vertices", "place_samples"});
-  CHECK(names_of(parameters_for("conformal"), device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart",
-                                                               "build_curve", "locate_vertices",
-                                                               "place_samples"});
+  CHECK(names_of(parameters_for("conformal"), device) ==
+        Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk", "flatten_chart", "build_curve",
+              "locate_vertices", "place_samples"});
   CHECK(names_of(parameters_for("anisotropic"), device) ==
         Names{"prepare_mesh", "follow_tensor", "chart_segments", "build_curve", "locate_vertices",
               "place_samples", "describe_shape"});
   SampleParameters elements = parameters_for("conformal");
   elements.locate = LocatorKind::elements;
   elements.describe.descriptors = {Descriptor::d2};
-  CHECK(names_of(elements, device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart", "locate_vertices",
-                                            "place_samples", "describe_shape"});
+  CHECK(names_of(elements, device) == Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk", "flatten_chart",
+                                            "locate_vertices", "place_samples", "describe_shape"});
+  SampleParameters first_hit = parameters_for("conformal");
+  first_hit.locate = LocatorKind::first_hit;
+  CHECK(names_of(first_hit, device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart", "build_curve",
+                                             "locate_vertices", "place_samples"});
   CHECK_THROWS_AS(stages_of(parameters_for("conformal"), nullptr), std::invalid_argument);
   CHECK_THROWS_AS(parameters_for("conformall"), std::invalid_argument);
 }
