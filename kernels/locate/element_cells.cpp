@@ -35,9 +35,9 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
   return path[entry.element()] << bisections | (entry.part() - (1u << bisections));
 }
 
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure,
-                         const ChartSet& charts, const TriangleHints& hints, RandomKey key,
-                         const ElementParameters& parameters, const CancelToken& cancel) {
+ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                         const CancelToken& cancel) {
   const double limit = element_limit(measure, parameters);
   const PreparedMesh& mesh = surface.mesh();
   const ChartPlaces places(mesh, charts);

@@ -238,9 +238,9 @@ void check_count(std::size_t elements, std::size_t most) {
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
-CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
-                             const ChartSet& charts, const TriangleHints& hints, RandomKey key,
-                             const ElementParameters& parameters, const CancelToken& cancel) {
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                             const CancelToken& cancel) {
   const double limit = element_limit(measure, parameters);
   const ChartPlaces places(surface.mesh(), charts);
   const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts.charts, hints.sheet);

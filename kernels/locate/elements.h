@@ -75,8 +75,8 @@ struct TriangleHints {
 // pieces' centroids alone. For ElementOrder::balanced see build_cells (element_cells.h). The masses of a
 // triangle's elements sum to its exact mass. O(E log E); 100 bytes an element at the peak. Throws
 // ItemError(zero_density) when the total is zero. Deterministic for every thread count.
-CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
-                             const ChartSet& charts, const TriangleHints& hints, RandomKey key,
-                             const ElementParameters& parameters, const CancelToken& cancel = {});
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                             const CancelToken& cancel = {});
 
 }  // namespace meander

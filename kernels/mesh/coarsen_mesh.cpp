@@ -17,7 +17,7 @@ constexpr std::uint32_t most_neighbours = 24;  // of a vertex that is removed
 constexpr std::uint32_t widest_star = 64;      // of the vertex that it is moved to
 constexpr std::uint32_t fewest_left = 16;      // triangles: below, a closed surface may fold onto itself
 constexpr std::uint32_t most_rounds = 64;      // each removes a 32nd of the vertices or is the last
-constexpr double thinnest = 0.25;               // height over longest edge that new triangles keep
+constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep
 constexpr double largest_turn = 0.5;           // cosine of the largest angle between old and new normals
 // Coarse vertices stand for less than they may; so many times the triangles that were asked for would come
 // out otherwise.
@@ -36,10 +36,10 @@ struct Star {
   bool inside;
   NeighbourIndex neighbours = 0, triangles = 0;
   ByNeighbour<std::uint32_t> edge, ring;
-  ByNeighbour<Vector3> position;         // of the ring, relative to v
-  ByNeighbour<double> squared_length;    // of the edges
-  ByNeighbour<Vector3> normal;           // of the triangles, twice as long as their area
-  ByNeighbour<double> shape;             // (height / longest edge)^2 that a triangle has to keep
+  ByNeighbour<Vector3> position;       // of the ring, relative to v
+  ByNeighbour<double> squared_length;  // of the edges
+  ByNeighbour<Vector3> normal;         // of the triangles, twice as long as their area
+  ByNeighbour<double> shape;           // (height / longest edge)^2 that a triangle has to keep
 
   NeighbourIndex after(NeighbourIndex i) const { return i + 1 < neighbours ? i + 1 : 0; }
 };
@@ -175,8 +175,8 @@ class Coarsener {
       star.normal[i] = cross(star.position[i], star.position[j]);
       const double longest = longest_of(star.squared_length[i], star.squared_length[j], dot(far, far));
       // A triangle that is thin already may stay so.
-      star.shape[i] = std::min(thinnest * thinnest,
-                               dot(star.normal[i], star.normal[i]) / (longest * longest));
+      star.shape[i] =
+          std::min(thinnest * thinnest, dot(star.normal[i], star.normal[i]) / (longest * longest));
     }
   }
 
@@ -190,7 +190,8 @@ class Coarsener {
       const double longest = longest_of(dot(a, a), dot(b, b), dot(far, far)), size = dot(normal, normal);
       if (!(size > 0 && size >= star.shape[i] * longest * longest)) return false;
       const double before = dot(star.normal[i], star.normal[i]), turn = dot(normal, star.normal[i]);
-      if (before > 0 && !(turn > 0 && turn * turn > largest_turn * largest_turn * before * size)) return false;
+      if (before > 0 && !(turn > 0 && turn * turn > largest_turn * largest_turn * before * size))
+        return false;
     }
     return true;
   }
@@ -346,8 +347,8 @@ void walk_under(const PreparedMesh& mesh, CoarseMesh& coarse, const CancelToken&
     cancel.check();
     for (std::size_t t = begin; t < end; ++t) {
       const std::uint32_t* const corner = &mesh.triangles[3 * t];
-      const Vector3 centroid = (1.0 / 3) * (mesh.position(corner[0]) + mesh.position(corner[1]) +
-                                            mesh.position(corner[2]));
+      const Vector3 centroid =
+          (1.0 / 3) * (mesh.position(corner[0]) + mesh.position(corner[1]) + mesh.position(corner[2]));
       std::uint32_t at = coarse.triangle[t];
       double closest = -std::numeric_limits<double>::infinity();
       for (int step = 0; step < longest_walk; ++step) {
@@ -386,8 +387,9 @@ CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses
   CoarseMesh result;
   const double total = blocked_sum(masses);
   if (!(total > 0)) return result;
-  const double in_all = parameters.triangles_per_sample * static_cast<double>(samples);
-  const double least = parameters.least_triangles;
+  const double in_all = std::max(parameters.triangles_per_sample * static_cast<double>(samples),
+                                 static_cast<double>(parameters.least_triangles));
+  const double least = parameters.least_of_component;
   const auto triangles_of = [](const Component& c) { return std::size_t{c.triangle_end} - c.triangle_begin; };
   const auto is_large = [&](const Component& c, double wanted) {
     return c.area > 0 && static_cast<double>(triangles_of(c)) > worthwhile * wanted;
@@ -420,9 +422,7 @@ CoarseMesh coarsen_mesh(const PreparedMesh& mesh, std::span<const double> masses
     parts[c] = {};
   }
   result.mesh.polygon.assign(result.mesh.area.size(), 0);
-  if (!(static_cast<double>(mesh.triangle_count()) >
-        worthwhile * static_cast<double>(result.mesh.triangle_count())))
-    return {};
+  if (result.mesh.triangle_count() == mesh.triangle_count()) return {};
   result.mesh.total_area = blocked_sum(result.mesh.area);
   walk_under(mesh, result, cancel);
   result.masses.assign(result.mesh.triangle_count(), 0);

@@ -1,4 +1,4 @@
-// Coarsening: the same surface with fewer and larger triangles, to make charts on (docs/METHODS.md 3.1).
+// Coarsening: the same surface with fewer and larger triangles, to make charts on (docs/METHODS.md 2.3).
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,9 @@
 namespace meander {
 
 struct CoarsenParameters {
-  double triangles_per_sample = 1.5;     // about so many in all; 0.25..1e12, the last of which keeps all
-  std::uint32_t least_triangles = 3000;  // about so many of each component at least; >= 64
+  double triangles_per_sample = 1.5;       // about so many in all; 0.25..1e12, the last of which keeps all
+  std::uint32_t least_triangles = 3000;    // in all at least, whatever the samples; >= 64
+  std::uint32_t least_of_component = 256;  // of each component at least; >= 64
 };
 
 // A coarse mesh of C triangles under a fine one of T.
@@ -30,8 +31,8 @@ struct CoarseMesh {
 // "MAPS: multiresolution adaptive parameterization of surfaces"), as long as a vertex then stands for at most
 // its part of the surface, triangles keep their shape and turn little, and the topology stays. Boundary
 // vertices move along the boundary. The part is measured half by mass and half by area, so that triangles are
-// small where samples are dense. Components of fewer than 1.5 times the wanted triangles, or without area,
-// are copied; the result is empty where all are.
+// small where samples are dense. Components are wanted with their part of all triangles; those of no more
+// than 1.5 times as many, or without area, are copied. The result is empty where all are.
 //   masses: T masses (MeshMeasure), working units squared; samples: N >= 1
 // O(T): at most 24 neighbours of a vertex are looked at, and again only after one of them was removed. 60
 // bytes a triangle at the peak. Parallel over components; deterministic for every thread count. Throws

@@ -48,10 +48,10 @@ using ModelStages = std::vector<ModelStage>;
 // casts_rays; it must outlive the stages.
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
 
-// Its first two thirds; descriptors are the last. Up to the charts nothing depends on seed and sequence of the
-// samples, so a model charted once can be sampled many times with parameters that differ in those; and with
-// fewer samples. Coarse charts (CoarsenParameters) are made for their number: with more samples than they were
-// made for the order is worse, otherwise all is as it should be.
+// Its first two thirds; descriptors are the last. Up to the charts nothing depends on seed and sequence of
+// the samples, so a model charted once can be sampled many times with parameters that differ in those; and
+// with fewer samples. Coarse charts (CoarsenParameters) are made for their number: with more samples than
+// they were made for the order is worse, otherwise all is as it should be.
 ModelStages charting_stages(const SampleParameters& parameters);
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
 

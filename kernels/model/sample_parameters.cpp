@@ -28,6 +28,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "sheets", p.locator.max_sheets, 1, 16);
   check_range(problems, "coarse triangles per sample", p.coarsen.triangles_per_sample, 0.25, 1e12);
   check_range(problems, "coarse triangles", p.coarsen.least_triangles, 64, 2147483648.0);
+  check_range(problems, "coarse triangles of a component", p.coarsen.least_of_component, 64, 2147483648.0);
   check_range(problems, "extremity seams", p.cut.extremity_seams, 0, 16);
   check_range(problems, "extra seams", p.flatten.max_extra_seams, 0, 64);
   check_range(problems, "effort", p.flatten.effort, 0.0, 1e6);
@@ -82,6 +83,7 @@ ElementOrder order_of(const SampleParameters& parameters) {
 double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
+  if (method_of(parameters).makes_charts) least = charted_elements_per_sample(parameters.place.samples);
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
   if (order_of(parameters) == ElementOrder::balanced)
     least = std::max(least, balanced_elements_per_sample(parameters.place.samples));

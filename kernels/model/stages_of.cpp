@@ -74,8 +74,8 @@ ModelStages charting_conformal(const SampleParameters& p) {
   // The first triangle that a ray hits is the sample's own: it is located on the surface itself.
   if (p.locate != LocatorKind::first_hit)
     stages.push_back({"coarsen_mesh", [coarsen = p.coarsen, samples = p.place.samples](Model& model) {
-                        model.coarse = coarsen_mesh(model.surface, model.measure.masses, samples, coarsen,
-                                                    model.cancel);
+                        model.coarse =
+                            coarsen_mesh(model.surface, model.measure.masses, samples, coarsen, model.cancel);
                       }});
   stages.push_back({"cut_to_disk", [cut = p.cut](Model& model) {
                       model.cuts = cut_components(charted_mesh(model), cut, model.cancel);
@@ -176,10 +176,9 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
     stages.push_back({"locate_vertices",
                       [locator = curved, elements = element_parameters(p), device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
-                        const Located located = locate_with_embree(*device, domain.charted_mesh(),
-                                                                   model.charts, domain.charted_masses(),
-                                                                   model.trees, model.key, locator,
-                                                                   model.cancel);
+                        const Located located = locate_with_embree(
+                            *device, domain.charted_mesh(), model.charts, domain.charted_masses(),
+                            model.trees, model.key, locator, model.cancel);
                         order_located(model, domain, located, elements);
                       }});
   }

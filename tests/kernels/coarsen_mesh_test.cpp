@@ -2,8 +2,8 @@
 
 #include <oneapi/tbb/global_control.h>
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -20,7 +20,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr CoarsenParameters few = {0.25, 64};
+constexpr CoarsenParameters few = {0.25, 64, 64};
 
 CoarseMesh coarsened(const PreparedMesh& mesh, const CoarsenParameters& parameters = few,
                      std::uint64_t samples = 1) {
@@ -103,7 +103,8 @@ void check_coarse(const PreparedMesh& fine, const CoarseMesh& coarse) {
     vertex = component.vertex_end;
     check_component(mesh, component);
     for (std::uint32_t t = fine.components[c].triangle_begin; t < fine.components[c].triangle_end; ++t)
-      REQUIRE((coarse.triangle[t] >= component.triangle_begin && coarse.triangle[t] < component.triangle_end));
+      REQUIRE(
+          (coarse.triangle[t] >= component.triangle_begin && coarse.triangle[t] < component.triangle_end));
   }
   CHECK(triangle == mesh.triangle_count());
   CHECK(vertex == mesh.vertex_count());
@@ -131,8 +132,9 @@ double longest_edge(const PreparedMesh& mesh) {
 }  // namespace
 
 TEST_CASE("coarsen_mesh: topology and area of every kind of surface stay") {
-  for (const PolygonMesh& mesh : {icosphere(4), torus(60, 30), two_sided_plate(24, 0.02), folded_sheet(6, 12, 0.01),
-                                  grid_plane(40, 30), merged(icosphere(4), moved(torus(40, 20), 0.4, 3, 0, 0))}) {
+  for (const PolygonMesh& mesh :
+       {icosphere(4), torus(60, 30), two_sided_plate(24, 0.02), folded_sheet(6, 12, 0.01), grid_plane(40, 30),
+        merged(icosphere(4), moved(torus(40, 20), 0.4, 3, 0, 0))}) {
     const PreparedMesh fine = prepare_mesh(mesh);
     const CoarseMesh coarse = coarsened(fine);
     REQUIRE(!coarse.empty());
@@ -165,9 +167,15 @@ TEST_CASE("coarsen_mesh: about as many triangles as are asked for, of about equa
     CHECK(longest_edge(coarse.mesh) < 4.5 * std::sqrt(mean));  // 1.5: equilateral
     CHECK(*std::max_element(coarse.masses.begin(), coarse.masses.end()) < 6 * mean);
   }
-  // The least number is that of each component, whatever the samples.
+  // The least numbers hold whatever the samples.
   CHECK(static_cast<double>(coarsened(fine, {2, 3000}, 1).mesh.triangle_count()) ==
         Approx(3000).epsilon(0.25));
+  const PreparedMesh pair = prepare_mesh(merged(icosphere(6), moved(icosphere(5), 0.01, 3, 0, 0)));
+  const CoarseMesh coarse_pair = coarsened(pair, {2, 3000, 500}, 1);
+  check_coarse(pair, coarse_pair);
+  for (const Component& c : coarse_pair.mesh.components)
+    CHECK(static_cast<double>(c.triangle_end - c.triangle_begin) ==
+          Approx(c.area > 0.1 ? 3000 : 500).epsilon(0.25));
 }
 
 TEST_CASE("coarsen_mesh: triangles are small where the density is high") {
@@ -175,14 +183,14 @@ TEST_CASE("coarsen_mesh: triangles are small where the density is high") {
   std::vector<double> masses = fine.area;
   const auto above = [](const PreparedMesh& mesh, std::size_t t) {
     return mesh.z[mesh.triangles[3 * t]] + mesh.z[mesh.triangles[3 * t + 1]] +
-               mesh.z[mesh.triangles[3 * t + 2]] > 0;
+               mesh.z[mesh.triangles[3 * t + 2]] >
+           0;
   };
   for (std::size_t t = 0; t < masses.size(); ++t)
     if (above(fine, t)) masses[t] *= 100;
   const CoarseMesh coarse = coarsen_mesh(fine, masses, 1000, {2, 64});
   double upper = 0, lower = 0;
-  for (std::size_t t = 0; t < coarse.mesh.triangle_count(); ++t)
-    (above(coarse.mesh, t) ? upper : lower) += 1;
+  for (std::size_t t = 0; t < coarse.mesh.triangle_count(); ++t) (above(coarse.mesh, t) ? upper : lower) += 1;
   CHECK(upper > 2 * lower);
   CHECK(sum_of(coarse.masses) == Approx(sum_of(masses)).epsilon(1e-12));
 }
@@ -193,6 +201,7 @@ TEST_CASE("coarsen_mesh: small meshes stay as they are, small components beside 
   const PreparedMesh fine = prepare_mesh(icosphere(5));
   CHECK(coarsened(fine, {1e12, 64}, 1).empty());
   CHECK(coarsened(fine, {2, 20000}, 1).empty());
+  CHECK(coarsened(fine, {2, 64, 20000}, 1).empty());
   CHECK(coarsened(fine, {2, 64}, 10000).empty());
   const PreparedMesh both = prepare_mesh(merged(icosphere(5), moved(icosphere(1), 0.1, 5, 0, 0)));
   const CoarseMesh coarse = coarsened(both);

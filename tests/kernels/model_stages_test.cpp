@@ -79,9 +79,9 @@ TEST_CASE("Stages: every method has its own list, without stages that do nothing
   using Names = std::vector<std::string>;
   CHECK(names_of(parameters_for("direct"), device) ==
         Names{"prepare_mesh", "locate_vertices", "place_samples"});
-  CHECK(names_of(parameters_for("conformal"), device) ==
-        Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk", "flatten_chart", "build_curve",
-              "locate_vertices", "place_samples"});
+  CHECK(names_of(parameters_for("conformal"), device) == Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk",
+                                                               "flatten_chart", "build_curve",
+                                                               "locate_vertices", "place_samples"});
   CHECK(names_of(parameters_for("anisotropic"), device) ==
         Names{"prepare_mesh", "follow_tensor", "chart_segments", "build_curve", "locate_vertices",
               "place_samples", "describe_shape"});
