@@ -1,4 +1,6 @@
 // The lists of stages, and the Sampler that runs them.
+#include <oneapi/tbb/global_control.h>
+
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -129,6 +131,43 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
       CHECK(same_samples(again.row, Sampler(parameters).sample(positions_of(mesh), mesh.corners)));
     }
   }
+}
+
+TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 8 threads") {
+  const EmbreeDevice device;
+  const PolygonMesh mesh = test::merged(test::torus(60, 40), test::moved(test::icosphere(4), 0.5, 4, 0, 0));
+  const auto run = [&](const SampleParameters& parameters, std::size_t threads) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    Model model;
+    model.file = mesh;
+    model.key = make_random_key(1, {});
+    run_stages(stages_of(parameters, &device), model);
+    return model;
+  };
+  SampleParameters parameters = parameters_for("conformal");
+  set_samples(parameters, 700);
+  parameters.coarsen = {1, 400, 64};
+  for (const ElementOrder order : {ElementOrder::hilbert, ElementOrder::peano, ElementOrder::balanced})
+    for (const LocatorKind locate : {LocatorKind::embree, LocatorKind::elements}) {
+      parameters.order = order;
+      parameters.locate = locate;
+      const Model first = run(parameters, 1);
+      REQUIRE(!first.coarse.empty());
+      CHECK(first.coarse.mesh.triangle_count() < 1200);
+      CHECK(first.row.report.status == Status::ok);
+      CHECK(first.row.report.method == Method::conformal);
+      CHECK(first.row.report.flips == 0);
+      CHECK(first.row.samples.count() == 700);
+      for (const std::size_t threads : {2u, 8u}) CHECK(same_samples(first.row, run(parameters, threads).row));
+    }
+  // Samples at the vertices of the elements; the survey's locator takes the charts of the surface itself.
+  parameters.order = ElementOrder::hilbert;
+  parameters.place.place = PlaceKind::vertex;
+  CHECK(run(parameters, 1).row.samples.count() == 700);
+  parameters.locate = LocatorKind::first_hit;
+  const Model first_hit = run(parameters, 1);
+  CHECK(first_hit.coarse.empty());
+  CHECK(first_hit.row.samples.count() == 700);
 }
 
 TEST_CASE("Stages: the triangle of a sample is the one that a store names by polygon and corners") {

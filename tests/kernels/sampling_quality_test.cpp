@@ -254,7 +254,7 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
     CHECK(conformal[2] <= 1.10 * direct[2]);
     // The default is the best of the three.
     CHECK(balanced[0] <= 1.02 * std::min(conformal[0], direct[0]));
-    CHECK(balanced[1] <= 1.02 * std::min(conformal[1], direct[1]));
+    CHECK(balanced[1] <= 1.03 * std::min(conformal[1], direct[1]));
     CHECK(balanced[2] <= 1.03 * std::min(conformal[2], direct[2]));
   }
 }
