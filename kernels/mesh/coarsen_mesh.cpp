@@ -32,8 +32,8 @@ using ByNeighbour = std::array<Value, most_neighbours + 1>;
 // The neighbourhood of a vertex v, counter-clockwise: edge[i] is the half-edge from v to ring[i], triangle i
 // lies between ring[i] and the next. On the boundary there is one triangle less than neighbours.
 struct Star {
-  std::uint32_t vertex;
-  bool inside;
+  std::uint32_t vertex = no_index;
+  bool inside = false;
   NeighbourIndex neighbours = 0, triangles = 0;
   ByNeighbour<std::uint32_t> edge, ring;
   ByNeighbour<Vector3> position;       // of the ring, relative to v
@@ -117,7 +117,7 @@ class Coarsener {
 
   // Moves v along one of its edges, the shortest that will do.
   bool remove(std::uint32_t v) {
-    Star star;
+    Star& star = star_;
     if (left_ < fewest_left || !gather(v, star)) return false;
     ByNeighbour<NeighbourIndex> choice;
     NeighbourIndex choices = 0;
@@ -150,6 +150,7 @@ class Coarsener {
     const std::uint32_t first = leaving_[v];
     star.vertex = v;
     star.inside = opposite_[first] != no_index;
+    star.triangles = 0;
     std::uint32_t h = first;
     do {
       if (star.triangles == most_neighbours) return false;
@@ -255,6 +256,7 @@ class Coarsener {
   std::vector<std::uint32_t> mark_;               // by vertex
   std::vector<std::uint8_t> changed_, refused_;   // by vertex: the rounds of its last change and refusal
   std::vector<std::uint32_t> host_;               // by triangle: itself, or the one it vanished into
+  Star star_;  // of the vertex that is looked at: larger than the work on it, if made anew for each
   double heaviest_ = 0;
   std::uint32_t left_, stamp_ = 0, round_ = 0;
 };

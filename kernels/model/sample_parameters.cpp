@@ -83,7 +83,6 @@ ElementOrder order_of(const SampleParameters& parameters) {
 double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
-  if (method_of(parameters).makes_charts) least = charted_elements_per_sample(parameters.place.samples);
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
   if (order_of(parameters) == ElementOrder::balanced)
     least = std::max(least, balanced_elements_per_sample(parameters.place.samples));

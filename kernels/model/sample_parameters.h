@@ -34,9 +34,10 @@ inline constexpr double tensor_elements_per_sample = 16;
 // the memory that the elements take.
 constexpr double balanced_elements_per_sample(std::uint32_t samples) { return samples <= 131072 ? 16 : 4; }
 
-// The least number of elements per sample of the method conformal: from 10,000 samples on 2 to 4 % less error
-// than with 4, which rays through coarse charts would not make up for (bench/README.md has the numbers).
-constexpr double charted_elements_per_sample(std::uint32_t samples) { return samples <= 131072 ? 6 : 4; }
+// The least number of elements per sample over a coarse mesh, whose charts have no rays to say which
+// triangles need more: from 10,000 samples on 2 to 4 % less error than with 4 (bench/README.md has the
+// numbers).
+constexpr double coarse_elements_per_sample(std::uint64_t samples) { return samples <= 131072 ? 6 : 4; }
 
 // FlattenParameters::max_mean_distortion of charts over a coarse mesh, whose larger triangles are distorted
 // more by themselves: with 1.1 seams multiply, the error of the samples is the same.

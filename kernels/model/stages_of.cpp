@@ -125,7 +125,10 @@ Domain segments_domain(const Model& model) { return {model.segments.measured(), 
 using DomainOf = Domain (*)(const Model&);
 
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
-                    const ElementParameters& elements) {
+                    ElementParameters elements) {
+  if (domain.coarse != nullptr)
+    elements.elements_per_sample =
+        std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
   // Placed a second time, the model may have been put in the other order before.
   model.cells = ElementCells{};
   model.elements = CurveElements{};
