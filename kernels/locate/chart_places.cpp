@@ -7,7 +7,7 @@
 namespace meander {
 
 ChartPlaces::ChartPlaces(const PreparedMesh& mesh, const ChartSet& charts)
-    : mesh_(mesh), charts_(charts.charts), coarse_(charts.coarse) {
+    : mesh_(mesh), charts_(charts.charts), coarse_(charts.empty() ? nullptr : charts.coarse) {
   if (charts.empty()) return;
   if (coarse_ != nullptr) {
     map_planes();
@@ -44,8 +44,8 @@ bool ChartPlaces::find(std::size_t triangle, std::array<double, 3>& u, std::arra
     if (!map.has_chart) return false;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3 p = mesh_.position(mesh_.triangles[3 * triangle + k]);
-      u[k] = map.u0 + dot(map.du, p);
-      v[k] = map.v0 + dot(map.dv, p);
+      u[k] = std::clamp(map.u0 + dot(map.du, p), 0.0, 1.0);
+      v[k] = std::clamp(map.v0 + dot(map.dv, p), 0.0, 1.0);
     }
     return true;
   }

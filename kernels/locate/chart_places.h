@@ -28,14 +28,14 @@ struct ChartSet {
 
 // Corners of triangles in the charts. Over a coarse mesh the chart of the coarse triangle is continued beyond
 // it as the affine map that it is on its plane: a fine triangle lies where its corners' feet on that plane
-// are taken, hence not exactly beside its neighbours, and not always within the unit square.
+// are taken, hence not exactly beside its neighbours; what would leave the unit square lies on its border.
 class ChartPlaces {
  public:
   // O(charts), O(T) for charts of the surface itself. Mesh and charts must outlive it.
   ChartPlaces(const PreparedMesh& mesh, const ChartSet& charts);
 
   bool any() const { return !charts_.empty(); }
-  // The corners' (u, v), or false where the triangle's component has no chart. Finite.
+  // The corners' (u, v) in [0, 1]^2, or false where the triangle's component has no chart.
   bool find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const;
 
  private:

@@ -19,8 +19,7 @@ constexpr std::uint32_t fewest_left = 16;      // triangles: below, a closed sur
 constexpr std::uint32_t most_rounds = 64;      // each removes a 32nd of the vertices or is the last
 constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep
 constexpr double largest_turn = 0.5;           // cosine of the largest angle between old and new normals
-// Coarse vertices stand for less than they may; so many times the triangles that were asked for would come
-// out otherwise.
+// The mean weight of the vertices that are left over the largest that is allowed, measured.
 constexpr double filling = 0.7;
 // Coarse triangles that are looked at for the one under a fine one.
 constexpr int longest_walk = 8;
@@ -256,7 +255,7 @@ class Coarsener {
   std::vector<std::uint32_t> mark_;               // by vertex
   std::vector<std::uint8_t> changed_, refused_;   // by vertex: the rounds of its last change and refusal
   std::vector<std::uint32_t> host_;               // by triangle: itself, or the one it vanished into
-  Star star_;  // of the vertex that is looked at: larger than the work on it, if made anew for each
+  Star star_;  // of the vertex that is looked at: to clear a new one each time takes a tenth of all
   double heaviest_ = 0;
   std::uint32_t left_, stamp_ = 0, round_ = 0;
 };
