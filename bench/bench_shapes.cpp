@@ -55,7 +55,7 @@ const Model& cut_shape(std::int64_t number) {
   static std::array<Model, shape_count> states;
   return kept(states, number, [&] {
     Model state = prepared_shape(number);
-    charting_stages(bench_parameters()).at(1).run(state);
+    charting_stages(bench_parameters()).at(2).run(state);
     return state;
   });
 }
@@ -64,7 +64,7 @@ const Model& flat_shape(std::int64_t number) {
   static std::array<Model, shape_count> states;
   return kept(states, number, [&] {
     Model state = cut_shape(number);
-    charting_stages(bench_parameters()).at(2).run(state);
+    charting_stages(bench_parameters()).at(3).run(state);
     return state;
   });
 }

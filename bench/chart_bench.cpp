@@ -8,6 +8,19 @@ namespace meander::bench {
 
 namespace {
 
+void coarsen(benchmark::State& state) {
+  const Model& model = prepared_shape(state.range(0));
+  CoarseMesh coarse;
+  for ([[maybe_unused]] auto _ : state) {
+    coarse = coarsen_mesh(model.surface, model.measure.masses, 2048, {});
+    benchmark::DoNotOptimize(coarse.triangle.data());
+  }
+  count_items(state, "face", static_cast<double>(model.surface.triangle_count()));
+  state.counters["coarse_faces"] = static_cast<double>(coarse.mesh.triangle_count());
+  check_sum(state, shape_name(state.range(0)), coarse.triangle);
+}
+BENCHMARK(coarsen)->Apply(every_shape);
+
 void cut(benchmark::State& state) {
   const Model& model = prepared_shape(state.range(0));
   CutChart chart;

@@ -12,8 +12,8 @@ set(included_headers
   density/density.h
   describe/describe_samples.h describe/distance_histogram.h describe/shape_moments.h
   flatten/flatten_chart.h
-  locate/elements.h locate/embree_locator.h
-  mesh/box_frame.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h
+  locate/chart_places.h locate/elements.h locate/embree_locator.h
+  mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h
   model/sample_parameters.h model/sampler.h
   sample/place_samples.h sample/samples.h
   segment/random_walk.h segment/segment_mesh.h

@@ -159,6 +159,12 @@ void add_report_options(Command report, RunOptions& options) {
 
 // Parameters of the method that no option changes directly.
 void record_constants(const SampleParameters& sample, ParameterTable& table) {
+  table.record("coarse_mean_distortion", coarse_mean_distortion);
+  table.compute("coarse_elements_per_sample",
+                [&sample] { return coarse_elements_per_sample(sample.place.samples); });
+  table.record("coarse_least_of_component", sample.coarsen.least_of_component);
+  table.record("coarse_least_triangles", sample.coarsen.least_triangles);
+  table.record("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
   table.record("curve_max_depth", sample.locator.curve.max_depth);
   table.record("density_quantile", sample.density.quantile);
   table.compute("elements_per_sample", [&sample] { return elements_per_sample(sample); });

@@ -79,7 +79,10 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.
   const double spread = method.follows_tensor ? 4 : 2;
-  const double count = triangles + spread * elements_per_sample(parameters) * samples;
+  double per_sample = elements_per_sample(parameters);
+  if (method.makes_charts)
+    per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));
+  const double count = triangles + spread * per_sample * samples;
   double elements = count * bytes_per_element;
   if (order_of(parameters) == ElementOrder::balanced) {
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,

@@ -6,6 +6,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/rotation.h"
+#include "kernels/locate/chart_places.h"
 #include "kernels/locate/placed_pieces.h"
 
 namespace meander {
@@ -65,13 +66,13 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
   return path[entry.element()] << bisections | (entry.part() - (1u << bisections));
 }
 
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure,
-                         std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
-                         const ElementParameters& parameters, const CancelToken& cancel) {
+ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                         const CancelToken& cancel) {
   const double limit = element_limit(measure, parameters);
   const PreparedMesh& mesh = surface.mesh();
   const ChartPlaces places(mesh, charts);
-  const std::vector<std::uint32_t> group = sheet_groups(mesh, charts, hints.sheet);
+  const std::vector<std::uint32_t> group = sheet_groups(mesh, charts.charts, hints.sheet);
   const bool is_split = hints.hits.empty() && splits_pieces(parameters, charts.empty() && surface.in_space(),
                                                             measure.density.uniform());
   PlacedPieces pieces = cut_all(

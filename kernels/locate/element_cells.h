@@ -38,8 +38,8 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
 // O(E log E); 180 bytes a piece (280 for fewer than a hundred samples), 190 a sample and 24 an entry at the
 // peak. Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29
 // pieces. Deterministic for every thread count.
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure,
-                         std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
-                         const ElementParameters& parameters, const CancelToken& cancel = {});
+ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                         const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -7,6 +7,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/locate/chart_places.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/locate/placed_pieces.h"
 
@@ -237,12 +238,12 @@ void check_count(std::size_t elements, std::size_t most) {
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
-CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
-                             std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
-                             const ElementParameters& parameters, const CancelToken& cancel) {
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                             const CancelToken& cancel) {
   const double limit = element_limit(measure, parameters);
   const ChartPlaces places(surface.mesh(), charts);
-  const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts, hints.sheet);
+  const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts.charts, hints.sheet);
   if (charts.empty()) {
     const PlacedPieces pieces = cut_all(
         surface, measure.density, hints.hits, limit,

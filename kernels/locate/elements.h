@@ -11,7 +11,7 @@
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/density/density.h"
-#include "kernels/flatten/flatten_chart.h"
+#include "kernels/locate/chart_places.h"
 #include "kernels/mesh/measured_mesh.h"
 
 namespace meander {
@@ -76,8 +76,8 @@ struct TriangleHints {
 // pieces' centroids alone. For ElementOrder::balanced see build_cells (element_cells.h). The masses of a
 // triangle's elements sum to its exact mass. O(E log E); 100 bytes an element at the peak. Throws
 // ItemError(zero_density) when the total is zero. Deterministic for every thread count.
-CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure,
-                             std::span<const FlatChart> charts, const TriangleHints& hints, RandomKey key,
-                             const ElementParameters& parameters, const CancelToken& cancel = {});
+CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                             const CancelToken& cancel = {});
 
 }  // namespace meander

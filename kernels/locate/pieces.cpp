@@ -58,27 +58,6 @@ bool is_needle(const PlainPiece& piece, double mass, double limit) {
   return longest * mass > 4.1 * triangle_area(piece.corner[0], piece.corner[1], piece.corner[2]) * limit;
 }
 
-ChartPlaces::ChartPlaces(const PreparedMesh& mesh, std::span<const FlatChart> charts)
-    : mesh_(mesh), charts_(charts) {
-  if (charts.empty()) return;
-  chart_of_.assign(mesh.triangle_count(), no_index);
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    if (charts[c].report.method != Method::none)
-      std::fill(chart_of_.begin() + mesh.components[c].triangle_begin,
-                chart_of_.begin() + mesh.components[c].triangle_end, static_cast<std::uint32_t>(c));
-}
-
-bool ChartPlaces::find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const {
-  if (chart_of_.empty() || chart_of_[triangle] == no_index) return false;
-  const FlatChart& chart = charts_[chart_of_[triangle]];
-  const std::size_t local = 3 * (triangle - mesh_.components[chart_of_[triangle]].triangle_begin);
-  for (std::size_t k = 0; k < 3; ++k) {
-    u[k] = chart.u[chart.cut.triangles[local + k]];
-    v[k] = chart.v[chart.cut.triangles[local + k]];
-  }
-  return true;
-}
-
 std::vector<std::uint32_t> sheet_groups(const PreparedMesh& mesh, std::span<const FlatChart> charts,
                                         std::span<const std::uint8_t> sheet) {
   std::vector<std::uint32_t> group(charts.empty() ? 0 : mesh.triangle_count());

@@ -225,21 +225,6 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
   return all;
 }
 
-// Where triangles lie in their charts. Empty charts: nowhere.
-class ChartPlaces {
- public:
-  ChartPlaces(const PreparedMesh& mesh, std::span<const FlatChart> charts);
-
-  bool any() const { return !chart_of_.empty(); }
-  // The corners' (u, v), or false where the triangle's component has no chart.
-  bool find(std::size_t triangle, std::array<double, 3>& u, std::array<double, 3>& v) const;
-
- private:
-  const PreparedMesh& mesh_;
-  std::span<const FlatChart> charts_;
-  std::vector<std::uint32_t> chart_of_;  // by triangle, no_index without
-};
-
 // Component and sheet of every triangle, as one number; empty without charts.
 std::vector<std::uint32_t> sheet_groups(const PreparedMesh& mesh, std::span<const FlatChart> charts,
                                         std::span<const std::uint8_t> sheet);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/random.h"
+#include "kernels/locate/chart_places.h"
 #include "kernels/locate/elements.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/order/balanced_order.h"

@@ -10,6 +10,7 @@
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/mesh/coarsen_mesh.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
@@ -26,6 +27,7 @@ struct Model {
 
   PreparedMesh surface;           // prepare_mesh
   MeshMeasure measure;            // prepare_mesh; without masses where samples follow a tensor
+  CoarseMesh coarse;              // coarsen_mesh; empty where charts are those of the surface itself
   TensorSegments segments;        // follow_tensor, chart_segments
   std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them
   std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
@@ -46,9 +48,10 @@ using ModelStages = std::vector<ModelStage>;
 // casts_rays; it must outlive the stages.
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device);
 
-// Its first two thirds; descriptors are the last. Up to the charts nothing depends on number, seed and
-// sequence of the samples, so a model charted once can be sampled many times with parameters that differ in
-// those.
+// Its first two thirds; descriptors are the last. Up to the charts nothing depends on seed and sequence of
+// the samples, so a model charted once can be sampled many times with parameters that differ in those; and
+// with fewer samples. Coarse charts (CoarsenParameters) are made for their number: with more samples than
+// they were made for the order is worse, otherwise all is as it should be.
 ModelStages charting_stages(const SampleParameters& parameters);
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
 

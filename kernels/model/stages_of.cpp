@@ -55,18 +55,38 @@ ModelStages charting_direct(const SampleParameters& p) {
            }}};
 }
 
+// The mesh that is cut and flattened.
+const PreparedMesh& charted_mesh(const Model& model) {
+  return model.coarse.empty() ? model.surface : model.coarse.mesh;
+}
+
+FlattenParameters flatten_parameters(const Model& model, FlattenParameters parameters) {
+  if (!model.coarse.empty())
+    parameters.max_mean_distortion = std::max(parameters.max_mean_distortion, coarse_mean_distortion);
+  return parameters;
+}
+
 ModelStages charting_conformal(const SampleParameters& p) {
-  return {{"prepare_mesh",
-           [density = p.density](Model& model) {
-             prepare_surface(model, density);
-             measure_surface(model);
-           }},
-          {"cut_to_disk",
-           [cut = p.cut](Model& model) { model.cuts = cut_components(model.surface, cut, model.cancel); }},
-          {"flatten_chart", [flatten = p.flatten](Model& model) {
-             model.charts = flatten_components(model.surface, std::move(model.cuts), flatten, model.cancel);
-             report_charts(model.surface.components, model.charts, model.row.report);
-           }}};
+  ModelStages stages = {{"prepare_mesh", [density = p.density](Model& model) {
+                           prepare_surface(model, density);
+                           measure_surface(model);
+                         }}};
+  // The first triangle that a ray hits is the sample's own: it is located on the surface itself.
+  if (p.locate != LocatorKind::first_hit)
+    stages.push_back({"coarsen_mesh", [coarsen = p.coarsen, samples = p.place.samples](Model& model) {
+                        model.coarse =
+                            coarsen_mesh(model.surface, model.measure.masses, samples, coarsen, model.cancel);
+                      }});
+  stages.push_back({"cut_to_disk", [cut = p.cut](Model& model) {
+                      model.cuts = cut_components(charted_mesh(model), cut, model.cancel);
+                    }});
+  stages.push_back({"flatten_chart", [flatten = p.flatten](Model& model) {
+                      const PreparedMesh& mesh = charted_mesh(model);
+                      model.charts = flatten_components(mesh, std::move(model.cuts),
+                                                        flatten_parameters(model, flatten), model.cancel);
+                      report_charts(mesh.components, model.charts, model.row.report);
+                    }});
+  return stages;
 }
 
 ModelStages charting_anisotropic(const SampleParameters& p) {
@@ -91,22 +111,46 @@ ModelStages charting_anisotropic(const SampleParameters& p) {
 struct Domain {
   MeasuredMesh mesh;
   const MeshMeasure& measure;
+  const CoarseMesh* coarse = nullptr;  // whose charts it has, if they are not its own
+
+  const PreparedMesh& charted_mesh() const { return coarse != nullptr ? coarse->mesh : mesh.mesh(); }
+  std::span<const double> charted_masses() const {
+    return coarse != nullptr ? coarse->masses : measure.masses;
+  }
 };
-Domain surface_domain(const Model& model) { return {model.surface, model.measure}; }
+Domain surface_domain(const Model& model) {
+  return {model.surface, model.measure, model.coarse.empty() ? nullptr : &model.coarse};
+}
 Domain segments_domain(const Model& model) { return {model.segments.measured(), model.segments.measure}; }
 using DomainOf = Domain (*)(const Model&);
 
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
-                    const ElementParameters& elements) {
+                    ElementParameters elements) {
+  if (domain.coarse != nullptr)
+    elements.elements_per_sample =
+        std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
   // Placed a second time, the model may have been put in the other order before.
   model.cells = ElementCells{};
   model.elements = CurveElements{};
+  const ChartSet charts(model.charts, domain.coarse);
   if (elements.order == ElementOrder::balanced)
-    model.cells =
-        build_cells(domain.mesh, domain.measure, model.charts, hints, model.key, elements, model.cancel);
+    model.cells = build_cells(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
   else
     model.elements =
-        build_elements(domain.mesh, domain.measure, model.charts, hints, model.key, elements, model.cancel);
+        build_elements(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
+}
+
+// With what the rays have found. Of coarse triangles only the sheets matter for the triangles over them,
+// which are small beside the leaves of the curve.
+void order_located(Model& model, const Domain& domain, const Located& located,
+                   const ElementParameters& elements) {
+  if (domain.coarse == nullptr) {
+    order_elements(model, domain, {located.hits, located.sheet}, elements);
+    return;
+  }
+  std::vector<std::uint8_t> sheet(domain.coarse->triangle.size());
+  for (std::size_t t = 0; t < sheet.size(); ++t) sheet[t] = located.sheet[domain.coarse->triangle[t]];
+  order_elements(model, domain, {{}, sheet}, elements);
 }
 
 // Elements in the order of the charts, or without any in that of space.
@@ -121,8 +165,8 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
   curved.curve.kind = curve_of(order_of(p));
   ModelStages stages = {{"build_curve", [locator = curved, domain_of](Model& model) {
                            const Domain domain = domain_of(model);
-                           model.trees = build_curves(domain.mesh.mesh(), model.charts, domain.measure.masses,
-                                                      locator, model.cancel);
+                           model.trees = build_curves(domain.charted_mesh(), model.charts,
+                                                      domain.charted_masses(), locator, model.cancel);
                          }}};
   if (p.locate == LocatorKind::first_hit) {
     stages.push_back({"locate_vertices", [locator = curved, device, domain_of](Model& model) {
@@ -135,10 +179,10 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
     stages.push_back({"locate_vertices",
                       [locator = curved, elements = element_parameters(p), device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
-                        const Located located = locate_with_embree(*device, domain.mesh.mesh(), model.charts,
-                                                                   domain.measure.masses, model.trees,
-                                                                   model.key, locator, model.cancel);
-                        order_elements(model, domain, {located.hits, located.sheet}, elements);
+                        const Located located = locate_with_embree(
+                            *device, domain.charted_mesh(), model.charts, domain.charted_masses(),
+                            model.trees, model.key, locator, model.cancel);
+                        order_located(model, domain, located, elements);
                       }});
   }
   return stages;
@@ -289,6 +333,7 @@ void run_stages(const ModelStages& stages, Model& model) {
 
 void release_charts(Model& model) {
   model.segments = TensorSegments{};
+  model.coarse = CoarseMesh{};
   model.cuts = std::vector<CutChart>();
   model.charts = std::vector<FlatChart>();
   model.trees = std::vector<CurveTree>();

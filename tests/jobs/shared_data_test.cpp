@@ -208,7 +208,7 @@ TEST_CASE("shared data: a row for each of the 212 files, paper/ and retrieval/ o
     INFO(id);
     CHECK(report.method == Method::conformal);
     CHECK(report.flips == 0);
-    CHECK(report.distortion <= 1.1);
+    CHECK(report.distortion <= 1.2);  // of coarse charts, which get no more seams below 1.3
   }
 }
 

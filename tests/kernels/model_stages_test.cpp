@@ -1,4 +1,6 @@
 // The lists of stages, and the Sampler that runs them.
+#include <oneapi/tbb/global_control.h>
+
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -79,17 +81,21 @@ TEST_CASE("Stages: every method has its own list, without stages that do nothing
   using Names = std::vector<std::string>;
   CHECK(names_of(parameters_for("direct"), device) ==
         Names{"prepare_mesh", "locate_vertices", "place_samples"});
-  CHECK(names_of(parameters_for("conformal"), device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart",
-                                                               "build_curve", "locate_vertices",
-                                                               "place_samples"});
+  CHECK(names_of(parameters_for("conformal"), device) == Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk",
+                                                               "flatten_chart", "build_curve",
+                                                               "locate_vertices", "place_samples"});
   CHECK(names_of(parameters_for("anisotropic"), device) ==
         Names{"prepare_mesh", "follow_tensor", "chart_segments", "build_curve", "locate_vertices",
               "place_samples", "describe_shape"});
   SampleParameters elements = parameters_for("conformal");
   elements.locate = LocatorKind::elements;
   elements.describe.descriptors = {Descriptor::d2};
-  CHECK(names_of(elements, device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart", "locate_vertices",
-                                            "place_samples", "describe_shape"});
+  CHECK(names_of(elements, device) == Names{"prepare_mesh", "coarsen_mesh", "cut_to_disk", "flatten_chart",
+                                            "locate_vertices", "place_samples", "describe_shape"});
+  SampleParameters first_hit = parameters_for("conformal");
+  first_hit.locate = LocatorKind::first_hit;
+  CHECK(names_of(first_hit, device) == Names{"prepare_mesh", "cut_to_disk", "flatten_chart", "build_curve",
+                                             "locate_vertices", "place_samples"});
   CHECK_THROWS_AS(stages_of(parameters_for("conformal"), nullptr), std::invalid_argument);
   CHECK_THROWS_AS(parameters_for("conformall"), std::invalid_argument);
 }
@@ -125,6 +131,43 @@ TEST_CASE("Stages: a charted model sampled again equals one sampled from the sta
       CHECK(same_samples(again.row, Sampler(parameters).sample(positions_of(mesh), mesh.corners)));
     }
   }
+}
+
+TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 8 threads") {
+  const EmbreeDevice device;
+  const PolygonMesh mesh = test::merged(test::torus(60, 40), test::moved(test::icosphere(4), 0.5, 4, 0, 0));
+  const auto run = [&](const SampleParameters& parameters, std::size_t threads) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    Model model;
+    model.file = mesh;
+    model.key = make_random_key(1, {});
+    run_stages(stages_of(parameters, &device), model);
+    return model;
+  };
+  SampleParameters parameters = parameters_for("conformal");
+  set_samples(parameters, 700);
+  parameters.coarsen = {1, 400, 64};
+  for (const ElementOrder order : {ElementOrder::hilbert, ElementOrder::peano, ElementOrder::balanced})
+    for (const LocatorKind locate : {LocatorKind::embree, LocatorKind::elements}) {
+      parameters.order = order;
+      parameters.locate = locate;
+      const Model first = run(parameters, 1);
+      REQUIRE(!first.coarse.empty());
+      CHECK(first.coarse.mesh.triangle_count() < 1200);
+      CHECK(first.row.report.status == Status::ok);
+      CHECK(first.row.report.method == Method::conformal);
+      CHECK(first.row.report.flips == 0);
+      CHECK(first.row.samples.count() == 700);
+      for (const std::size_t threads : {2u, 8u}) CHECK(same_samples(first.row, run(parameters, threads).row));
+    }
+  // Samples at the vertices of the elements; the survey's locator takes the charts of the surface itself.
+  parameters.order = ElementOrder::hilbert;
+  parameters.place.place = PlaceKind::vertex;
+  CHECK(run(parameters, 1).row.samples.count() == 700);
+  parameters.locate = LocatorKind::first_hit;
+  const Model first_hit = run(parameters, 1);
+  CHECK(first_hit.coarse.empty());
+  CHECK(first_hit.row.samples.count() == 700);
 }
 
 TEST_CASE("Stages: the triangle of a sample is the one that a store names by polygon and corners") {

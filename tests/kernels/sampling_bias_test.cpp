@@ -35,9 +35,11 @@ struct ChartedModel {
   SampleParameters parameters;
 };
 
-ChartedModel flattened(const PolygonMesh& file, MethodChoice method, bool linear_density) {
+ChartedModel flattened(const PolygonMesh& file, MethodChoice method, bool linear_density,
+                       const CoarsenParameters& coarsen = {}) {
   ChartedModel model;
   model.state.file = file;
+  model.parameters.coarsen = coarsen;
   model.parameters.method = method;
   if (linear_density) {
     model.parameters.density.kind = DensityKind::vertex_attribute;
@@ -248,6 +250,21 @@ TEST_CASE("sampling bias: linear density, 300 seeds") {
   check_model(small_torus(), MethodChoice::conformal, true, 300);
 }
 
+TEST_CASE("sampling bias: over coarse charts, 300 seeds") {
+  for (const bool linear_density : {false, true}) {
+    ChartedModel model =
+        flattened(moved(torus(20, 11), 1, 0, 0, 0), MethodChoice::conformal, linear_density, {0.25, 64, 64});
+    REQUIRE(!model.state.coarse.empty());
+    const Counts quarters = count_quarters(model, 300);
+    const std::vector<double> shares = quarter_shares(model.state, linear_density);
+    check_unbiased(quarters, shares);
+    std::vector<std::size_t> triangle(quarters.cells);
+    for (std::size_t c = 0; c < quarters.cells; ++c) triangle[c] = c / 4;
+    check_unbiased(gathered(quarters, triangle, quarters.cells / 4),
+                   gathered(shares, triangle, quarters.cells / 4));
+  }
+}
+
 TEST_CASE("sampling bias: the sharp test detects a bias of a tenth") {
   // Expectations 10 % wrong on half of the triangles.
   ChartedModel model = flattened(small_torus(), MethodChoice::direct, false);
@@ -262,8 +279,7 @@ TEST_CASE("sampling bias: the sharp test detects a bias of a tenth") {
 
 TEST_CASE("sampling bias: 2000 seeds", "[slow]") {
   for (const PolygonMesh& file : {small_torus(), icosphere(1), moved(two_sided_plate(4, 0.05), 1, 0, 0, 0)})
-    for (const MethodChoice method :
-         {MethodChoice::automatic, MethodChoice::direct, MethodChoice::conformal})
+    for (const MethodChoice method : {MethodChoice::automatic, MethodChoice::direct, MethodChoice::conformal})
       for (const bool linear_density : {false, true}) {
         CAPTURE(file.polygon_count(), static_cast<int>(method), linear_density);
         check_model(file, method, linear_density, 2000);

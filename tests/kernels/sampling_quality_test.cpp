@@ -23,15 +23,17 @@ const EmbreeDevice& embree_device() {
   return device;
 }
 
-// A model that is prepared, cut and flattened once; only the last stages run again for every seed.
+// A model that is prepared, cut and flattened once, for a number of samples; only the last stages run again
+// for every seed.
 struct ChartedModel {
   Model state;
   SampleParameters parameters;
 };
 
-ChartedModel flattened(PolygonMesh file, MethodChoice method) {
+ChartedModel flattened(PolygonMesh file, MethodChoice method, std::uint32_t samples) {
   ChartedModel model;
   model.parameters.method = method;
+  set_samples(model.parameters, samples);
   model.state.file = std::move(file);
   run_stages(charting_stages(model.parameters), model.state);
   return model;
@@ -136,16 +138,17 @@ constexpr MethodChoice methods[] = {MethodChoice::automatic, MethodChoice::direc
 void check_shared_prefixes(MethodChoice method) {
   for (const char* file : {"bunny_closed.off", "maxplanck_25k.off"}) {
     INFO(file);
-    ChartedModel model = flattened(shared_mesh(file), method);
-    const std::vector<RotatedBox> boxes = boxes_on(model);
-    for (const std::uint32_t n : {2048u, 3000u, 100000u}) check_prefixes(model, boxes, n, 20, 0.10, 0.30);
+    for (const std::uint32_t n : {2048u, 3000u, 100000u}) {
+      ChartedModel model = flattened(shared_mesh(file), method, n);
+      check_prefixes(model, boxes_on(model), n, 20, 0.10, 0.30);
+    }
   }
 }
 
 // Root mean square ratio of the samples of `file` seen on the flat mesh, where boxes separate the layers.
 double unfolded_ratio(const PolygonMesh& file, const FlatMesh& flat, MethodChoice method, std::uint32_t n,
                       std::uint64_t seeds) {
-  ChartedModel model = flattened(file, method);
+  ChartedModel model = flattened(file, method, n);
   const std::vector<RotatedBox> boxes = flat.boxes();
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed)
@@ -182,7 +185,7 @@ constexpr Limits limits[] = {{"bunny_closed.off", 0.29, 0.175, 0.105},
 TEST_CASE("sampling quality: a third of the error of random points on simple shapes") {
   for (const MethodChoice method : methods)
     for (const PolygonMesh& mesh : {icosphere(3), torus(40, 24), moved(torus(12, 9), 2, 1, 2, 3)}) {
-      ChartedModel model = flattened(mesh, method);
+      ChartedModel model = flattened(mesh, method, 1000);
       const double ratio = rms_ratio(model, boxes_on(model), 1000, 6);
       INFO(label(method) << ", " << mesh.polygon_count() << " faces: " << ratio);
       CHECK(ratio < 0.30);
@@ -193,7 +196,7 @@ TEST_CASE("sampling quality: a third of the error of random points on simple sha
 TEST_CASE("sampling quality: prefixes of a set on a torus") {
   for (const MethodChoice method : methods) {
     INFO(label(method));
-    ChartedModel model = flattened(torus(30, 18), method);
+    ChartedModel model = flattened(torus(30, 18), method, 2048);
     // Eight seeds determine a ratio to about 5 %, hence the wider limits than in the slow case.
     check_prefixes(model, boxes_on(model), 2048, 8, 0.2, 0.4);
   }
@@ -228,13 +231,14 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
   for (const Limits& limit : limits) {
     std::array<std::array<double, 3>, sampling_methods.size()> of_method{};
     for (const MethodChoice method : methods) {
-      ChartedModel model = flattened(shared_mesh(limit.file), method);
-      const std::vector<RotatedBox> boxes = boxes_on(model);
-      REQUIRE(boxes.size() == 1000);
       auto& ratio = of_method[static_cast<std::size_t>(method)];
-      ratio[0] = rms_ratio(model, boxes, 1000, 20);
-      ratio[1] = rms_ratio(model, boxes, 10000, 8);
-      ratio[2] = rms_ratio(model, boxes, 100000, 4);
+      constexpr std::uint32_t sizes[] = {1000, 10000, 100000}, seeds[] = {20, 8, 4};
+      for (std::size_t i = 0; i < 3; ++i) {
+        ChartedModel model = flattened(shared_mesh(limit.file), method, sizes[i]);
+        const std::vector<RotatedBox> boxes = boxes_on(model);
+        REQUIRE(boxes.size() == 1000);
+        ratio[i] = rms_ratio(model, boxes, sizes[i], seeds[i]);
+      }
       WARN(limit.file << ", " << label(method) << ": " << ratio[0] << " " << ratio[1] << " " << ratio[2]);
     }
     const auto& conformal = of_method[static_cast<std::size_t>(MethodChoice::conformal)];
@@ -250,7 +254,7 @@ TEST_CASE("sampling quality: limits on the shared meshes", "[slow]") {
     CHECK(conformal[2] <= 1.10 * direct[2]);
     // The default is the best of the three.
     CHECK(balanced[0] <= 1.02 * std::min(conformal[0], direct[0]));
-    CHECK(balanced[1] <= 1.02 * std::min(conformal[1], direct[1]));
+    CHECK(balanced[1] <= 1.03 * std::min(conformal[1], direct[1]));
     CHECK(balanced[2] <= 1.03 * std::min(conformal[2], direct[2]));
   }
 }

@@ -16,8 +16,19 @@
 
 namespace meander {
 
+namespace {
+
+// Charts for the largest sets that are drawn.
+SampleParameters charting_parameters() {
+  SampleParameters parameters = parameters_for("conformal");
+  set_samples(parameters, 100000);
+  return parameters;
+}
+
+}  // namespace
+
 HistogramModel::HistogramModel(const FigureMesh& mesh, std::uint64_t seed_of_all)
-    : name(mesh.name), charted(staged_model(mesh, parameters_for("conformal"))), seed(seed_of_all) {
+    : name(mesh.name), charted(staged_model(mesh, charting_parameters())), seed(seed_of_all) {
   const PreparedMesh& surface = charted.surface;
   creased = crease_normals(surface.x, surface.y, surface.z, surface.triangles);
   vertex_area = vertex_curvature(surface).mixed_area;

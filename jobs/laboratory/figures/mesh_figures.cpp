@@ -20,13 +20,17 @@ namespace meander {
 namespace {
 
 void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevice& device) {
-  const SampleParameters conformal = parameters_for("conformal"), direct = parameters_for("direct");
+  const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
+  SampleParameters conformal = parameters_for("conformal");
+  const SampleParameters direct = parameters_for("direct");
+  set_samples(conformal, most);
   SampleParameters vertex = conformal, random = conformal;
   vertex.locate = LocatorKind::first_hit;
   vertex.place.place = PlaceKind::vertex;
   vertex.locator.curve.leaves_per_sample = 64;
   random.place.sequence = SequenceKind::random;
-  const Model charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct);
+  const Model charted = staged_model(mesh, conformal), plain = staged_model(mesh, direct),
+              located = staged_model(mesh, vertex);
   const PreparedMesh& surface = charted.surface;
   std::vector<std::uint32_t> triangle_of(mesh.faces.size() / 3, 0);
   for (std::size_t t = 0; t < surface.polygon.size(); ++t)
@@ -46,7 +50,6 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
       ring_seeds(surface.triangles, figures.quick ? 32 : 256, figures.seed);
 
   std::vector<ErrorSeries> box_errors, ring_errors;
-  const std::uint32_t most = figures.quick ? 1536 : 24576, runs = 3;
   const auto measure = [&](const char* name, const Model& model, const SampleParameters& parameters) {
     figures.note(fmt::format("  {}", name));
     ErrorSeries by_boxes{name, {}, {}}, by_rings{name, {}, {}};
@@ -72,7 +75,7 @@ void draw_one_mesh(FigureSet& figures, const FigureMesh& mesh, const EmbreeDevic
   measure("random", charted, random);
   measure("conformal", charted, conformal);
   measure("direct", plain, direct);
-  measure("curve vertices, first hit", charted, vertex);
+  measure("curve vertices, first hit", located, vertex);
   const std::string stem = "figure04_mesh_" + mesh.name;
   figures.plot(stem + "_boxes",
                error_plot(mesh.name + ": rotated boxes", box_errors, "RMS error of the share"),
