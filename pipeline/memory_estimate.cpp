@@ -67,6 +67,14 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
          lanes * static_cast<double>(geodesic_batch_bytes(vertices));
 }
 
+// Of one sample, while it is placed.
+double placed_bytes(const SampleParameters& parameters) {
+  if (parameters.place.sequence != SequenceKind::spaced) return bytes_per_sample;
+  const double places = spacing_parameters(parameters.place.spacing).candidates;
+  return bytes_per_sample + bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
+         places * bytes_per_place + (method_of(parameters).follows_tensor ? bytes_per_metric : 0.0);
+}
+
 }  // namespace
 
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads) {
@@ -92,12 +100,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     elements = pieces * bytes_per_balanced_piece + count * bytes_per_entry +
                in_blocks * (pieces + count) * bytes_per_block_item + samples * bytes_per_balanced_sample;
   }
-  double per_sample = bytes_per_sample;
-  if (parameters.place.sequence == SequenceKind::spaced)
-    per_sample += bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
-                  spacing_parameters(parameters.place.spacing).candidates * bytes_per_place +
-                  (method.follows_tensor ? bytes_per_metric : 0.0);
-  const double placed = samples * per_sample;
+  const double placed = samples * placed_bytes(parameters);
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = elements + placed;
   if (method.makes_charts) {
