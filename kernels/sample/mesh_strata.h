@@ -1,8 +1,6 @@
 // The strata of a mesh: intervals of its curve elements, or cells of balanced bisection.
 #pragma once
 
-#include <functional>
-
 #include "kernels/core/random.h"
 #include "kernels/density/density.h"
 #include "kernels/locate/element_cells.h"
@@ -11,9 +9,6 @@
 #include "kernels/sample/spaced_samples.h"
 
 namespace meander {
-
-// The metric at weights (of corners 1 and 2) of a triangle. Thread-safe. Empty: distances are those in space.
-using MetricAt = std::function<LocalMetric(std::uint32_t triangle, double b1, double b2)>;
 
 // Points of elements of a mesh; what both kinds of strata share. The mesh and all other arguments must
 // outlive it.

@@ -8,6 +8,7 @@
 #include "kernels/core/exact_division.h"
 #include "kernels/core/parallel.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
 

@@ -12,7 +12,6 @@
 #include "kernels/locate/elements.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/measured_mesh.h"
-#include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/samples.h"
 #include "kernels/sample/spaced_samples.h"
 

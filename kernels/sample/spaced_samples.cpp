@@ -517,8 +517,15 @@ class SpacedLevel {
     visit.places.resize(offered_.places());
     offered_.load(stratum, visit.places, 0);
     measure_room(stratum, visit);
+    // With no other sample within reach of any place, what lies within reach of one says nothing of its room.
+    const float limit = reach_[stratum] * reach_[stratum];
+    if (std::none_of(visit.squared.begin(), visit.squared.end(), [&](float d) { return d < limit; })) return;
+    // Of places that are equally good, the one where the sample is.
     float best = -INFINITY;
-    for (std::uint32_t k = 0; k < offered_.places(); ++k) {
+    const auto places = static_cast<std::uint32_t>(offered_.places());
+    const std::uint32_t first = number_[stratum];
+    for (std::uint32_t i = 0; i < places; ++i) {
+      const std::uint32_t k = (first + i) % places;
       const float room = room_at(k, stratum, true, visit);
       if (room <= best) continue;
       best = room;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -57,6 +58,9 @@ struct LocalMetric {
   std::array<std::array<float, 3>, 3> rows{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   float stretch = 1;  // >= 1
 };
+
+// The metric at weights (of corners 1 and 2) of a triangle. Thread-safe. Empty: distances are those in space.
+using MetricAt = std::function<LocalMetric(std::uint32_t triangle, double b1, double b2)>;
 
 // A surface in n strata of equal mass, one after the other along a path.
 class Strata {
