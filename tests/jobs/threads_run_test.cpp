@@ -29,7 +29,7 @@ void write_models(const std::filesystem::path& folder) {
   write_file(folder / "broken.off", "OFF\n3 1 0\n0 0\n");
 }
 
-void check_threads(const std::vector<std::string>& options) {
+void check_threads(const std::vector<std::string>& options, const char* samples = "3000") {
   const ScratchFolder scratch;
   write_models(scratch / "in");
   std::string expected;
@@ -41,7 +41,7 @@ void check_threads(const std::vector<std::string>& options) {
                                         "-o",
                                         store,
                                         "-n",
-                                        "3000",
+                                        samples,
                                         "-j",
                                         threads,
                                         "--timeout",
@@ -75,6 +75,9 @@ TEST_CASE("run: the same bytes with 1, 2 and 8 threads, balanced order over char
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, direct") { check_threads({"--method", "direct"}); }
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, anisotropic") {
   check_threads({"--method", "anisotropic"});
+}
+TEST_CASE("run: the same bytes with 1, 2 and 8 threads, spaced samples in several blocks of a sweep") {
+  check_threads({"--sequence", "spaced"}, "9000");
 }
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, all descriptors") {
   check_threads({"--method", "direct", "--describe", "d2,a3,d1,d3,d4,geodesic,basics"});
