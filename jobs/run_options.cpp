@@ -159,12 +159,6 @@ void add_report_options(Command report, RunOptions& options) {
 
 // Parameters of the method that no option changes directly.
 void record_constants(const SampleParameters& sample, ParameterTable& table) {
-  table.record("coarse_mean_distortion", coarse_mean_distortion);
-  table.compute("coarse_elements_per_sample",
-                [&sample] { return coarse_elements_per_sample(sample.place.samples); });
-  table.record("coarse_least_of_component", sample.coarsen.least_of_component);
-  table.record("coarse_least_triangles", sample.coarsen.least_triangles);
-  table.record("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
   table.record("curve_max_depth", sample.locator.curve.max_depth);
   table.record("density_quantile", sample.density.quantile);
   table.compute("elements_per_sample", [&sample] { return elements_per_sample(sample); });
@@ -179,6 +173,16 @@ void record_constants(const SampleParameters& sample, ParameterTable& table) {
   table.record("min_sheet_samples", sample.locator.min_sheet_samples);
 }
 
+// Of the charts of the method conformal.
+void record_coarse_charts(const SampleParameters& sample, ParameterTable& table) {
+  table.record("coarse_mean_distortion", coarse_mean_distortion);
+  table.compute("coarse_elements_per_sample",
+                [&sample] { return coarse_elements_per_sample(sample.place.samples); });
+  table.record("coarse_least_of_component", sample.coarsen.least_of_component);
+  table.record("coarse_least_triangles", sample.coarsen.least_triangles);
+  table.record("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
+}
+
 // Members that only some runs record.
 std::string parameters_json(const RunOptions& options, const RunOptionTexts& texts) {
   ParameterTable table = texts.table;
@@ -186,6 +190,7 @@ std::string parameters_json(const RunOptions& options, const RunOptionTexts& tex
   const PlaceParameters& place = options.sample.place;
   if (place.sequence == SequenceKind::spaced)
     table.compute("spacing", [&place] { return text_of(spacing_words, place.spacing); });
+  if (options.sample.method == MethodChoice::conformal) record_coarse_charts(options.sample, table);
   if (method_of(options.sample).follows_tensor) table.append(texts.tensor_table);
   return table.json();
 }

@@ -9,6 +9,7 @@
 #include "kernels/analyse/bounds_tree.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
+#include "kernels/core/rotation.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -151,14 +152,12 @@ class AreaTree {
 };
 
 // Rows of the rotation of the unit quaternion that three uniform numbers give (Shoemake 1992).
-std::array<Vector3, 3> random_rotation(double u0, double u1, double u2) {
+Rotation rotation_from_uniform(double u0, double u1, double u2) {
   const double turn = 2 * std::numbers::pi;
   const double s = std::sqrt(1 - u0), c = std::sqrt(u0);
   const double x = s * std::sin(turn * u1), y = s * std::cos(turn * u1);
   const double z = c * std::sin(turn * u2), w = c * std::cos(turn * u2);
-  return {Vector3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-          Vector3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-          Vector3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+  return rotation_of(x, y, z, w);
 }
 
 // Draw `draw` of box `index`; the share is not set.
@@ -171,7 +170,7 @@ RotatedBox draw_box(const AreaTree& surface, const BoxParameters& parameters, Ra
     u[2 * i + 1] = pair.second;
   }
   RotatedBox box;
-  box.axes = random_rotation(u[0], u[1], u[2]);
+  box.axes = rotation_from_uniform(u[0], u[1], u[2]);
   box.centre = surface.point_at(u[3], {u[4], u[5]});
   for (std::size_t k = 0; k < 3; ++k) {
     box.half[k] = surface.diagonal() * (parameters.half_size_min + parameters.half_size_span * u[6 + k]);

@@ -15,6 +15,13 @@ constexpr Vector3 rotated(const Rotation& rows, const Vector3& v) {
   return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
 }
 
+// That of a unit quaternion.
+constexpr Rotation rotation_of(double x, double y, double z, double w) {
+  return {Vector3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+          Vector3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+          Vector3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+}
+
 // Uniform on all rotations: the unit quaternion along a uniform point of the ball (Marsaglia 1972, "Choosing
 // a point from the surface of a sphere"). Pure, by arithmetic and a root alone: the same on every machine.
 inline Rotation random_rotation(RandomKey key, Stream stream) {
@@ -33,9 +40,7 @@ inline Rotation random_rotation(RandomKey key, Stream stream) {
     w = scale * q[3];
     break;
   }
-  return {Vector3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-          Vector3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-          Vector3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+  return rotation_of(x, y, z, w);
 }
 
 }  // namespace meander

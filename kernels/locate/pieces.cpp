@@ -45,10 +45,7 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
                                    RandomKey key) {
   const UnitPair uniform =
       random_pair(key, Stream::element_key, static_cast<std::uint64_t>(triangle) << 32 | path);
-  const double root = std::sqrt(uniform.first);
-  const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
-  return {w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2],
-          w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
+  return uniform_point(piece, uniform.first, uniform.second);
 }
 
 bool is_needle(const PlainPiece& piece, double mass, double limit) {

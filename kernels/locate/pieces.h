@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -68,6 +69,9 @@ struct TriangleSource {
   double area;
   bool uniform;  // density 1 everywhere
 
+  double density_at(double b1, double b2) const {
+    return (1 - b1 - b2) * density[0] + b1 * density[1] + b2 * density[2];
+  }
   Vector3 at(double b1, double b2) const {
     return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
   }
@@ -80,10 +84,7 @@ inline double piece_mass(const TriangleSource& source, const Piece& piece, int b
   const double share = std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
   if (source.uniform) return source.area * share;
   double mean = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double b1 = piece.b1[k], b2 = piece.b2[k];
-    mean += (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
-  }
+  for (std::size_t k = 0; k < 3; ++k) mean += source.density_at(piece.b1[k], piece.b2[k]);
   return source.area * share * mean / 3;
 }
 
@@ -94,6 +95,14 @@ inline std::array<double, 2> centroid(const Piece& piece) {
 
 inline Vector3 centroid(const PlainPiece& piece) {
   return (1.0 / 3) * (piece.corner[0] + piece.corner[1] + piece.corner[2]);
+}
+
+// Those of the point of it that two uniform numbers in [0, 1) choose: uniform over the piece.
+inline std::array<double, 2> uniform_point(const Piece& piece, double first, double second) {
+  const double root = std::sqrt(first);
+  const double w1 = root * (1 - second), w2 = root * second, w0 = 1 - root;
+  return {w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2],
+          w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
 }
 
 // Those of a uniformly random point of it; a pure function of (key, triangle, path).

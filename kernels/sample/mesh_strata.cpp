@@ -15,10 +15,6 @@ constexpr std::size_t ordered_draws = 3;
 
 double unit_from(std::uint32_t word) { return word * 0x1p-32; }
 
-double density_at(const TriangleSource& source, double b1, double b2) {
-  return (1 - b1 - b2) * source.density[0] + b1 * source.density[1] + b2 * source.density[2];
-}
-
 }  // namespace
 
 void MeshStrata::open(std::uint32_t triangle, std::uint32_t path, OpenElement& element) const {
@@ -32,24 +28,22 @@ void MeshStrata::open(std::uint32_t triangle, std::uint32_t path, OpenElement& e
   element.largest = 0;
   for (std::size_t k = 0; k < 3; ++k)
     element.largest =
-        std::max(element.largest, density_at(element.source, element.piece.b1[k], element.piece.b2[k]));
+        std::max(element.largest, element.source.density_at(element.piece.b1[k], element.piece.b2[k]));
 }
 
 StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& draw) const {
   const TriangleSource& source = element.source;
-  const Piece& piece = element.piece;
   StratumPoint point;
   point.triangle = element.triangle;
   point.path = element.path;
   // words[0] has chosen the element.
   std::array<std::uint32_t, 3> words = {draw.words[1], draw.words[2], draw.words[3]};
   for (std::uint32_t trial = 1;; ++trial) {
-    const double root = std::sqrt(unit_from(words[0])), second = unit_from(words[1]);
-    const double w0 = 1 - root, w1 = root * (1 - second), w2 = root * second;
-    point.first = w0 * piece.b1[0] + w1 * piece.b1[1] + w2 * piece.b1[2];
-    point.second = w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2];
+    const auto weights = uniform_point(element.piece, unit_from(words[0]), unit_from(words[1]));
+    point.first = weights[0];
+    point.second = weights[1];
     if (source.uniform || trial == max_trials) break;
-    if (unit_from(words[2]) * element.largest <= density_at(source, point.first, point.second)) break;
+    if (unit_from(words[2]) * element.largest <= source.density_at(point.first, point.second)) break;
     const PhiloxBlock next =
         random_words(key_, Stream::stratum_retry, draw.index, draw.number * max_trials + trial);
     words = {next[0], next[1], next[2]};
@@ -57,7 +51,7 @@ StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& d
   const Vector3 at = source.at(point.first, point.second) - origin_;
   point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
   if (!source.uniform)
-    point.density = std::max(static_cast<float>(density_at(source, point.first, point.second)), 1e-30f);
+    point.density = std::max(static_cast<float>(source.density_at(point.first, point.second)), 1e-30f);
   return point;
 }
 

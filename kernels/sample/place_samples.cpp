@@ -82,10 +82,9 @@ struct Placer {
     Draw result{p.b1[0], p.b2[0], counter};
     for (int trial = 0; trial < max_trials; ++trial) {
       const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
-      const double root = std::sqrt(uniform.first);
-      const double w1 = root * (1 - uniform.second), w2 = root * uniform.second, w0 = 1 - root;
-      result.b1 = w0 * p.b1[0] + w1 * p.b1[1] + w2 * p.b1[2];
-      result.b2 = w0 * p.b2[0] + w1 * p.b2[1] + w2 * p.b2[2];
+      const auto weights = uniform_point(p, uniform.first, uniform.second);
+      result.b1 = weights[0];
+      result.b2 = weights[1];
       if (smallest == largest) break;
       const double accept = random_pair(key, Stream::element_point, rank, result.next_counter++).first;
       if (accept * largest <= density_at(triangle, result.b1, result.b2)) break;

@@ -304,7 +304,7 @@ class SpacedLevel {
         near_begin_(blocks_.count),
         near_((blocks_.count + draw_block - 1) / draw_block),
         sample_(blocks_.count),
-        number_(blocks_.count, none) {
+        number_(blocks_.count) {
     for (std::uint32_t s = 0; s < blocks_.count; ++s) {
       const float extent = offered_.extent(s), around = in_space(s, reach_[s]);
       torn_[s] = extent > torn_extent * around;
@@ -354,7 +354,7 @@ class SpacedLevel {
   PlaceName name(std::uint32_t stratum) const { return {level_, stratum, number_[stratum]}; }
 
  private:
-  static constexpr std::uint32_t held = 0xFFFFFFFFu, none = 0xFFFFFFFEu;
+  static constexpr std::uint32_t held = 0xFFFFFFFFu;
   enum class Goal : std::uint8_t { room, distance };
 
   // What visiting strata needs.
@@ -674,14 +674,7 @@ class SpacedLevel {
   std::vector<std::uint32_t> near_begin_;         // in the list of their block,
   std::vector<std::vector<std::uint32_t>> near_;  // one for every draw_block strata
   std::vector<Point> sample_;
-  std::vector<std::uint32_t> number_;  // of the place of the sample, or held or none
-};
-
-// What is known of the sample in each leaf so far.
-struct LeafSample {
-  Point at;
-  PlaceName name;
-  bool placed = false;
+  std::vector<std::uint32_t> number_;  // of the place of the sample, or held
 };
 
 class SpacedSet {
@@ -692,7 +685,9 @@ class SpacedSet {
         cancel_(cancel),
         offer_{key, parameters, Levels(strata.count())},
         leaves_(offer_leaves(strata, offer_, cancel)),
-        leaf_(strata.count()) {}
+        placed_(strata.count()) {
+    samples_.point.resize(strata.count());
+  }
 
   void place_along_path() {
     std::vector<std::uint32_t> all(strata_.count());
@@ -724,19 +719,7 @@ class SpacedSet {
     }
   }
 
-  SpacedSamples take() {
-    SpacedSamples samples;
-    samples.rank_of_index = std::move(order_);
-    samples.point.resize(leaf_.size());
-    parallel_blocks(leaf_.size(), draw_block, [&](std::size_t begin, std::size_t end) {
-      cancel_.check();
-      for (std::size_t leaf = begin; leaf < end; ++leaf) {
-        const PointDraw draw = offer_.draw(leaf_[leaf].name);
-        strata_.draw(std::span(&draw, 1), std::span(&samples.point[leaf], 1));
-      }
-    });
-    return samples;
-  }
+  SpacedSamples take() { return std::move(samples_); }
 
  private:
   // Where only few strata of the level before the last have two leaves, a second sample would find no room
@@ -754,27 +737,30 @@ class SpacedSet {
     const OfferedStrata coarser =
         is_last ? OfferedStrata(0, 0, true) : offer_blocks(leaves_, level, offer_, cancel_);
     SpacedLevel samples(strata_, is_last ? leaves_ : coarser, level, offer_, cancel_);
-    for (std::uint32_t leaf = 0; leaf < leaf_.size(); ++leaf)
-      if (leaf_[leaf].placed) samples.hold(blocks.block_of(leaf), leaf_[leaf].at);
+    for (std::uint32_t leaf = 0; leaf < placed_.size(); ++leaf)
+      if (placed_[leaf]) samples.hold(blocks.block_of(leaf), point_at(samples_.point[leaf]));
     samples.space_out();
-    for (const std::uint32_t stratum : order) {
-      const PlaceName name = samples.name(stratum);
-      // The point itself, not the packed place: samples of later levels keep their distance from it.
-      const PointDraw draw = offer_.draw(name);
-      StratumPoint point;
-      strata_.draw(std::span(&draw, 1), std::span(&point, 1));
-      const auto leaf = static_cast<std::uint32_t>(draw.at);
-      leaf_[leaf] = {point_at(point), name, true};
-      order_.push_back(leaf);
-    }
+    // The points themselves, not packed places: samples of later levels keep their distance from these.
+    const std::size_t before = samples_.rank_of_index.size();
+    samples_.rank_of_index.resize(before + order.size());
+    parallel_blocks(order.size(), draw_block, [&](std::size_t begin, std::size_t end) {
+      cancel_.check();
+      for (std::size_t i = begin; i < end; ++i) {
+        const PointDraw draw = offer_.draw(samples.name(order[i]));
+        const auto leaf = static_cast<std::uint32_t>(draw.at);
+        strata_.draw(std::span(&draw, 1), std::span(&samples_.point[leaf], 1));
+        placed_[leaf] = 1;
+        samples_.rank_of_index[before + i] = leaf;
+      }
+    });
   }
 
   // The blocks of a level that hold no sample, in the order in which their parents are divided.
   std::vector<std::uint32_t> free_children(int level, std::uint32_t mask) const {
     const LeafBlocks blocks = offer_.levels.blocks(level);
     std::vector<std::uint8_t> taken(blocks.count, 0);
-    for (std::uint32_t leaf = 0; leaf < leaf_.size(); ++leaf)
-      if (leaf_[leaf].placed) taken[blocks.block_of(leaf)] = 1;
+    for (std::uint32_t leaf = 0; leaf < placed_.size(); ++leaf)
+      if (placed_[leaf]) taken[blocks.block_of(leaf)] = 1;
     std::vector<std::uint32_t> free;
     for (const std::uint32_t parent : parent_order(level - 1, mask))
       free.push_back(2 * parent + (taken[2 * std::size_t{parent}] ? 1 : 0));
@@ -783,11 +769,10 @@ class SpacedSet {
 
   // Adds the leaves without a sample that are not there yet, in the order of progressive_order.
   void add_free_leaves(std::uint32_t mask, std::vector<std::uint32_t>& order) const {
-    std::vector<std::uint8_t> taken(leaf_.size());
-    for (std::size_t leaf = 0; leaf < leaf_.size(); ++leaf) taken[leaf] = leaf_[leaf].placed;
+    std::vector<std::uint8_t> taken = placed_;
     for (const std::uint32_t leaf : order) taken[leaf] = 1;
     std::vector<std::uint32_t> rest;
-    for (std::uint32_t leaf = 0; leaf < leaf_.size(); ++leaf)
+    for (std::uint32_t leaf = 0; leaf < taken.size(); ++leaf)
       if (!taken[leaf]) rest.push_back(leaf);
     for (const std::uint32_t i : masked_order(static_cast<std::uint32_t>(rest.size()), mask))
       order.push_back(rest[i]);
@@ -797,8 +782,8 @@ class SpacedSet {
   const CancelToken& cancel_;
   Offer offer_;
   OfferedStrata leaves_;
-  std::vector<LeafSample> leaf_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint8_t> placed_;  // leaves that have their sample
+  SpacedSamples samples_;
 };
 
 }  // namespace

@@ -28,8 +28,8 @@ struct SpacingParameters {
   std::uint32_t separations = 8;  // passes over them, 0..64; each is offered as many new places
 };
 
-// fast: half the time, spacing .5 of the hexagonal lattice; standard: .65; best: four times the time, .7 and
-// the lowest error (docs/METHODS.md 7.5 has the numbers).
+// fast: two thirds of the time of standard, spacing about .5 of the hexagonal lattice; standard: .67; best:
+// two and a half times the time, .7 and the lowest error (docs/METHODS.md 7.5 has the numbers).
 enum class SpacingKind : std::uint8_t { fast, standard, best };
 SpacingParameters spacing_parameters(SpacingKind kind);
 
@@ -93,8 +93,9 @@ struct SpacedSamples {
 // are in the order of the strata.
 //
 // Pure in (strata, key, parameters), the same for every thread count: large sets are swept in blocks, which
-// see the others as they were before, in two turns. Cost: about 7 us a sample (twice that where progressive);
-// 190 bytes a sample with 16 candidates. Throws std::invalid_argument for parameters that `validate` refuses.
+// see the others as they were before, in two turns. Cost: about 8 us a sample (12 where progressive);
+// some 260 bytes a sample with 16 candidates. Throws std::invalid_argument for parameters that `validate`
+// refuses.
 SpacedSamples space_samples(const Strata& strata, bool progressive, RandomKey key,
                             const SpacingParameters& parameters, const CancelToken& cancel = {});
 

@@ -8,9 +8,9 @@ namespace meander {
 
 namespace {
 
-// A key: level, 17 bits each of a brick's z, y and x, and 6 bits for the cell in the brick.
 constexpr double least_cell = 0x1p-50;
-constexpr std::size_t most_level = 54;  // cells of that level are larger than everything
+
+// The key of a cell ends in 6 bits for its place in the brick.
 std::uint64_t bit_of(std::uint64_t cell) { return std::uint64_t{1} << (cell & 63); }
 
 // The cells of a brick that lie from a to b along one axis.
@@ -34,7 +34,8 @@ constexpr auto slabs = [] {
 }  // namespace
 
 std::uint64_t StratumGrid::brick_key(std::int64_t x, std::int64_t y, std::int64_t z, std::size_t level) {
-  // Bricks 2^17 apart have the same key: what is found there is too far away, and is not kept.
+  // Level, 17 bits each of z, y and x. Bricks 2^17 apart have the same key: what is found there is too far
+  // away, and is not kept.
   const auto bits = [](std::int64_t c) { return static_cast<std::uint64_t>(c) & 0x1FFFF; };
   return static_cast<std::uint64_t>(level) << 51 | bits(z) << 34 | bits(y) << 17 | bits(x);
 }

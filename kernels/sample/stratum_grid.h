@@ -50,8 +50,9 @@ class StratumGrid {
     std::array<std::int64_t, 3> low, high;
   };
 
-  static constexpr double half_box = 0.75;  // of the largest box of a level, in its cells
-  static constexpr double most_cells = 6;   // that a stratum looks across
+  static constexpr std::size_t most_level = 54;  // its cells are larger than everything
+  static constexpr double half_box = 0.75;       // of the largest box of a level, in its cells
+  static constexpr double most_cells = 6;        // that a stratum looks across
   static std::uint64_t brick_key(std::int64_t x, std::int64_t y, std::int64_t z, std::size_t level);
   static std::uint64_t cells_between(std::int64_t first, std::int64_t last, std::size_t axis);
 
@@ -61,8 +62,8 @@ class StratumGrid {
   template <class Visit>
   void visit_cells(const CellBox& box, std::size_t level, const Visit& visit) const;
 
-  std::array<double, 55> cell_{}, per_unit_{};  // by level: edge, and its inverse
-  std::vector<Brick> bricks_;                   // open addressing
+  std::array<double, most_level + 1> cell_{}, per_unit_{};  // by level: edge, and its inverse
+  std::vector<Brick> bricks_;                               // open addressing
   std::size_t brick_count_ = 0;
   std::uint64_t levels_ = 0;                   // those in use
   std::vector<std::uint64_t> cell_of_;         // by stratum, until it is built
