@@ -138,7 +138,8 @@ TEST_CASE("describe: rows that no time is left for are 0 and named, and the stor
   const Collection c;
   for (const char* descriptors : {"d1,a3", "d2,geodesic"}) {
     c.sample("s.h5", {"--fresh"});
-    std::vector<std::string> arguments = {"--descriptors", descriptors, "--timeout", "0.000001s"};
+    // One nanosecond: less than lies between any two readings of the clock.
+    std::vector<std::string> arguments = {"--descriptors", descriptors, "--timeout", "0.000000001s"};
     if (contains(descriptors, "geodesic")) arguments.insert(arguments.begin(), c.in);
     const ProcessResult result = c.describe("s.h5", arguments);
     INFO(result.err << result.out);

@@ -300,7 +300,7 @@ TEST_CASE("second run: a polite stop leaves no suspects") {
 
 TEST_CASE("run: --max-failures says that it is the reason, and counts over restarts") {
   const Collection c;
-  for (int i = 0; i < 8; ++i) write_file(c.in / ("bad" + std::to_string(i) + ".off"), "OFF\n0 0 0\n");
+  for (int i = 0; i < 40; ++i) write_file(c.in / ("bad" + std::to_string(i) + ".off"), "OFF\n0 0 0\n");
   const ProcessResult first = c.run({"--max-failures", "3", "-j", "1"});
   INFO(first.err);
   CHECK(first.exit_code == 75);
@@ -312,7 +312,7 @@ TEST_CASE("run: --max-failures says that it is the reason, and counts over resta
   const ProcessResult third = c.run({"--max-failures", "6", "-j", "1"});
   CHECK(third.exit_code == 75);
   CHECK(says(third, "7 models failed"));
-  CHECK(c.run({"--max-failures", "8"}).exit_code == 3);
+  CHECK(c.run({"--max-failures", "40"}).exit_code == 3);
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
