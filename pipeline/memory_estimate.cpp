@@ -111,9 +111,10 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   if (places_in_regions(parameters)) {
     const double coarse = samples / samples_per_piece;
     const auto region = static_cast<double>(samples_per_region(order_of(parameters)));
+    const double at_once = std::min<double>(threads, std::ceil(samples / region));
     const double own_triangles = std::min(triangles, triangles * region / samples + spread * region);
     elements = elements_of(coarse, triangles, 1) + (triangles + spread * coarse) * bytes_per_region_piece +
-               threads * elements_of(region, own_triangles, per_sample);
+               at_once * elements_of(region, own_triangles, per_sample);
   } else {
     elements = elements_of(samples, triangles, per_sample);
   }
