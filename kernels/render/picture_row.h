@@ -21,8 +21,8 @@ struct PictureRowParameters {
   double line_size = 2;     // 0.5..20 both
 };
 
-// All pictures have the same height, or those that are lower stand at the top. White background. No picture
-// gives one of size 0 x 0. O(pixels). Pure.
+// White background; pictures that are lower than others stand at the top, texts that are wider than their
+// picture are made smaller. No picture gives one of size 0 x 0. O(pixels). Pure.
 RgbImage picture_row(std::span<const CaptionedPicture> pictures, const PictureRowParameters& parameters = {});
 
 }  // namespace meander

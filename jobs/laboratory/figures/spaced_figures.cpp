@@ -41,6 +41,7 @@ void add_value(Plot& plot, std::size_t method, std::uint32_t count, double value
     plot.series.back().name = compared_methods[method].name;
     plot.series.back().colour = method;
     plot.series.back().marker_size = 2;
+    if (method == spaced_method) plot.series.back().line_width = 3;
   }
   plot.series[method].x.push_back(count);
   plot.series[method].y.push_back(value);
@@ -123,7 +124,8 @@ void draw_differences(FigureSet& figures, const std::string& name, const Compare
     const RadialProfile profile = radial_differences(map, ratio, 2);
     plot.series.push_back(profile_series(compared_methods[m].name, profile, profile.mean, map.cell()));
     plot.series.back().colour = m;
-    maps.push_back({grey_map(ratio, map.side(), 2, 200), compared_methods[m].name, {}});
+    if (m == spaced_method) plot.series.back().line_width = 3;
+    maps.push_back({grey_map(ratio, map.side(), 2, 256), compared_methods[m].name, {}});
   }
   const std::string stem = "spaced_" + name + "_differences";
   figures.picture(stem, picture_row(maps, row_look()),
@@ -168,6 +170,7 @@ void draw_spectra_of_sets(FigureSet& figures) {
     anisotropy.series.push_back(
         profile_series(compared_methods[m].name, profile, profile.anisotropy_db, 1 / root));
     power.series.back().colour = anisotropy.series.back().colour = m;
+    if (m == spaced_method) power.series.back().line_width = 3;
     if (m == random_method || is_mapped(m))
       maps.push_back({grey_map(map, spectrum.side(), 2, 200), compared_methods[m].name, {}});
   }

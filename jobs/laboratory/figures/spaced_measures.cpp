@@ -33,11 +33,15 @@ ComparedSet ComparedModel::set(const ComparedMethod& method, std::uint32_t count
   parameters.place.sequence = method.sequence;
   parameters.place.order = method.order;
   parameters.place.spacing = method.spacing;
+  set_samples(parameters, method.eliminated ? candidates_per_sample * count : count);
+  parameters.seed = seed;
+  Model model = staged_;
+  model.key = make_random_key(seed, {});
   const auto start = std::chrono::steady_clock::now();
-  const Row row = sampled_row(staged_, parameters, method.eliminated ? candidates_per_sample * count : count,
-                              seed, device_);
-  ComparedSet set{working_points(row.report, row.samples.points, staged_.surface),
-                  {row.samples.normals.begin(), row.samples.normals.end()}};
+  run_stages(placing_stages(parameters, &device_), model);
+  const Samples& samples = model.row.samples;
+  ComparedSet set{working_points(model.row.report, samples.points, staged_.surface),
+                  {samples.normals.begin(), samples.normals.end()}};
   if (method.eliminated) {
     const std::vector<std::uint32_t> kept = eliminate_samples(set.points, count, staged_.surface.total_area);
     set.points = chosen(set.points, kept);

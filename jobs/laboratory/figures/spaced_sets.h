@@ -25,10 +25,10 @@ inline constexpr std::array<ComparedMethod, 8> compared_methods = {{
     {"stratified", SequenceKind::stratified},
     {"shifted", SequenceKind::shifted},
     {"sample elimination", SequenceKind::random, OrderKind::curve, SpacingKind::standard, true},
-    {"spaced, fast", SequenceKind::spaced, OrderKind::curve, SpacingKind::fast},
+    {"spaced fast", SequenceKind::spaced, OrderKind::curve, SpacingKind::fast},
     {"spaced", SequenceKind::spaced},
-    {"spaced, best", SequenceKind::spaced, OrderKind::curve, SpacingKind::best},
-    {"spaced, progressive", SequenceKind::spaced, OrderKind::progressive},
+    {"spaced best", SequenceKind::spaced, OrderKind::curve, SpacingKind::best},
+    {"spaced progressive", SequenceKind::spaced, OrderKind::progressive},
 }};
 inline constexpr std::size_t random_method = 0, eliminated_method = 3, spaced_method = 5;
 
