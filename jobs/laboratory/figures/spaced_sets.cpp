@@ -88,7 +88,7 @@ void draw_on(FigureSet& figures, const FigureMesh& mesh) {
   };
   add(random_method, "random", "independent points");
   add(eliminated_method, "Poisson disk", "sample elimination");
-  add(spaced_method, "spaced", "--sequence spaced");
+  add(spaced_method, "spaced", "--sequence spaced --order curve");
   trim(pictures);
   PictureRowParameters look;
   look.gap = 30;
