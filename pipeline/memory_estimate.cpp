@@ -110,7 +110,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   double elements = 0;
   if (places_in_regions(parameters)) {
     const double coarse = samples / samples_per_piece;
-    const auto region = static_cast<double>(samples_per_region(order_of(parameters)));
+    const auto region = static_cast<double>(samples_per_region(element_parameters(parameters)));
     const double at_once = std::min<double>(threads, std::ceil(samples / region));
     const double own_triangles = std::min(triangles, triangles * region / samples + spread * region);
     elements = elements_of(coarse, triangles, 1) + (triangles + spread * coarse) * bytes_per_region_piece +

@@ -254,9 +254,11 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   EncodedRow encoded;
   encoded.row = row_number;
   std::vector<std::byte>& out = encoded.bytes;
-  // Points, normals, corners 12 bytes a sample, barycentric 8, three of 4; filtered chunks hardly exceed it.
+  std::size_t bytes_per_sample = 2;  // and those of the datasets; filtered chunks are hardly larger
+  for (const DatasetSpec& spec : fixed_datasets(header.content))
+    if (spec.role == Role::samples) bytes_per_sample += value_bytes(spec);
   out.reserve(record_header_bytes + payload_head_bytes(header) +
-              (ok ? std::size_t{header.samples} * 58 + 1024 : 0));
+              (ok ? header.samples * bytes_per_sample + 1024 : 0));
   out.resize(record_header_bytes + item_record().bytes);
   for (const auto& [spec, offset] : item_record().columns)
     spec->put_item(report, out.data() + record_header_bytes + offset);

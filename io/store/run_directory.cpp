@@ -228,7 +228,9 @@ struct RunDirectory::State {
   void seal(std::uint64_t shard) {
     const fs::path temporary = with_suffix(shard_path(shard), ".new");
     const auto read = [&](std::uint64_t row, std::size_t most, std::vector<std::byte>& payload) {
-      payload.resize(static_cast<std::size_t>(std::min<std::uint64_t>(most, length[row])));
+      const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(most, length[row]));
+      if (payload.capacity() < bytes) payload = std::vector<std::byte>();  // room for one row, not for two
+      payload.resize(bytes);
       if (journals.read(shard, offset[row] + record_header_bytes, payload) < payload.size())
         throw RunError(RunError::Kind::unusable,
                        fmt::format("the journal of shard {} was truncated by another program", shard));

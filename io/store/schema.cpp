@@ -47,13 +47,18 @@ std::span<std::byte> room(Samples& samples, std::size_t count) {
 }
 
 template <auto Member>
+void free_array(Samples& samples) {
+  auto freed = std::move(samples.*Member);
+}
+
+template <auto Member>
 DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width, const char* unit,
                          const char* doc, const char* link = "") {
   DatasetSpec spec{path, Role::samples, type, width, type == ElementType::f32 ? not_a_number : all_ones,
                    unit, doc,           link};
   spec.samples_view = view<Member>;
   spec.samples_room = room<Member>;
-  spec.samples_free = [](Samples& samples) { (samples.*Member) = std::remove_reference_t<decltype(samples.*Member)>(); };
+  spec.samples_free = free_array<Member>;
   return spec;
 }
 

@@ -49,9 +49,8 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
   return path[entry.element()] << bisections | (entry.part() - (1u << bisections));
 }
 
-ElementCells cells_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
-                        std::uint64_t cells, double limit, const ElementParameters& parameters,
-                        const CancelToken& cancel) {
+ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
+                        double limit, const ElementParameters& parameters, const CancelToken& cancel) {
   const bool is_split =
       source.hits.empty() &&
       splits_pieces(parameters, !source.places.any() && source.surface.in_space(), source.density.uniform());

@@ -15,13 +15,18 @@
 
 namespace meander {
 
-// The same for all regions of a surface. A view but for groups and normals: what it is made of must outlive
-// it.
+// A part of a surface.
+struct SurfaceRegion {
+  std::vector<SurfacePiece> piece;
+  std::size_t expected_elements = 0;  // about so many, to make room for
+};
+
+// The same for all regions of a surface. Mesh, density, charts and hits must outlive it.
 struct ElementSource {
   MeasuredMesh surface;
   const Density& density;
   ChartPlaces places;
-  std::span<const std::uint32_t> hits;  // TriangleHints::hits
+  std::span<const std::uint32_t> hits;  // TriangleHints::hits; regions take no notice of them
   std::vector<std::uint32_t> group;     // sheet_groups
   std::vector<float> normal;            // 3 T, unit, for the balanced order in space; else empty
   RandomKey key;
@@ -32,14 +37,18 @@ struct ElementSource {
                 ElementOrder order, RandomKey random_key);
 };
 
-// The pieces of the whole surface (see cut_all), or those that its pieces are cut into.
+// The pieces of the whole surface (see cut_all), or those that a region's pieces are cut into.
 template <class Make>
-auto cut_source(const ElementSource& source, const std::vector<SurfacePiece>* region, double limit,
-                const Make& make, const CancelToken& cancel) {
+auto cut_source(const ElementSource& source, const SurfaceRegion* region, double limit, const Make& make,
+                const CancelToken& cancel) {
   if (region == nullptr) return cut_all(source.surface, source.density, source.hits, limit, make, cancel);
   auto record = make();
+  record.reserve(region->expected_elements);
   PieceCutter cutter(source.surface, source.density, {}, limit, record);
-  for (const SurfacePiece& piece : *region) cutter.cut(piece);
+  for (std::size_t i = 0; i < region->piece.size(); ++i) {
+    if (i % sum_block == 0) cancel.check();
+    cutter.cut(region->piece[i]);
+  }
   return record;
 }
 
@@ -47,11 +56,9 @@ struct ElementCells;
 
 // The elements or cells of a region, or of the whole surface (null): what build_elements and build_cells
 // return, of pieces of at most `limit`. Throw what these throw.
-CurveElements elements_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
-                            double limit, const ElementParameters& parameters,
-                            const CancelToken& cancel = {});
-ElementCells cells_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
-                        std::uint64_t cells, double limit, const ElementParameters& parameters,
-                        const CancelToken& cancel = {});
+CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
+                            const ElementParameters& parameters, const CancelToken& cancel = {});
+ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
+                        double limit, const ElementParameters& parameters, const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -239,8 +239,8 @@ void check_count(std::size_t elements, std::size_t most) {
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
-CurveElements elements_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
-                            double limit, const ElementParameters& parameters, const CancelToken& cancel) {
+CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
+                            const ElementParameters& parameters, const CancelToken& cancel) {
   if (!source.places.any()) {
     const PlacedPieces pieces = cut_source(
         source, region, limit,

@@ -53,7 +53,7 @@ constexpr CurveKind curve_of(ElementOrder order) {
 
 struct ElementParameters {
   std::uint64_t samples = 2048;    // N, >= 1
-  double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N); 1..64 (of
+  double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N), >= 1 (of
                                    // build_cells in small cells only)
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
@@ -75,11 +75,12 @@ struct TriangleHints {
 // Bisects every triangle of positive mass by its longest edge (MeasuredMesh::length) until each piece is
 // light enough, and, where the mesh has a metric, no needle in it (down to 1/8 of the mass); keys every piece
 // by a uniformly random point of it (its curve vertex) and sorts: by component, sheet, curve key of the
-// chart, 3-D Hilbert key, triangle, path. Components whose chart is Method::none (and all, when `charts` is
-// empty: the method `direct`, without regard to components) are ordered by the 3-D Hilbert key of their
-// pieces' centroids alone. For ElementOrder::balanced see build_cells (element_cells.h). The masses of a
-// triangle's elements sum to its exact mass. O(E log E); 100 bytes an element at the peak. Throws
-// ItemError(zero_density) when the total is zero. Deterministic for every thread count.
+// chart, 3-D Hilbert key, triangle, path (elements of a region, then as its pieces follow each other).
+// Components whose chart is Method::none (and all, when `charts` is empty: the method `direct`, without
+// regard to components) are ordered by the 3-D Hilbert key of their pieces' centroids alone. For
+// ElementOrder::balanced see build_cells (element_cells.h). The masses of a triangle's elements sum to its
+// exact mass. O(E log E); 100 bytes an element at the peak. Throws ItemError(zero_density) when the total is
+// zero. Deterministic for every thread count.
 CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
                              const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                              const CancelToken& cancel = {});

@@ -14,7 +14,8 @@
 
 namespace meander {
 
-// A path is 1 followed by one bit a bisection. No run needs more than 2^30 pieces of one triangle.
+// A path is 1 followed by one bit a bisection. A triangle has 2^30 pieces at most; what asks for more gets
+// heavier ones.
 inline constexpr int most_bisections = 30;
 inline constexpr std::uint32_t deepest_path = 1u << most_bisections;
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 
+#include "kernels/core/parallel.h"
 #include "kernels/locate/placed_pieces.h"
 
 namespace meander {
@@ -37,25 +38,31 @@ void divide_curve(const CurveElements& elements, SurfaceRegions& regions) {
       const double from = elements.cumulative[i], mass = elements.cumulative[i + 1] - from;
       const double held = std::min(end, from + mass) - std::max(begin, from);
       if (held > 0)
-        regions.region[r].push_back({elements.triangle[i], elements.path[i], std::min(held / mass, 1.0)});
+        regions.region[r].piece.push_back(
+            {elements.triangle[i], elements.path[i], std::min(held / mass, 1.0)});
     }
   }
 }
 
 void take_cells(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
-                SurfaceRegions& regions) {
+                SurfaceRegions& regions, const CancelToken& cancel) {
   const std::uint64_t strata = regions.parameters.samples;
   const std::size_t count = cells.count();
   for (std::size_t r = 0; r < count; ++r) {
+    const std::uint64_t leaf = cells.cells.cell[r].leaf;
+    regions.first_stratum[r + 1] =
+        regions.first_stratum[r] + (leaf + 1) * strata / count - leaf * strata / count;
+  }
+  parallel_tasks(count, [&](std::size_t r) {
+    cancel.check();
     const Cell& cell = cells.cells.cell[r];
-    const std::uint64_t held = (cell.leaf + std::uint64_t{1}) * strata / count - cell.leaf * strata / count;
-    regions.first_stratum[r + 1] = regions.first_stratum[r] + held;
+    regions.region[r].piece.reserve(cell.entries);
     for (const CellEntry& entry : cells.cells.entries(cell)) {
       const std::uint32_t triangle = cells.triangle[entry.element()], path = cells.path_of(entry);
       const double share = cells.cells.mass(entry) / mass_of(surface, density, triangle, path);
-      if (share > 0) regions.region[r].push_back({triangle, path, std::min(share, 1.0)});
+      if (share > 0) regions.region[r].piece.push_back({triangle, path, std::min(share, 1.0)});
     }
-  }
+  });
 }
 
 }  // namespace
@@ -64,7 +71,7 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
                              const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                              const CancelToken& cancel) {
   const std::uint64_t strata = parameters.samples;
-  const std::uint64_t most = samples_per_region(parameters.order);
+  const std::uint64_t most = samples_per_region(parameters);
   const std::uint64_t count = (strata + most - 1) / most;
   SurfaceRegions regions;
   regions.parameters = parameters;
@@ -76,14 +83,20 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
   coarse.samples = count;
   coarse.elements_per_sample = static_cast<double>(most) / samples_per_piece;
   coarse.keep_vertices = false;
+  const TriangleHints sheets{{}, hints.sheet};
   if (parameters.order == ElementOrder::balanced) {
     coarse.strata = strata;
-    take_cells(build_cells(surface, measure, charts, hints, key, coarse, cancel), surface, measure.density,
-               regions);
+    take_cells(build_cells(surface, measure, charts, sheets, key, coarse, cancel), surface, measure.density,
+               regions, cancel);
   } else {
     for (std::uint64_t r = 0; r <= count; ++r) regions.first_stratum[r] = r * strata / count;
-    divide_curve(build_elements(surface, measure, charts, hints, key, coarse, cancel), regions);
+    divide_curve(build_elements(surface, measure, charts, sheets, key, coarse, cancel), regions);
   }
+  // Pieces of large triangles weigh between half the limit and all of it.
+  for (std::size_t r = 0; r < regions.count(); ++r)
+    regions.region[r].expected_elements =
+        regions.region[r].piece.size() + static_cast<std::size_t>(1.5 * parameters.elements_per_sample *
+                                                                  static_cast<double>(regions.strata(r)));
   return regions;
 }
 

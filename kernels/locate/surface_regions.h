@@ -14,29 +14,32 @@ namespace meander {
 
 // Larger sets are placed region by region.
 inline constexpr std::uint64_t most_whole_samples = 131072;
-// Samples of a region, or a few less. Regions of cells can be small. Along a curve they are larger: what it
-// visits at other times than the rest of a region makes strata of scattered parts, all along the border
-// (docs/METHODS.md 6.8 has the numbers).
-constexpr std::uint64_t samples_per_region(ElementOrder order) {
-  return order == ElementOrder::balanced ? 16384 : 65536;
+// Samples of a region, at most. Regions of cells can be small. Along a curve they are larger: what it visits
+// at other times than the rest of a region makes strata of scattered parts, all along the border
+// (docs/METHODS.md 6.8 has the numbers); but not where samples have many elements.
+constexpr std::uint64_t samples_per_region(const ElementParameters& parameters) {
+  constexpr std::uint64_t of_cells = 16384, of_curve = 65536;
+  return parameters.order == ElementOrder::balanced || parameters.elements_per_sample >= 16 ? of_cells
+                                                                                            : of_curve;
 }
-// Samples of a coarse piece. The borders of regions are as ragged as these are large.
+// Samples of a coarse piece, at most. The borders of regions are as ragged as these are large.
 inline constexpr double samples_per_piece = 16;
 
 // R regions that follow each other along the path, each of whole strata: shares of 1 / samples of the mass.
 struct SurfaceRegions {
-  std::vector<std::vector<SurfacePiece>> region;  // R
-  std::vector<std::uint64_t> first_stratum;       // R + 1
-  std::vector<std::uint32_t> group;               // ElementSource::group
+  std::vector<SurfaceRegion> region;         // R
+  std::vector<std::uint64_t> first_stratum;  // R + 1
+  std::vector<std::uint32_t> group;          // ElementSource::group
   ElementParameters parameters;
   double limit = 0;  // the most that an element may weigh
   std::size_t count() const { return region.size(); }
   std::uint64_t strata(std::size_t r) const { return first_stratum[r + 1] - first_stratum[r]; }
 };
 
-// Cuts the surface into coarse pieces and puts these in the order that the elements shall have
-// (build_elements, build_cells). O(E log E) for E = T + N / 16 pieces; 200 bytes a piece at the peak. Throws
-// what these throw. Deterministic for every thread count.
+// Cuts the surface into coarse pieces and puts these in the order that the elements shall have. Of the hints
+// only the sheets count: elements of large sets are small beside the leaves of the curve. Masses below 2^-53
+// of the total may be lost. O(E log E) for E = T + N / 16 pieces; 200 bytes a piece at the peak. Throws what
+// build_elements and build_cells throw. Deterministic for every thread count.
 SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
                              const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                              const CancelToken& cancel = {});

@@ -1,10 +1,10 @@
 #include "kernels/model/sample_parameters.h"
+
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
 
 #include "kernels/core/check_range.h"
-#include "kernels/locate/surface_regions.h"
 
 namespace meander {
 
@@ -93,7 +93,7 @@ double elements_per_sample(const SampleParameters& parameters) {
 
 bool places_in_regions(const SampleParameters& parameters) {
   return parameters.place.samples > most_whole_samples && parameters.place.sequence != SequenceKind::spaced &&
-         parameters.locate != LocatorKind::first_hit;
+         !(method_of(parameters).makes_charts && parameters.locate == LocatorKind::first_hit);
 }
 
 ElementParameters element_parameters(const SampleParameters& parameters) {

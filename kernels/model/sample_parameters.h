@@ -12,6 +12,7 @@
 #include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
 #include "kernels/locate/embree_locator.h"
+#include "kernels/locate/surface_regions.h"
 #include "kernels/mesh/coarsen_mesh.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/samples.h"
@@ -32,12 +33,16 @@ inline constexpr double tensor_elements_per_sample = 16;
 // The least number of elements per sample of the balanced order: its cells follow the borders of elements,
 // and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
 // the memory that the elements take.
-constexpr double balanced_elements_per_sample(std::uint32_t samples) { return samples <= 131072 ? 16 : 4; }
+constexpr double balanced_elements_per_sample(std::uint32_t samples) {
+  return samples <= most_whole_samples ? 16 : 4;
+}
 
 // The least number of elements per sample over a coarse mesh, whose charts have no rays to say which
 // triangles need more: from 10,000 samples on 2 to 4 % less error than with 4 (bench/README.md has the
 // numbers).
-constexpr double coarse_elements_per_sample(std::uint64_t samples) { return samples <= 131072 ? 6 : 4; }
+constexpr double coarse_elements_per_sample(std::uint64_t samples) {
+  return samples <= most_whole_samples ? 6 : 4;
+}
 
 // FlattenParameters::max_mean_distortion of charts over a coarse mesh, whose larger triangles are distorted
 // more by themselves: with 1.1 seams multiply, the error of the samples is the same.

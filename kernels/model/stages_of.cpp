@@ -209,10 +209,9 @@ void place(Model& model, const PlaceParameters& parameters, const Domain& domain
   report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
   report.scale = frame.scale;
   if (model.regions.count() > 0) {
-    const ElementSource source(domain.mesh, domain.measure.density, {model.charts, domain.coarse}, {},
-                               model.regions.group, model.regions.parameters.order, model.key);
-    model.row.samples = place_samples(model.file, domain.mesh, domain.measure.density, model.regions, source,
-                                      model.key, parameters, frame, report.repairs, model.cancel);
+    model.row.samples =
+        place_samples(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
+                      model.regions, model.key, parameters, frame, report.repairs, model.cancel);
     return;
   }
   const auto placed = [&](const auto& order) {

@@ -24,7 +24,6 @@ constexpr int max_trials = 64;
 constexpr double float_headroom = 1024;
 // Within these float32 has its full precision, and 2^8 times a coordinate (the spacing of few samples on a
 // folded surface) is still finite.
-constexpr double below_one = 1.0 - 0x1p-53;
 constexpr double least_unit = 0x1p-126, largest_coordinate = 0x1p120;
 
 struct Draw {
@@ -429,9 +428,11 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
 }
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
-                      const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                      const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
                       const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
                       const CancelToken& cancel) {
+  if (regions.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
+  const ElementSource source(surface, density, charts, {}, regions.group, regions.parameters.order, key);
   SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
   const RankElements elements =
       elements_at(regions, source, sequence.position, parameters.place == PlaceKind::vertex, cancel);

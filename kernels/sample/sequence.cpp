@@ -12,8 +12,6 @@ namespace meander {
 
 namespace {
 
-constexpr double below_one = 1.0 - 0x1p-53;
-
 double wrap(double t) { return std::min(t - std::floor(t), below_one); }
 
 // Van der Corput point `index` in base 2 under Owen's nested scrambling (Owen 1995): the flip of each digit

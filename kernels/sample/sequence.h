@@ -9,6 +9,9 @@
 
 namespace meander {
 
+// The largest position.
+inline constexpr double below_one = 1.0 - 0x1p-53;
+
 struct SampleSequence {
   std::vector<double> position;              // N values in [0, 1), ascending: by curve rank
   std::vector<std::uint32_t> rank_of_index;  // owen and random: rank of the i-th draw (these sets are

@@ -117,13 +117,14 @@ TEST_CASE("build_regions: whole strata, masses of a triangle's elements sum to i
     for (const bool linear : {false, true}) {
       const Surface surface(torus(16, 9), linear, parameters_of(order, samples));
       const SurfaceRegions& regions = surface.regions;
-      REQUIRE(regions.count() == (samples + samples_per_region(order) - 1) / samples_per_region(order));
+      REQUIRE(regions.count() == (samples + samples_per_region(surface.parameters) - 1) /
+                                     samples_per_region(surface.parameters));
       CHECK(regions.first_stratum.front() == 0);
       CHECK(regions.first_stratum.back() == samples);
       const double total = blocked_sum(surface.measure.masses);
       std::vector<double> sum(surface.mesh.triangle_count(), 0.0);
       for (std::size_t r = 0; r < regions.count(); ++r) {
-        CHECK(regions.strata(r) <= samples_per_region(order));
+        CHECK(regions.strata(r) <= samples_per_region(surface.parameters));
         CHECK(regions.strata(r) >= samples / regions.count() / 2);
         double region_mass = 0;
         surface.elements_of(r, [&](std::uint32_t triangle, std::uint32_t, double mass) {
