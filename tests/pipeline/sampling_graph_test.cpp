@@ -246,10 +246,10 @@ TEST_CASE(
 
 TEST_CASE("sampling graph: the deadline of one model is not that of the others") {
   Setup setup(12);
-  setup.parameters.timeout_seconds = 0.05;
+  setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto stages = three_stages([](GraphItem& item) {
     if (item.plan->row != 4) return;
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 60000; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       item.model.cancel.check();
     }
@@ -316,10 +316,10 @@ TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
   for (const int threads : {1, 2}) {
     Setup setup(80, threads);
     setup.parameters.memory_bytes = 1 << 20;
-    setup.parameters.timeout_seconds = 1;
-    // 80 items of 40 ms each: the run takes longer than the limit, which is 25 times what an item needs, so
+    setup.parameters.timeout_seconds = 2;
+    // 80 items of 60 ms each: the run takes longer than the limit, which is 33 times what an item needs, so
     // that a loaded machine passes too.
-    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(20)); };
+    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
     const GraphStages stages = {
         {"read_mesh", nap}, {"flatten_chart", nap}, {"place_samples", make_points}, idle("describe_shape")};
     const GraphResult result = setup.run(stages);
@@ -330,9 +330,9 @@ TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
 
 TEST_CASE("sampling graph: the time limit counts the work of all stages together") {
   Setup setup(4, 2);
-  setup.parameters.timeout_seconds = 0.2;
+  setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto work = [](GraphItem& item) {
-    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(120));
+    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(1200));
   };
   const GraphStages stages = {
       {"read_mesh", work}, {"flatten_chart", work}, {"place_samples", make_points}, idle("describe_shape")};
