@@ -175,6 +175,19 @@ TEST_CASE(
   check_models({models[0], models[2]}, 16384);
 }
 
+TEST_CASE("estimate_bytes: large sets, put in order region by region, take no more than is reserved",
+          "[slow]") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  const std::vector<fs::path> models = {scratch / "tetrahedron.off", scratch / "torus.off"};
+  write_mesh(models[0], tetrahedron());
+  write_mesh(models[1], torus(400, 200));
+  check_models(models, 500000);
+}
+
 TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every method, 1, 2 and 16 threads",
           "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();

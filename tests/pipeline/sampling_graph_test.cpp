@@ -27,7 +27,7 @@ struct MemorySink : RowSink {
   std::atomic<int> inside{0};
 
   void begin(std::uint64_t) override { ++begun; }
-  void write(const EncodedRow& row) override {
+  void write(EncodedRow row) override {
     REQUIRE(inside.fetch_add(1) == 0);  // the writer is serial
     if (rows.size() >= fail_after) {
       --inside;
@@ -297,7 +297,7 @@ TEST_CASE(
       Passing& passing;
       CountingSink(MemorySink& r, Passing& p) : rows(r), passing(p) {}
       void begin(std::uint64_t row) override { passing.wait(row); }
-      void write(const EncodedRow& row) override { rows.write(row); }
+      void write(EncodedRow row) override { rows.write(std::move(row)); }
     } sink(setup.sink, passing);
     const auto stage = [&](std::string_view name, const std::function<void(GraphItem&)>& body) -> GraphStage {
       return {name, [&passing, body](GraphItem& item) {
