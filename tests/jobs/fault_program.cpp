@@ -1,8 +1,8 @@
 // The whole program with failures put into its stages, for tests that need a real process to die or to stop.
 // MEANDER_TEST_FAULT is one of
 //   segv:ID | abort:ID | kill:ID   dies of that signal in place_samples of the item whose id contains ID
-//   stop:ID                        asks its own process to stop (SIGTERM) there, and works until it is told
-//   to hold:PATH                      every item waits in place_samples until the file PATH exists
+//   stop:ID                        asks its own process to stop there (SIGTERM) and waits until it does
+//   hold:PATH                      every item waits in place_samples until the file PATH exists
 //   slow:MILLISECONDS              every item takes that long on top (so that kills hit items in flight)
 #include <unistd.h>
 
