@@ -12,7 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <optional>
+#include <memory>
 #include <system_error>
 
 namespace meander {
@@ -29,10 +29,15 @@ using StageName = std::array<char, 64>;
   setrlimit(RLIMIT_CORE, &no_core);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
   try {
-    std::optional<EmbreeDevice> device;
-    if (casts_rays(parameters.sample)) device.emplace();
-    GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr);
+    // The stages keep no more than the address of the device. It takes a while to make and comes after the
+    // hook, which leaves the lock of the run to the parent: were the parent killed before that, the child
+    // would hold the lock until it has died, too, and the run that continues would be refused. The child ends
+    // with _exit: nothing is freed.
+    EmbreeDevice* const device =
+        casts_rays(parameters.sample) ? std::allocator<EmbreeDevice>().allocate(1) : nullptr;
+    GraphStages stages = sampling_stages(parameters.sample, device);
     if (hook) hook(stages);
+    if (device != nullptr) std::construct_at(device);
     run_item_alone(item, parameters, stages, [&](std::string_view stage) {
       const std::size_t length = std::min(stage.size(), entered.size() - 1);
       std::memcpy(entered.data(), stage.data(), length);

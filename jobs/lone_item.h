@@ -15,8 +15,9 @@ struct LoneResult {
 
 // Forks, runs the stages on the one item in the child and throws the result away: only whether the child
 // survives counts. A child killed by anything else (SIGKILL by a user or by the system's memory killer) marks
-// nothing. Must be called before this process starts any thread. Throws std::system_error when it cannot
-// fork.
+// nothing. `hook` comes in the child before anything that takes time, to leave what the child inherits and to
+// change the stages. Must be called before this process starts any thread. Throws std::system_error when it
+// cannot fork.
 LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StageHook& hook);
 
 }  // namespace meander

@@ -120,13 +120,14 @@ TEST_CASE("run: an address space too small for Embree is reported as lack of mem
   fs::create_directories(scratch / "in");
   write_mesh(scratch / "in/ball.ply", icosphere(3));
   int failures = 0;
-  for (rlim_t megabytes = 100; megabytes < 400; megabytes += 20) {
+  for (rlim_t megabytes = 80; megabytes < 600; megabytes += 10) {
     ProcessOptions options;
     options.in_child = [megabytes] {
       const rlimit limit{megabytes << 20, megabytes << 20};
       setrlimit(RLIMIT_AS, &limit);
     };
-    const ProcessResult result = run(scratch / "in", scratch / "s.h5", {"-j", "1", "--method", "conformal"}, options);
+    const ProcessResult result =
+        run(scratch / "in", scratch / "s.h5", {"-j", "1", "--method", "conformal"}, options);
     INFO(megabytes << " MiB: exit " << result.exit_code << ", signal " << result.signal << ": "
                    << result.err);
     CHECK(result.err.find("a bug of meander") == std::string::npos);

@@ -352,8 +352,9 @@ TEST_CASE("a full disk behind standard output is reported, however short the out
 }
 
 TEST_CASE("export: no id of a store leads out of the folder") {
-  for (const std::string id : {"../evil", "/tmp/meander-evil", "a/../../evil", "..", "a/.."}) {
+  for (std::string id : {"../evil", "/evil", "a/../../evil", "..", "a/.."}) {
     const ScratchFolder scratch;
+    if (id.starts_with('/')) id = scratch / "evil";  // in the folder that is compared below
     fs::create_directory(scratch / "deep");
     const fs::path store = scratch / "deep/s.h5";
     StoreHeader header;
@@ -387,7 +388,6 @@ TEST_CASE("export: no id of a store leads out of the folder") {
     CHECK(result.exit_code == 2);
     CHECK(contains(result.err, "names a file outside"));
     CHECK((content_of(scratch.path()) == before));
-    CHECK_FALSE(fs::exists("/tmp/meander-evil.ply"));
     CHECK(meander_with({"export", store, "good.off", "-o", scratch / "deep/out"}).exit_code == 0);
     CHECK(fs::exists(scratch / "deep/out/good.off.ply"));
   }

@@ -97,19 +97,14 @@ TEST_CASE("run: killed at random moments and started again, it ends with the byt
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   REQUIRE(run_process(run_command(scratch / "in", scratch / "calm.h5")).exit_code == 3);
-  std::mt19937 random(3);
-  int kills = 0, attempts = 0;
-  ProcessResult result;
-  do {
-    ProcessOptions options;
-    options.environment = {{"MEANDER_TEST_FAULT", "slow:25"}};
-    if (kills < 20) options.signal_after = std::chrono::milliseconds(30 + random() % 150);
-    result = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
-    kills += result.signal == SIGKILL;
-    INFO(result.err);
-    REQUIRE((result.signal == SIGKILL || result.exit_code == 3));
-  } while (result.exit_code != 3 && ++attempts < 200);
-  CHECK(kills >= 3);
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "slow:25"}};
+  // More threads would be done before the second kill.
+  const ProcessResult result =
+      run_killed(run_command(scratch / "in", scratch / "s.h5", {"-j", "2"}), options,
+                 {3, 20, std::chrono::milliseconds(30), std::chrono::milliseconds(180)}, 3,
+                 [&] { std::filesystem::remove(scratch / "s.h5"); });
+  INFO(result.err);
   REQUIRE(result.exit_code == 3);
   CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
   CHECK_FALSE(std::filesystem::exists(scratch / "s.h5.run"));
@@ -144,9 +139,7 @@ TEST_CASE("run: a polite stop exits 75, marks nothing, and the same command cont
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   ProcessOptions options;
-  options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
-  options.signal_after = std::chrono::milliseconds(300);
-  options.send_signal = SIGTERM;
+  options.environment = {{"MEANDER_TEST_FAULT", "stop:torus/3"}};
   const ProcessResult stopped = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
   INFO(stopped.err);
   REQUIRE(stopped.exit_code == 75);
@@ -163,13 +156,18 @@ TEST_CASE("run: a second process on the same store ends with 75 and disturbs not
   ProcessResult first;
   std::thread background([&] {
     ProcessOptions options;
-    options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
+    options.environment = {{"MEANDER_TEST_FAULT", "hold:" + (scratch / "go").string()}};
     first = run_process(run_command(scratch / "in", scratch / "s.h5"), options);
   });
-  while (!std::filesystem::exists(scratch / "s.h5.run" / std::filesystem::path("lock")))
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  // Whoever has begun an item holds the lock.
+  const auto begun = [&] {
+    std::error_code none;
+    const std::uintmax_t bytes = std::filesystem::file_size(scratch / "s.h5.run/begun.log", none);
+    return !none && bytes > 0;
+  };
+  for (int i = 0; i < 30000 && !begun(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   const ProcessResult second = run_process(run_command(scratch / "in", scratch / "s.h5"));
+  write_file(scratch / "go", "");
   background.join();
   CHECK(second.exit_code == 75);
   CHECK(first.exit_code == 3);
@@ -233,9 +231,9 @@ TEST_CASE("run: too_large is a row") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   write_mesh(scratch / "in/big.off", icosphere(6), MeshFile::off);
-  REQUIRE(
-      run_process(run_command(scratch / "in", scratch / "s.h5", {"--memory", "80M", "--method", "conformal"}))
-          .exit_code == 3);
+  REQUIRE(run_process(run_command(scratch / "in", scratch / "s.h5",
+                                  {"--memory", "80M", "-j", "2", "--method", "conformal"}))
+              .exit_code == 3);
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.report(*reader.find("big.off")).status == Status::too_large);
 }

@@ -4,9 +4,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
-#include <random>
 #include <set>
 
 #include "io/store/store.h"
@@ -203,19 +201,13 @@ TEST_CASE("run --method anisotropic: killed and started again, it ends with the 
   const ScratchFolder scratch;
   write_collection(scratch / "in");
   REQUIRE(run_process(command(scratch / "in", scratch / "calm.h5", {"-j", "1"})).exit_code == 3);
-  std::mt19937 random(5);
-  int kills = 0, attempts = 0;
-  ProcessResult result;
-  do {
-    ProcessOptions options;
-    options.environment = {{"MEANDER_TEST_FAULT", "slow:25"}};
-    if (kills < 10) options.signal_after = std::chrono::milliseconds(60 + random() % 200);
-    result = run_process(command(scratch / "in", scratch / "s.h5", {"-j", "2"}), options);
-    kills += result.signal == SIGKILL;
-    INFO(result.err);
-    REQUIRE((result.signal == SIGKILL || result.exit_code == 3));
-  } while (result.exit_code != 3 && ++attempts < 200);
-  CHECK(kills >= 2);
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "slow:25"}};
+  const ProcessResult result =
+      run_killed(command(scratch / "in", scratch / "s.h5", {"-j", "2"}), options,
+                 {2, 10, std::chrono::milliseconds(60), std::chrono::milliseconds(260)}, 3,
+                 [&] { std::filesystem::remove(scratch / "s.h5"); });
+  INFO(result.err);
   REQUIRE(result.exit_code == 3);
   CHECK(same_bytes(scratch / "calm.h5", scratch / "s.h5"));
   // Other tensor parameters are other parameters.

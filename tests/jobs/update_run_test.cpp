@@ -69,13 +69,15 @@ bool says(const ProcessResult& result, const std::string& text) {
   return (result.err + result.out).find(text) != std::string::npos;
 }
 
-ProcessOptions slow(int milliseconds, std::optional<int> signal_after = {}, int signal = SIGTERM) {
+// See fault_program.cpp.
+ProcessOptions with_fault(const std::string& fault) {
   ProcessOptions options;
-  options.environment = {{"MEANDER_TEST_FAULT", "slow:" + std::to_string(milliseconds)}};
-  if (signal_after) options.signal_after = std::chrono::milliseconds(*signal_after);
-  options.send_signal = signal;
+  options.environment = {{"MEANDER_TEST_FAULT", fault}};
   return options;
 }
+
+// Less than lies between any two readings of the clock.
+constexpr const char* no_time = "0.000000001s";
 
 }  // namespace
 
@@ -205,7 +207,7 @@ TEST_CASE("second run: the unfinished work of another command is left to that co
 
 TEST_CASE("second run: an unfinished run is finished first, then new inputs join") {
   const Collection c;
-  const ProcessResult stopped = run_process(c.command(), slow(400, 800));
+  const ProcessResult stopped = run_process(c.command(), with_fault("stop:m3"));
   INFO(stopped.err);
   REQUIRE(stopped.exit_code == 75);
   c.add("b.off", 50);
@@ -222,11 +224,25 @@ TEST_CASE("second run: an update killed at any moment continues, with more input
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   for (int i = 0; i < 8; ++i) c.add("n" + std::to_string(i) + ".off", 60 + i);
-  for (const int moment : {100, 300, 500, 700}) {
-    const ProcessResult killed = run_process(c.command(), slow(300, moment, SIGKILL));
-    if (killed.signal == 0) break;
-    CHECK(verify_store(c.store).problems.empty());  // the old store lives until the new one is there
+  const auto check_old_store = [&] {  // it lives until the new one is there
+    CHECK(verify_store(c.store).problems.empty());
     CHECK(StoreReader(c.store).rows() == 6);
+  };
+  // In the middle of the update for certain: one thread takes the items in their order.
+  for (const char* id : {"n1", "n4"}) {
+    REQUIRE(run_process(c.command({"-j", "1"}), with_fault(std::string("kill:") + id)).signal == SIGKILL);
+    check_old_store();
+  }
+  for (const int moment : {100, 300, 500, 700}) {
+    ProcessOptions options = with_fault("slow:300");
+    options.signal_after = std::chrono::milliseconds(moment);
+    const ProcessResult killed = run_process(c.command(), options);
+    INFO(killed.err);
+    if (killed.signal == 0) {
+      REQUIRE(killed.exit_code == 0);
+      break;
+    }
+    check_old_store();
   }
   c.add("o.off", 80);
   const ProcessResult result = c.run({"--retry", "timeout"});
@@ -239,10 +255,10 @@ TEST_CASE("second run: a --retry that was interrupted is finished, and a second 
   const Collection c;
   write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is corrected
   write_mesh(c.in / "big.off", icosphere(5), MeshFile::off);
-  REQUIRE(c.run({"--memory", "100M", "--timeout", "0.001ms"}).exit_code == 3);
+  REQUIRE(c.run({"--memory", "100M", "--timeout", no_time}).exit_code == 3);
   REQUIRE(StoreReader(c.store).report(0).status == Status::timeout);
   write_mesh(c.in / "bad.off", icosphere(1), MeshFile::off);
-  const ProcessResult stopped = run_process(c.command({"--retry", "timeout"}), slow(400, 800));
+  const ProcessResult stopped = run_process(c.command({"--retry", "timeout"}), with_fault("stop:m3"));
   INFO(stopped.err);
   REQUIRE(stopped.exit_code == 75);
   const ProcessResult result = c.run({"--retry", "changed"});
@@ -253,7 +269,7 @@ TEST_CASE("second run: a --retry that was interrupted is finished, and a second 
 
 TEST_CASE("second run: it says how rows that failed for a limit can be done again") {
   const Collection c;
-  REQUIRE(c.run({"--timeout", "0.001ms"}).exit_code == 3);
+  REQUIRE(c.run({"--timeout", no_time}).exit_code == 3);
   const ProcessResult result = c.run({"--timeout", "10s"});
   CHECK(result.exit_code == 3);
   CHECK(says(result, "`--retry timeout`"));
@@ -264,7 +280,7 @@ TEST_CASE("second run: --fresh keeps the old store until the new one is whole") 
   const Collection c;
   REQUIRE(c.run().exit_code == 0);
   const std::string before = c.bytes();
-  ProcessResult stopped = run_process(c.command({"--fresh", "--seed", "5"}), slow(400, 800));
+  ProcessResult stopped = run_process(c.command({"--fresh", "--seed", "5"}), with_fault("stop:m3"));
   INFO(stopped.err);
   REQUIRE(stopped.exit_code == 75);
   CHECK(says(stopped, "the same command without --fresh continues"));
@@ -293,7 +309,7 @@ TEST_CASE("second run: --fresh with --reuse of the same name works, and a wrong 
 
 TEST_CASE("second run: a polite stop leaves no suspects") {
   const Collection c;
-  REQUIRE(run_process(c.command(), slow(400, 800)).exit_code == 75);
+  REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
   CHECK(fs::file_size(c.scratch / "s.h5.run" / fs::path("begun.log")) == 0);
   CHECK(c.run().exit_code == 0);
 }
@@ -320,7 +336,7 @@ TEST_CASE("run: items end in the order of their size with one thread, and none w
   const Collection c;
   write_mesh(c.in / "large.off", icosphere(5), MeshFile::off);
   const ProcessResult result =
-      run_process(c.command({"-j", "1", "--progress", "json", "--timeout", "2s"}), slow(60));
+      run_process(c.command({"-j", "1", "--progress", "json", "--timeout", "60s"}), with_fault("slow:60"));
   INFO(result.err);
   CHECK(result.exit_code == 0);
   CHECK(result.err.find("\"id\":\"large.off\"") < result.err.find("\"id\":\"m0.off\""));

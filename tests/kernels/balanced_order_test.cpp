@@ -1,7 +1,5 @@
 // The balanced order: balance at every level, the mass of every share, compact cells, sheets, and one result
 // whatever the threads.
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,6 +14,7 @@
 #include "kernels/core/random.h"
 #include "kernels/order/balanced_order.h"
 #include "kernels/order/sheet_cut.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -295,8 +294,9 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with splits, normals
   }
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
-    const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = ordered(points, 3000, {triangle, splits, normal, {}});
+    const BalancedOrder order = test::on_threads(threads, [&] {
+      return ordered(points, 3000, {triangle, splits, normal, {}});
+    });
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
     CHECK(order.part == expected.part);
@@ -308,8 +308,7 @@ TEST_CASE("balanced order: the same for 1, 2 and 8 threads") {
   const std::vector<MassPoint> points = square_points(200000);
   BalancedOrder expected;
   for (const std::size_t threads : {1u, 2u, 8u}) {
-    const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const BalancedOrder order = ordered(points, 3000);
+    const BalancedOrder order = test::on_threads(threads, [&] { return ordered(points, 3000); });
     if (expected.element.empty()) expected = order;
     CHECK(order.element == expected.element);
     CHECK(order.part == expected.part);

@@ -1,6 +1,4 @@
 // Charts that nothing can make good: their work is bounded, the model is sampled all the same.
-#include <oneapi/tbb/global_control.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -19,6 +17,7 @@
 #include "kernels/model/sampler.h"
 #include "kernels/solve/sparse_cholesky.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -170,10 +169,8 @@ TEST_CASE("bounded charts: the same samples with 1, 2 and 8 threads") {
   for (const std::string_view method : {"conformal", "anisotropic"}) {
     INFO(method);
     std::vector<Row> rows;
-    for (const std::size_t threads : {1u, 2u, 8u}) {
-      const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-      rows.push_back(sample(mesh, method, 512));
-    }
+    for (const std::size_t threads : {1u, 2u, 8u})
+      rows.push_back(on_threads(threads, [&] { return sample(mesh, method, 512); }));
     for (const Row& row : rows) {
       CHECK(row.samples.points == rows[0].samples.points);
       CHECK(row.samples.triangle == rows[0].samples.triangle);

@@ -1,7 +1,5 @@
 #include "kernels/mesh/coarsen_mesh.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,6 +12,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -318,10 +317,8 @@ TEST_CASE("coarsen_mesh: the same bits with 1, 2 and 8 threads, and at any power
   }
   const PreparedMesh fine = prepare_mesh(many);
   std::vector<CoarseMesh> found;
-  for (const std::size_t threads : {1u, 2u, 8u}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    found.push_back(coarsened(fine));
-  }
+  for (const std::size_t threads : {1u, 2u, 8u})
+    found.push_back(on_threads(threads, [&] { return coarsened(fine); }));
   PolygonMesh larger = many;
   for (std::vector<double>* axis : {&larger.x, &larger.y, &larger.z})
     for (double& value : *axis) value *= 1024;

@@ -1,7 +1,5 @@
 #include "kernels/curve/curve_tree.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -12,6 +10,7 @@
 #include "kernels/core/random.h"
 #include "kernels/core/status.h"
 #include "kernels/curve/curve_frames.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -290,8 +289,7 @@ TEST_CASE("build_curve_tree: the same tree on one thread and on two") {
     mass[t] = unit(random);
   }
   const auto build = [&](std::size_t threads) {
-    oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    return build_curve_tree(u, v, mass, {}, 1.0, 4, {});
+    return test::on_threads(threads, [&] { return build_curve_tree(u, v, mass, {}, 1.0, 4, {}); });
   };
   const CurveTree one = build(1), two = build(2);
   CHECK(one.leaf_count() > 60000);

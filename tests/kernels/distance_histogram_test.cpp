@@ -1,7 +1,5 @@
 #include "kernels/describe/distance_histogram.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -137,8 +136,9 @@ TEST_CASE("every instruction set and number of threads gives the same distance h
           parameters.instructions = set;
           CHECK(same(distance_histogram(points, parameters), reference));
           if (n < 3000) continue;
-          const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-          CHECK(same(distance_histogram(points, parameters), reference));
+          for (const std::size_t threads : {1u, 4u})
+            CHECK(same(test::on_threads(threads, [&] { return distance_histogram(points, parameters); }),
+                       reference));
         }
       }
 }

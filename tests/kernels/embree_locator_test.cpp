@@ -1,7 +1,6 @@
 #include "kernels/locate/embree_locator.h"
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <atomic>
@@ -20,6 +19,7 @@
 #include "support/clip_tree.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -397,14 +397,13 @@ TEST_CASE("locate_with_embree: the same on one thread and on two") {
   PolygonMesh file = merged(jittered_grid(60), moved(jittered_grid(40), 0.7, 5, 5, 5));
   const Model whole = model_of(file, folded_once, 20000);
   const auto run = [&](std::size_t threads) {
-    oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
     Model model = whole;
     for (std::size_t c = 0; c < model.charts.size(); ++c)  // the map of the second component is arbitrary
       for (std::size_t i = 0; c == 1 && i < model.charts[c].u.size(); ++i) {
         model.charts[c].u[i] = std::fmod(std::abs(model.charts[c].u[i]), 1.0);
         model.charts[c].v[i] = std::fmod(std::abs(model.charts[c].v[i]), 1.0);
       }
-    model.locate();
+    on_threads(threads, [&] { model.locate(); });
     return model;
   };
   const Model one = run(1), two = run(2), again = run(2);

@@ -1,5 +1,3 @@
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/collection.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -289,9 +288,10 @@ TEST_CASE("Heat geodesics: batches, threads and neighbours in the batch change n
     geodesics.to_vertices(one, alone);
     CHECK(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(s * width)));
   }
-  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-  HeatGeodesics(mesh).to_vertices(sources, threads);
-  CHECK(threads == together);
+  for (const std::size_t count : {1u, 4u}) {
+    on_threads(count, [&] { HeatGeodesics(mesh).to_vertices(sources, threads); });
+    CHECK(threads == together);
+  }
   const auto first = geodesic_histogram(geodesics, sources),
              second = geodesic_histogram(HeatGeodesics(mesh), sources);
   CHECK(first.share == second.share);

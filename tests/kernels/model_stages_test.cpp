@@ -1,6 +1,4 @@
 // The lists of stages, and the Sampler that runs them.
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -14,6 +12,7 @@
 #include "kernels/model/model.h"
 #include "kernels/model/sampler.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -137,11 +136,10 @@ TEST_CASE("Stages: charts over a coarse mesh, every order and locator, 1, 2 and 
   const EmbreeDevice device;
   const PolygonMesh mesh = test::merged(test::torus(60, 40), test::moved(test::icosphere(4), 0.5, 4, 0, 0));
   const auto run = [&](const SampleParameters& parameters, std::size_t threads) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
     Model model;
     model.file = mesh;
     model.key = make_random_key(1, {});
-    run_stages(stages_of(parameters, &device), model);
+    test::on_threads(threads, [&] { run_stages(stages_of(parameters, &device), model); });
     return model;
   };
   SampleParameters parameters = parameters_for("conformal");

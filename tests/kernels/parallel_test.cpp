@@ -1,15 +1,17 @@
 // Loops whose result does not depend on the number of threads, alone, nested and with exceptions.
 #include "kernels/core/parallel.h"
 
-#include <oneapi/tbb/global_control.h>
-
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <numeric>
 #include <random>
 #include <stdexcept>
+#include <thread>
+
+#include "support/threads.h"
 
 using namespace meander;
-using oneapi::tbb::global_control;
 
 namespace {
 
@@ -19,14 +21,25 @@ constexpr std::size_t count = 5 * parallel_threshold + 123;
 template <class Check>
 void with_threads(const Check& check) {
   for (const std::size_t threads : {1, 2, 8}) {
-    const global_control control(global_control::max_allowed_parallelism, threads);
-    oneapi::tbb::task_arena arena(static_cast<int>(threads));
     INFO(threads << " threads");
-    arena.execute(check);
+    test::on_threads(threads, check);
   }
 }
 
 }  // namespace
+
+TEST_CASE("on_threads: as many threads as asked for meet, on a machine of fewer cores too") {
+  std::atomic<int> arrived{0};
+  test::on_threads(4, [&] {
+    parallel_tasks(4, [&](std::size_t) {
+      ++arrived;
+      for (int i = 0; i < 30000 && arrived < 4; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (arrived < 4) throw std::runtime_error("alone");
+    });
+  });
+  CHECK(arrived == 4);
+}
 
 TEST_CASE("parallel_blocks: every element once, in blocks that do not depend on the threads") {
   with_threads([] {

@@ -1,7 +1,5 @@
 #include "kernels/segment/random_walk.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -17,6 +15,7 @@
 #include "support/direction_field.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -408,8 +407,7 @@ TEST_CASE("random walk: the bending term holds the boundary where the field turn
 TEST_CASE("random walk: the same bits on one thread and on several") {
   const PreparedMesh mesh = prepare_mesh(merged(torus(120, 80), moved(icosphere(3), 1, 5, 0, 0)));
   const TensorField field = field_along(mesh, {0, 0, 1}, 4);
-  const auto run = [&](std::size_t threads) {
-    oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+  const auto run = [&] {
     const TriangleSteps steps = triangle_steps(mesh, field, {1, 0.5});
     const std::vector<std::uint32_t> seeds = farthest_seeds(mesh, steps.length, 40);
     return std::tuple(steps.length, steps.weight, seeds, random_walk_labels(mesh, steps.weight, seeds),
@@ -417,7 +415,7 @@ TEST_CASE("random walk: the same bits on one thread and on several") {
                                                 std::vector{mesh.components[0].triangle_begin,
                                                             mesh.components[0].triangle_end - 1}));
   };
-  CHECK(run(1) == run(4));
+  CHECK(on_threads(1, run) == on_threads(4, run));
 }
 
 TEST_CASE("farthest_seeds: every component has one, then the farthest of all follow") {

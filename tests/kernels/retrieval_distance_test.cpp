@@ -1,5 +1,3 @@
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "kernels/core/random.h"
 #include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/retrieve/nearest_rows.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -233,16 +232,12 @@ TEST_CASE("visit_distances: blocks of every size and every thread count give the
       for (std::size_t j = 0; j < n; ++j) expected[i * n + j] = descriptor_distance(base, i, j);
     for (const std::size_t threads : {1u, 2u, 4u})
       for (const std::size_t block : {0u, 1u, 33u, 10000u}) {
-        const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                                threads);
         std::vector<float> found;
-        visit_distances(
-            base,
-            [&](std::size_t first, std::span<const float> distances) {
-              REQUIRE(found.size() == first * n);
-              found.insert(found.end(), distances.begin(), distances.end());
-            },
-            block);
+        const auto add = [&](std::size_t first, std::span<const float> distances) {
+          REQUIRE(found.size() == first * n);
+          found.insert(found.end(), distances.begin(), distances.end());
+        };
+        test::on_threads(threads, [&] { visit_distances(base, add, block); });
         CHECK(found == expected);
       }
   }

@@ -1,6 +1,4 @@
 // Anisotropic sampling from a mesh to its samples: what holds for every field, exactly or nearly.
-#include <oneapi/tbb/global_control.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -15,6 +13,7 @@
 #include "support/anisotropic_models.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -143,11 +142,10 @@ TEST_CASE("anisotropic sampling: the same samples for every number of threads") 
     SampleParameters parameters = anisotropic(TensorKind::curvature, form);
     set_samples(parameters, 1000);
     Row rows[2];
-    for (const int threads : {1, 4}) {
-      const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                              static_cast<std::size_t>(threads));
-      rows[threads > 1] = sampled(merged(torus(90, 60), moved(bumpy_ball(), 1, 3, 0, 0)), parameters);
-    }
+    for (const std::size_t threads : {1u, 4u})
+      rows[threads > 1] = on_threads(threads, [&] {
+        return sampled(merged(torus(90, 60), moved(bumpy_ball(), 1, 3, 0, 0)), parameters);
+      });
     REQUIRE(rows[0].report.status == Status::ok);
     CHECK(rows[0].samples.points == rows[1].samples.points);
     CHECK(rows[0].samples.face == rows[1].samples.face);

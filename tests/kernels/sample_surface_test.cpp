@@ -1,8 +1,6 @@
 #include "kernels/surface/sample_surface.h"
 #include "kernels/analyse/spacing.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -18,6 +16,7 @@
 #include "kernels/surface/analytic_surface.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"
+#include "support/threads.h"
 
 using namespace meander;
 using std::numbers::pi;
@@ -327,12 +326,8 @@ TEST_CASE("sample_surface: at curve vertices the points are leaf centres, 64 lea
 TEST_CASE("sample_surface: the same bytes again, on any number of threads; another seed differs") {
   const auto surface = make_surface("klein-bottle");
   SurfaceSampleParameters p = with_expression(20000, "1 + x^2");
-  const SurfaceSamples first = sample_surface(*surface, p);
-  SurfaceSamples alone;
-  {
-    const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-    alone = sample_surface(*surface, p);
-  }
+  const auto run = [&] { return sample_surface(*surface, p); };
+  const SurfaceSamples first = test::on_threads(4, run), alone = test::on_threads(1, run);
   CHECK(first.points == alone.points);
   CHECK(first.normals == alone.normals);
   CHECK(first.uv == alone.uv);

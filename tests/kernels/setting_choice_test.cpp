@@ -1,11 +1,10 @@
 #include "kernels/retrieve/setting_choice.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -65,12 +64,11 @@ TEST_CASE("score_combinations: each is what a base of its blocks alone gives, to
       }
     }
   }
-  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, 1);
   const RetrievalTask task = make_retrieval_task(labels, 6);
   const DescriptorBase base = make_descriptor_base(blocks, DistanceKind::l1);
-  const std::vector<RetrievalSummary> alone = score_combinations(base, task, combinations);
-  const oneapi::tbb::global_control more(oneapi::tbb::global_control::max_allowed_parallelism, 4);
-  const std::vector<RetrievalSummary> together = score_combinations(base, task, combinations);
+  const auto score = [&] { return score_combinations(base, task, combinations); };
+  const std::vector<RetrievalSummary> alone = test::on_threads(1, score),
+                                      together = test::on_threads(4, score);
   for (std::size_t s = 0; s < combinations.size(); ++s) check_same(alone[s].micro, together[s].micro);
 }
 

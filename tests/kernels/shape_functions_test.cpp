@@ -1,7 +1,5 @@
 #include "kernels/describe/shape_functions.h"
 
-#include <oneapi/tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 
 #include "kernels/core/vector3.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -134,8 +133,11 @@ TEST_CASE("shape functions do not depend on place, size, turn or threads") {
     const ShapeHistogram other = shape_function_histogram(moved, function, key);
     CHECK(other.scale / reference.scale == Approx(function == ShapeFunction::angle ? 1 : 8).epsilon(1e-5));
     for (std::size_t b = 0; b < 32; ++b) CHECK(other.shares[b] == Approx(reference.shares[b]).margin(1e-3));
-    const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-    CHECK(shape_function_histogram(points, function, key).shares == reference.shares);
+    for (const std::size_t threads : {1u, 4u}) {
+      const ShapeHistogram again =
+          test::on_threads(threads, [&] { return shape_function_histogram(points, function, key); });
+      CHECK(again.shares == reference.shares);
+    }
   }
 }
 

@@ -1,8 +1,5 @@
 #include "kernels/locate/surface_regions.h"
 
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,6 +11,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -212,13 +210,11 @@ TEST_CASE(
 }
 
 TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 threads") {
-  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 8);
   for (const char* method : {"auto", "direct"}) {
     Samples first;
-    for (const int threads : {1, 2, 8}) {
-      Samples samples;
-      oneapi::tbb::task_arena(threads).execute(
-          [&] { samples = placed(torus(24, 12), parameters_for(method), 200000, true).row.samples; });
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+      const Samples samples = on_threads(
+          threads, [&] { return placed(torus(24, 12), parameters_for(method), 200000, true).row.samples; });
       if (threads == 1) first = samples;
       CHECK(samples.points == first.points);
       CHECK(samples.barycentric == first.barycentric);

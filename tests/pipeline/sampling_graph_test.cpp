@@ -86,6 +86,20 @@ GraphStages three_stages(std::function<void(GraphItem&)> middle) {
   return {idle("read_mesh"), {"flatten_chart", std::move(middle)}, {"place_samples", make_points}};
 }
 
+// How many items end while others wait: between their admission, their stages and their row. What ends while
+// an item is worked on does not count: a machine under load may halt its thread for any time.
+struct Passing {
+  explicit Passing(std::size_t items) : at_wait(items, 0), ended_before(items, 0), place(items, 0) {}
+  void wait(std::uint64_t row) { at_wait[row] = ended; }
+  void go_on(std::uint64_t row) { ended_before[row] += ended - at_wait[row]; }
+  void end(std::uint64_t row) {
+    go_on(row);
+    place[row] = ended++;
+  }
+  std::atomic<int> ended{0};
+  std::vector<int> at_wait, ended_before, place;  // per item
+};
+
 }  // namespace
 
 TEST_CASE("sampling graph: 20,000 items, 6 % failing, nested isolated loops: all come out once") {
@@ -246,10 +260,10 @@ TEST_CASE(
 
 TEST_CASE("sampling graph: the deadline of one model is not that of the others") {
   Setup setup(12);
-  setup.parameters.timeout_seconds = 0.05;
+  setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto stages = three_stages([](GraphItem& item) {
     if (item.plan->row != 4) return;
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 60000; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       item.model.cancel.check();
     }
@@ -277,38 +291,41 @@ TEST_CASE(
     setup.parameters.memory_bytes = 1 << 20;
     // Plan order is the order of admission; the first item is slow.
     for (std::size_t i = 0; i < setup.plan.size(); ++i) setup.plan[i].reserved_bytes = 1000 - i;
-    std::atomic<int> ended{0};
-    std::vector<int> ended_at_begin(120, 0), ended_at_start(120, 0), place(120, 0);
+    Passing passing(120);
     struct CountingSink : RowSink {
       MemorySink& rows;
-      std::atomic<int>& ended;
-      std::vector<int>& ended_at_begin;
-      CountingSink(MemorySink& r, std::atomic<int>& e, std::vector<int>& b)
-          : rows(r), ended(e), ended_at_begin(b) {}
-      void begin(std::uint64_t row) override { ended_at_begin[row] = ended; }
+      Passing& passing;
+      CountingSink(MemorySink& r, Passing& p) : rows(r), passing(p) {}
+      void begin(std::uint64_t row) override { passing.wait(row); }
       void write(EncodedRow row) override { rows.write(std::move(row)); }
-    } sink(setup.sink, ended, ended_at_begin);
+    } sink(setup.sink, passing);
+    const auto stage = [&](std::string_view name, const std::function<void(GraphItem&)>& body) -> GraphStage {
+      return {name, [&passing, body](GraphItem& item) {
+                passing.go_on(item.plan->row);
+                body(item);
+                passing.wait(item.plan->row);
+              }};
+    };
     const GraphStages stages = {
-        {"read_mesh", [&](GraphItem& item) { ended_at_start[item.plan->row] = ended; }},
-        {"flatten_chart",
-         [&](GraphItem& item) {
-           const bool slow = item.plan->row == 0;
-           for (int i = 0; i == 0 || (slow && i < 2000 && threads > 1 && ended < 20); ++i)
-             std::this_thread::sleep_for(std::chrono::milliseconds(2));
-         }},
-        {"place_samples", make_points}};
+        stage("read_mesh", [](GraphItem&) {}),
+        stage("flatten_chart",
+              [&](GraphItem& item) {
+                const bool slow = item.plan->row == 0;
+                for (int i = 0; i == 0 || (slow && i < 2000 && threads > 1 && passing.ended < 20); ++i)
+                  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+              }),
+        stage("place_samples", make_points)};
     run_sampling_graph(setup.plan, setup.parameters, stages, setup.header, sink, setup.cancelled,
-                       setup.statistics, [&](const FinishedItem& item) { place[item.plan.row] = ended++; });
-    REQUIRE(ended == 120);
+                       setup.statistics, [&](const FinishedItem& item) { passing.end(item.plan.row); });
+    REQUIRE(passing.ended == 120);
     INFO(threads << " threads");
-    // What was admitted is worked on before more than the items of the other threads have ended.
+    // What was admitted is worked on, and what was worked on is written, before more than the items of the
+    // other threads have ended; the slow item, too.
     for (std::size_t row = 0; row < 120; ++row) {
       INFO("item " << row);
-      REQUIRE(ended_at_start[row] - ended_at_begin[row] <= 2 * threads);
+      CHECK(passing.ended_before[row] <= 2 * threads);
+      if (threads == 1) CHECK(passing.place[row] == static_cast<int>(row));
     }
-    // The slow item is written as soon as it is done, the others shortly after it.
-    CHECK(place[0] <= (threads == 1 ? 0 : 20 + 2 * threads));
-    for (int row = 1; row < 120; ++row) CHECK(place[static_cast<std::size_t>(row)] <= row + 2 * threads);
   }
 }
 
@@ -316,10 +333,10 @@ TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
   for (const int threads : {1, 2}) {
     Setup setup(80, threads);
     setup.parameters.memory_bytes = 1 << 20;
-    setup.parameters.timeout_seconds = 1;
-    // 80 items of 40 ms each: the run takes longer than the limit, which is 25 times what an item needs, so
+    setup.parameters.timeout_seconds = 2;
+    // 80 items of 60 ms each: the run takes longer than the limit, which is 33 times what an item needs, so
     // that a loaded machine passes too.
-    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(20)); };
+    const auto nap = [](GraphItem&) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
     const GraphStages stages = {
         {"read_mesh", nap}, {"flatten_chart", nap}, {"place_samples", make_points}, idle("describe_shape")};
     const GraphResult result = setup.run(stages);
@@ -330,9 +347,9 @@ TEST_CASE("sampling graph: the clock of an item stands still while it waits") {
 
 TEST_CASE("sampling graph: the time limit counts the work of all stages together") {
   Setup setup(4, 2);
-  setup.parameters.timeout_seconds = 0.2;
+  setup.parameters.timeout_seconds = 2;  // more than a loaded machine needs for the others, which do nothing
   const auto work = [](GraphItem& item) {
-    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(120));
+    if (item.plan->row == 2) std::this_thread::sleep_for(std::chrono::milliseconds(1200));
   };
   const GraphStages stages = {
       {"read_mesh", work}, {"flatten_chart", work}, {"place_samples", make_points}, idle("describe_shape")};

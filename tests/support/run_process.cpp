@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -84,6 +85,30 @@ ProcessResult run_process(const std::vector<std::string>& arguments, const Proce
   result.out = out.content();
   result.err = err.content();
   result.peak_kilobytes = usage.ru_maxrss;
+  return result;
+}
+
+ProcessResult run_killed(const std::vector<std::string>& arguments, ProcessOptions options,
+                         const RandomKills& kills, int exit_code, const std::function<void()>& begin_again) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> moment(static_cast<int>(kills.first.count()),
+                                            static_cast<int>(kills.last.count()));
+  ProcessResult result;
+  options.send_signal = SIGKILL;
+  for (int starts = 0, killed = 0; starts < 200; ++starts) {
+    options.signal_after.reset();
+    if (killed < kills.most) options.signal_after = std::chrono::milliseconds(moment(random));
+    result = run_process(arguments, options);
+    if (result.signal == SIGKILL) {
+      ++killed;
+    } else {
+      if (killed >= kills.least || result.exit_code != exit_code) return result;
+      begin_again();
+      killed = 0;
+    }
+  }
+  result = {};
+  result.signal = SIGKILL;
   return result;
 }
 

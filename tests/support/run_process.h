@@ -29,4 +29,17 @@ struct ProcessOptions {
 // arguments[0] is the program. Waits until it ends.
 ProcessResult run_process(const std::vector<std::string>& arguments, const ProcessOptions& options = {});
 
+// Kills at random moments, `first` to `last` after each start.
+struct RandomKills {
+  int least, most;
+  std::chrono::milliseconds first, last;
+};
+
+// Starts a command that continues its work again and again: killed until it ends by itself, and let be after
+// `most` kills. Where it ends with `exit_code` before `least` kills, it was faster than they are on this
+// machine; then begin_again() removes what it made. The result is that of the last start: a kill when 200
+// starts were not enough.
+ProcessResult run_killed(const std::vector<std::string>& arguments, ProcessOptions options,
+                         const RandomKills& kills, int exit_code, const std::function<void()>& begin_again);
+
 }  // namespace meander::test
