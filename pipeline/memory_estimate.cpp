@@ -126,7 +126,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double flatten =
         triangles * bytes_per_tried_triangle + factor_entries(unknowns) * bytes_per_factored_entry;
     const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
-    const double locate = chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf;
+    const double locate = casts_rays(parameters)
+                              ? chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf
+                              : chart;
     widest = std::max({flatten, locate + elements, chart + elements + placed});
   }
   if (parameters.curved) {  // while charts and elements are still there

@@ -209,6 +209,35 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("place_samples: regions over charts keep components together, each with its share of the samples") {
+  PolygonMesh file = merged(icosphere(4), moved(torus(30, 15), 0.7, 5, 0, 0));
+  constexpr std::uint32_t n = 140000;
+  for (const ElementOrder order : {ElementOrder::hilbert, ElementOrder::balanced})
+    for (const SequenceKind sequence : {SequenceKind::stratified, SequenceKind::owen}) {
+      SampleParameters parameters = parameters_for("conformal");
+      parameters.locate = LocatorKind::elements;
+      parameters.order = order;
+      parameters.place.sequence = sequence;
+      parameters.place.order = OrderKind::curve;
+      const Model model = placed(file, parameters, n, true);
+      const std::vector<Component>& components = model.surface.components;
+      REQUIRE(components.size() == 2);
+      CHECK(model.row.report.method == Method::conformal);
+      REQUIRE(model.row.samples.count() == n);
+      std::array<double, 2> count{};
+      std::size_t changes = 0, last = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t c = model.row.samples.triangle[i] >= components[1].triangle_begin;
+        changes += i > 0 && c != last;
+        last = c;
+        ++count[c];
+      }
+      CHECK(changes <= (sequence == SequenceKind::owen ? 3 : 2));
+      const double expected = n * components[0].area / (components[0].area + components[1].area);
+      CHECK(std::abs(count[0] - expected) <= 8);
+    }
+}
+
 TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 threads") {
   for (const char* method : {"auto", "direct"}) {
     Samples first;
