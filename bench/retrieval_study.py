@@ -2,12 +2,13 @@
 """How much low-discrepancy samples help retrieval: all scores over many seeds, beside random samples.
 
     retrieval_study.py MEANDER DATA [-n 1024] [--seeds 20] [--json result.json]
+    retrieval_study.py MEANDER DATA --sequences spaced,shifted,random --descriptors d2,a3
 
 DATA holds retrieval/CLASS/MODEL and dirty/soup_CLASS_NAME.obj (a folder without soups is studied without
-them). Every seed samples all models twice, with --sequence shifted and random, and scores every combination of
-the six histogram descriptors with `retrieve select`, on retrieval/ alone and with the soups as further
-classes. Tables: mean +- standard deviation over the seeds; the difference of the two sequences, seed by seed;
-the choice leaving one class out. Interrupted (SIGINT), it prints the tables of the seeds that are done.
+them). Every seed samples all models with each of the sequences, and scores every combination of the histogram
+descriptors with `retrieve select`, on retrieval/ alone and with the soups as further classes. Tables: mean +-
+standard deviation over the seeds; the first sequence less each of the others, seed by seed; the choice leaving
+one class out. Interrupted (SIGINT), it prints the tables of the seeds that are done.
 Python's standard library only. Exit status 1 when a run failed.
 """
 import argparse
@@ -25,10 +26,10 @@ from pathlib import Path
 
 EXTENSIONS = {".off", ".obj", ".ply", ".stl"}
 SCORES = ["NN", "1st tier", "2nd tier", "E-measure", "DCG", "mAP"]
-DESCRIPTORS = "d2,a3,d1,d3,d4,geodesic"
-SHOWN = ["d2", "geodesic", "d2+geodesic", "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
+DESCRIPTORS = ["d2", "a3", "d1", "d3", "d4", "geodesic"]
+COMBINATIONS = ["d2", "geodesic", "d2+geodesic", "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
 CHOSEN = "chosen, one class left out"
-SEQUENCES = ["shifted", "random"]
+SEQUENCES = ["shifted", "random", "stratified", "regular", "spaced"]
 
 
 class Failure(Exception):
@@ -78,18 +79,18 @@ def scores_of(arguments, store, classification, models):
     if answer["models"] + sum(answer["left_out"][k] for k in ("not_ok", "not_finite")) != models:
         raise Failure(f"{classification.name}: {answer['models']} of {models} models in the store")
     result = {row["descriptor"]: row for row in answer["settings"]
-              if row["distance"] == arguments.distance and row["descriptor"] in SHOWN}
+              if row["distance"] == arguments.distance and row["descriptor"] in arguments.shown}
     result[CHOSEN] = answer["leaving_one_class_out"][0]
-    return {name: [result[name][score] for score in SCORES] for name in [*SHOWN, CHOSEN]}, answer["models"]
+    return {name: [result[name][score] for score in SCORES] for name in [*arguments.shown, CHOSEN]}, answer["models"]
 
 
 def scores_of_seed(arguments, seed, bases, listing, store, scored):
     """{(base, sequence): {setting: scores}} of one seed."""
     result = {}
-    for sequence in SEQUENCES:
+    for sequence in arguments.sequences:
         run_process([arguments.meander, "run", f"@{listing}", "-o", str(store), "--fresh", "-n",
                      str(arguments.samples), "--sequence", sequence, "--seed", str(seed), "--describe",
-                     DESCRIPTORS, "--bins", str(arguments.bins), "--timeout", "0", "--progress", "none"])
+                     ",".join(arguments.descriptors), "--bins", str(arguments.bins), "--timeout", "0", "--progress", "none"])
         for base, (classification, models) in bases.items():
             result[base, sequence], scored[base] = scores_of(arguments, store, classification, models)
     return result
@@ -99,7 +100,8 @@ def measure(arguments, bases, files, scratch):
     """values[base][sequence][setting]: one list of scores per seed; and how many seeds there are."""
     listing = scratch / "models.txt"
     listing.write_text("".join(f"{file}\n" for file in files))
-    values = {base: {s: {name: [] for name in [*SHOWN, CHOSEN]} for s in SEQUENCES} for base in bases}
+    values = {base: {s: {name: [] for name in [*arguments.shown, CHOSEN]} for s in arguments.sequences}
+              for base in bases}
     scored, done = {}, 0
     try:
         while done < arguments.seeds:
@@ -119,14 +121,17 @@ def spread(numbers):
     return statistics.stdev(numbers) if len(numbers) > 1 else 0.0
 
 
-def summary_of(values):
-    """Mean and standard deviation of every score, and of its differences shifted - random by seed."""
+def summary_of(values, arguments):
+    """Mean and standard deviation of every score, and of its differences first sequence - other by seed."""
     result = {}
-    for name in [*SHOWN, CHOSEN]:
-        columns = {s: list(zip(*values[s][name])) for s in SEQUENCES}
-        entry = {s: [[statistics.mean(c), spread(c)] for c in columns[s]] for s in SEQUENCES}
-        differences = [[a - b for a, b in zip(x, y)] for x, y in zip(*(columns[s] for s in SEQUENCES))]
-        entry["difference"] = [[statistics.mean(d), spread(d) / math.sqrt(len(d))] for d in differences]
+    first, *others = arguments.sequences
+    for name in [*arguments.shown, CHOSEN]:
+        columns = {s: list(zip(*values[s][name])) for s in arguments.sequences}
+        entry = {s: [[statistics.mean(c), spread(c)] for c in columns[s]] for s in arguments.sequences}
+        entry["difference"] = {}
+        for other in others:
+            differences = [[a - b for a, b in zip(x, y)] for x, y in zip(columns[first], columns[other])]
+            entry["difference"][other] = [[statistics.mean(d), spread(d) / math.sqrt(len(d))] for d in differences]
         result[name] = entry
     return result
 
@@ -136,11 +141,12 @@ def print_tables(base, models, summary, arguments):
           f"{arguments.seeds} seeds; mean ± standard deviation over seeds\n")
     print("| descriptor | samples | " + " | ".join(SCORES) + " |\n|---|---|" + "---|" * len(SCORES))
     for name, entry in summary.items():
-        for sequence in SEQUENCES:
+        for sequence in arguments.sequences:
             cells = " | ".join(f"{mean:.3f} ± {sd:.3f}" for mean, sd in entry[sequence])
             print(f"| {name} | {sequence} | {cells} |")
-        cells = " | ".join(f"{mean:+.3f} ± {error:.3f}" for mean, error in entry["difference"])
-        print(f"| | difference, ± standard error | {cells} |")
+        for other, differences in entry["difference"].items():
+            cells = " | ".join(f"{mean:+.3f} ± {error:.3f}" for mean, error in differences)
+            print(f"| | {arguments.sequences[0]} - {other}, ± standard error | {cells} |")
 
 
 def study(arguments):
@@ -162,8 +168,9 @@ def study(arguments):
                "system": platform.platform(), "samples": arguments.samples, "bins": arguments.bins,
                "distance": arguments.distance, "criterion": arguments.criterion, "seeds": arguments.seeds,
                "seconds": seconds}
-    print(f"{context['meander']}; {len(files)} files, {2 * arguments.seeds} runs and their scores in {seconds:.0f} s")
-    summaries = {base: summary_of(v) for base, v in values.items()}
+    print(f"{context['meander']}; {len(files)} files, "
+          f"{len(arguments.sequences) * arguments.seeds} runs and their scores in {seconds:.0f} s")
+    summaries = {base: summary_of(v, arguments) for base, v in values.items()}
     for base, summary in summaries.items():
         print_tables(base, scored[base], summary, arguments)
     if arguments.json:
@@ -179,6 +186,10 @@ def main():
     parser.add_argument("-n", "--samples", type=int, default=1024, help="samples per model (default 1024)")
     parser.add_argument("--bins", type=int, default=64, help="bins of every histogram (default 64)")
     parser.add_argument("--seeds", type=int, default=20, help="seeds 1, 2, ... (default 20)")
+    parser.add_argument("--sequences", default="shifted,random",
+                        help=f"the first is compared with the others (default shifted,random), of {', '.join(SEQUENCES)}")
+    parser.add_argument("--descriptors", default=",".join(DESCRIPTORS),
+                        help="histograms that are made and combined (default all six)")
     parser.add_argument("--distance", default="l1", help="of the fixed combinations (default l1)")
     parser.add_argument("--criterion", default="nn+ft", help="of the choice (default nn+ft)")
     parser.add_argument("--json", metavar="FILE", help="all scores of all seeds as JSON")
@@ -186,6 +197,13 @@ def main():
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds: at least 1")
+    arguments.sequences, arguments.descriptors = arguments.sequences.split(","), arguments.descriptors.split(",")
+    for name, known in (("sequences", SEQUENCES), ("descriptors", DESCRIPTORS)):
+        chosen = getattr(arguments, name)
+        if not set(chosen) <= set(known) or len(set(chosen)) != len(chosen):
+            parser.error(f"--{name}: of {', '.join(known)}, each once")
+    arguments.shown = [c for c in COMBINATIONS if set(c.split("+")) <= set(arguments.descriptors)]
+    arguments.shown += [d for d in arguments.descriptors if d not in arguments.shown]
     arguments.meander = os.path.abspath(shutil.which(arguments.meander) or arguments.meander)
     try:
         return study(arguments)

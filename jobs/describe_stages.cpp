@@ -113,9 +113,9 @@ SampleParameters Describer::all() const {
   return both;
 }
 
-void DescribedRows::write(const EncodedRow& row) {
+void DescribedRows::write(EncodedRow row) {
   const auto record = store::read_record_header(row.bytes);
-  if (record && record->status == Status::ok) return directory_.end_item(row);
+  if (record && record->status == Status::ok) return directory_.end_item(std::move(row));
   if (last_round_)
     throw RunError(RunError::Kind::stopped,
                    "row " + std::to_string(row.row) + " could not be read and written again");

@@ -42,7 +42,7 @@ class DescribedRows final : public RowSink {
  public:
   DescribedRows(RunDirectory& directory, bool last_round) : directory_(directory), last_round_(last_round) {}
   void begin(std::uint64_t row) override { directory_.begin_item(row); }
-  void write(const EncodedRow& row) override;
+  void write(EncodedRow row) override;
 
  private:
   RunDirectory& directory_;

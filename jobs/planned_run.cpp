@@ -22,7 +22,7 @@ class StoreSink : public RowSink {
  public:
   explicit StoreSink(RunDirectory& directory) : directory_(directory) {}
   void begin(std::uint64_t row) override { directory_.begin_item(row); }
-  void write(const EncodedRow& row) override { directory_.end_item(row); }
+  void write(EncodedRow row) override { directory_.end_item(std::move(row)); }
 
  private:
   RunDirectory& directory_;

@@ -185,7 +185,7 @@ bool copy_kept_rows(const StoreReader& store, const PlannedStore& planned, RunDi
       content.label = header.labels[rows[i]];
       encoded[i] = encode_row(header, rows[i], content);
     });
-    for (const EncodedRow& row : encoded) directory.end_item(row);
+    for (EncodedRow& row : encoded) directory.end_item(std::move(row));
     rows.clear();
   };
   for (std::uint64_t row = 0; row < planned.kept.size(); ++row) {

@@ -6,6 +6,7 @@
 
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/locate/surface_regions.h"
 
 namespace meander {
 
@@ -39,6 +40,10 @@ constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edg
 constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4, neighbours = 60;
 constexpr double bytes_per_metric = 60;
 constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
+// Large sets, whose surface is put in order region by region: their elements and points by rank, and the row;
+// or the row while it is encoded.
+constexpr double bytes_per_region_sample = 110;
+constexpr double bytes_per_region_piece = 32;  // in vectors that have grown
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
 // entries.
@@ -69,6 +74,7 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
 
 // Of one sample, while it is placed.
 double placed_bytes(const SampleParameters& parameters) {
+  if (places_in_regions(parameters)) return bytes_per_region_sample;
   if (parameters.place.sequence != SequenceKind::spaced) return bytes_per_sample;
   const double places = spacing_parameters(parameters.place.spacing).candidates;
   return bytes_per_sample + bytes_per_spaced_sample + neighbours * bytes_per_neighbour +
@@ -90,15 +96,27 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   double per_sample = elements_per_sample(parameters);
   if (method.makes_charts)
     per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));
-  const double count = triangles + spread * per_sample * samples;
-  double elements = count * bytes_per_element;
-  if (order_of(parameters) == ElementOrder::balanced) {
+  // Of so many samples: for large sets coarse ones, and then those of the regions that are worked on.
+  const auto elements_of = [&](double of_samples, double of_triangles, double of_each) {
+    const double count = of_triangles + spread * of_each * of_samples;
+    if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
-    const double pieces = is_split ? triangles + (count - triangles) / split_parts : count;
-    const double in_blocks = std::min(1.0, threads * samples_per_block / samples);
-    elements = pieces * bytes_per_balanced_piece + count * bytes_per_entry +
-               in_blocks * (pieces + count) * bytes_per_block_item + samples * bytes_per_balanced_sample;
+    const double pieces = is_split ? of_triangles + (count - of_triangles) / split_parts : count;
+    const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);
+    return pieces * bytes_per_balanced_piece + count * bytes_per_entry +
+           in_blocks * (pieces + count) * bytes_per_block_item + of_samples * bytes_per_balanced_sample;
+  };
+  double elements = 0;
+  if (places_in_regions(parameters)) {
+    const double coarse = samples / samples_per_piece;
+    const auto region = static_cast<double>(samples_per_region(order_of(parameters)));
+    const double at_once = std::min<double>(threads, std::ceil(samples / region));
+    const double own_triangles = std::min(triangles, triangles * region / samples + spread * region);
+    elements = elements_of(coarse, triangles, 1) + (triangles + spread * coarse) * bytes_per_region_piece +
+               at_once * elements_of(region, own_triangles, per_sample);
+  } else {
+    elements = elements_of(samples, triangles, per_sample);
   }
   const double placed = samples * placed_bytes(parameters);
   const double unknowns = std::max(vertices, 0.5 * triangles);

@@ -275,7 +275,7 @@ class SamplingGraph {
     release_model(item.model);
     item.model.row.label = item.plan->label;
     try {
-      item.encoded = encode_row(header_, item.plan->row, item.model.row);
+      item.encoded = encode_row(header_, item.plan->row, std::move(item.model.row));
     } catch (...) {
       Failure failure = current_failure("encode_row");
       fail(item, "encode_row", failure.status, std::move(failure.reason));
@@ -295,7 +295,7 @@ class SamplingGraph {
         ++result_.dropped;
       } else {
         try {
-          sink_.write(item.encoded);
+          sink_.write(std::move(item.encoded));
           ++result_.written;
           finished(item);
         } catch (...) {

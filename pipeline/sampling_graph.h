@@ -83,7 +83,7 @@ class RowSink {
  public:
   virtual ~RowSink() = default;
   virtual void begin(std::uint64_t row) = 0;
-  virtual void write(const EncodedRow& row) = 0;
+  virtual void write(EncodedRow row) = 0;
 };
 
 // The bodies of the nodes, by name; tests inject failures into them. Each works on one item and may throw

@@ -73,13 +73,16 @@ std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& c
   return bytes;
 }
 
-void append_samples(const StoreHeader& header, const Samples& samples, std::vector<std::byte>& out) {
+// spent: the same samples, whose arrays are freed as soon as they are encoded; may be null.
+void append_samples(const StoreHeader& header, const Samples& samples, Samples* spent,
+                    std::vector<std::byte>& out) {
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
   for (const DatasetSpec& spec : fixed_datasets(header.content)) {
     if (spec.role != Role::samples) continue;
     const std::span<const std::byte> row = spec.samples_view(samples);
     if (chunk.rows > 1) {
       out.insert(out.end(), row.begin(), row.end());
+      if (spent != nullptr) spec.samples_free(*spent);
       continue;
     }
     for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
@@ -93,6 +96,7 @@ void append_samples(const StoreHeader& header, const Samples& samples, std::vect
       const auto length = static_cast<std::uint32_t>(out.size() - length_at - 4);
       std::memcpy(out.data() + length_at, &length, 4);
     }
+    if (spent != nullptr) spec.samples_free(*spent);
   }
 }
 
@@ -237,10 +241,7 @@ std::string clean_reason(std::string_view reason) {
   return clean;
 }
 
-}  // namespace store
-
-EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row) {
-  using namespace store;
+EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row& row, Samples* spent) {
   if (row_number >= header.ids.size())
     throw ItemError(Status::internal,
                     fmt::format("row {} of a store of {} rows", row_number, header.ids.size()));
@@ -265,10 +266,20 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const
   out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());
   if (ok) {
     append_descriptors(header, row, out);
-    append_samples(header, row.samples, out);
+    append_samples(header, row.samples, spent, out);
   }
   finish_record({row_number, 0, 0, report.status}, out);
   return encoded;
+}
+
+}  // namespace store
+
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row) {
+  return store::encode(header, row_number, row, nullptr);
+}
+
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row) {
+  return store::encode(header, row_number, row, &row.samples);
 }
 
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {

@@ -274,7 +274,7 @@ void RunDirectory::begin_item(std::uint64_t row) {
   state_->begun->append(row);
 }
 
-void RunDirectory::end_item(const EncodedRow& encoded) {
+void RunDirectory::end_item(EncodedRow encoded) {
   State& state = *state_;
   state.check_row(encoded.row);
   const auto record = read_record_header(encoded.bytes);
@@ -286,6 +286,7 @@ void RunDirectory::end_item(const EncodedRow& encoded) {
   state.offset[encoded.row] = state.journals.append(shard, encoded.bytes);
   state.length[encoded.row] = record->payload_bytes;
   state.mark_done(encoded.row, record->status);
+  encoded.bytes = std::vector<std::byte>();  // sealing reads the rows of a shard back
   if (state.missing[shard] == 0) state.seal(shard);
 }
 

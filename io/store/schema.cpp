@@ -53,6 +53,7 @@ DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width
                    unit, doc,           link};
   spec.samples_view = view<Member>;
   spec.samples_room = room<Member>;
+  spec.samples_free = [](Samples& samples) { (samples.*Member) = std::remove_reference_t<decltype(samples.*Member)>(); };
   return spec;
 }
 

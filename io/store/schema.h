@@ -35,6 +35,7 @@ struct DatasetSpec {
   // role samples: the array of a Samples, and the same array resized to `count` elements.
   std::span<const std::byte> (*samples_view)(const Samples&) = nullptr;
   std::span<std::byte> (*samples_room)(Samples&, std::size_t count) = nullptr;
+  void (*samples_free)(Samples&) = nullptr;
   // role item: the value (element_size * max(width, 1) bytes) to and from a report.
   void (*put_item)(const ItemReport&, std::byte*) = nullptr;
   void (*get_item)(const std::byte*, ItemReport&) = nullptr;

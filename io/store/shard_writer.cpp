@@ -264,9 +264,10 @@ std::uint64_t shard_writing_bytes(const StoreHeader& header) {
     else if (dataset.spec.role == store::Role::descriptor)
       descriptors += dataset.row_bytes;
   }
-  // A stretch raw and filtered, and a row as the journal has it.
-  const std::uint64_t rows = std::min<std::uint64_t>(store::rows_of_stretch(layout), layout.rows);
-  return (2 * rows + 1) * samples + 2 * std::min(store::block_rows, layout.rows) * descriptors;
+  // A row as the journal has it; where its chunks are not yet filtered, a stretch raw and filtered, too.
+  const std::uint64_t stretch =
+      store::samples_are_filtered(layout) ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
+  return (2 * stretch + 1) * samples + 2 * std::min(store::block_rows, layout.rows) * descriptors;
 }
 
 }  // namespace meander

@@ -77,6 +77,9 @@ struct EncodedRow {
 // hold header.samples entries when the status is ok and nothing otherwise. Fills report.points_crc32c of the
 // stored row.
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row);
+// The same; the sample arrays are freed one after the other as they are encoded, for sets that would not fit
+// into memory twice.
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row);
 // The inverse, for --reuse and tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
@@ -111,7 +114,7 @@ class RunDirectory {
   Status status(std::uint64_t row) const;       // of a done row
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  void end_item(const EncodedRow& encoded);  // seals the row's shard when it is the last one missing
+  void end_item(EncodedRow encoded);  // seals the row's shard when it is the last one missing
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
   // No row is in work: rows begun but not ended are not suspects for the next process.

@@ -257,19 +257,49 @@ std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const 
   return boxes;
 }
 
-double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double> points) {
+std::vector<double> box_errors(std::span<const RotatedBox> boxes, std::span<const double> points) {
   if (boxes.empty() || points.size() < 3)
-    throw std::invalid_argument("box_error_ratio needs at least one box and one point");
+    throw std::invalid_argument("box errors need at least one box and one point");
   const PointTree set = build_point_tree(points);
   const auto n = static_cast<double>(set.tree.count());
-  std::vector<double> squared(boxes.size()), variance(boxes.size());
+  std::vector<double> errors(boxes.size());
   parallel_tasks(boxes.size(), [&](std::size_t i) {
-    const double share = boxes[i].share;
-    const double error = static_cast<double>(count_in(set, boxes[i])) / n - share;
-    squared[i] = error * error;
-    variance[i] = share * (1 - share) / n;
+    errors[i] = static_cast<double>(count_in(set, boxes[i])) / n - boxes[i].share;
   });
+  return errors;
+}
+
+double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double> points) {
+  std::vector<double> squared = box_errors(boxes, points), variance(boxes.size());
+  const auto n = static_cast<double>(points.size() / 3);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    squared[i] *= squared[i];
+    variance[i] = boxes[i].share * (1 - boxes[i].share) / n;
+  }
   return std::sqrt(blocked_sum(squared) / blocked_sum(variance));
+}
+
+void BoxBias::add(std::span<const double> errors) {
+  if (sets_ == 0) {
+    sum_.assign(errors.size(), 0.0);
+    squares_.assign(errors.size(), 0.0);
+  }
+  if (errors.size() != sum_.size()) throw std::invalid_argument("every set must meet the same boxes");
+  ++sets_;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    sum_[i] += errors[i];
+    squares_[i] += errors[i] * errors[i];
+  }
+}
+
+double BoxBias::ratio() const {
+  double bias = 0, one = 0;
+  for (std::size_t i = 0; i < sum_.size(); ++i) {
+    const double mean = sum_[i] / sets_, square = squares_[i] / sets_;
+    bias += mean * mean - (square - mean * mean) / (sets_ - 1);
+    one += square;
+  }
+  return std::sqrt(std::max(0.0, bias / one));
 }
 
 }  // namespace meander

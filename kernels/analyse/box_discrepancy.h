@@ -43,11 +43,29 @@ std::vector<RotatedBox> random_boxes(std::span<const double> x, std::span<const 
                                      std::span<const double> z, std::span<const std::uint32_t> triangles,
                                      const BoxParameters& parameters);
 
-// points: 3 n coordinates, finite, in the units of the boxes, in any order. Returns sqrt(mean over boxes of
-// (count/n - share)^2) over the Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random points (root mean
-// square over many sets), smaller is better. Points on a face of a box are inside. O(n log n) once, then
-// O(points near the faces of the box) a box. Deterministic for every thread count. Throws
-// std::invalid_argument without points or boxes.
+// points: 3 n coordinates, finite, in the units of the boxes, in any order. Returns count/n - share of every
+// box. Points on a face of a box are inside. O(n log n) once, then O(points near the faces of the box) a box.
+// Deterministic for every thread count. Throws std::invalid_argument without points or boxes.
+std::vector<double> box_errors(std::span<const RotatedBox> boxes, std::span<const double> points);
+
+// The root mean square of those errors over its Monte Carlo value sqrt(mean p (1 - p) / n): 1 for random
+// points (root mean square over many sets), smaller is better. Cost and errors as above.
 double box_error_ratio(std::span<const RotatedBox> boxes, std::span<const double> points);
+
+// How far a sampler is from unbiased: add the box_errors of many independent sets of equal size over the same
+// boxes.
+class BoxBias {
+ public:
+  // Throws std::invalid_argument when the number of boxes changes.
+  void add(std::span<const double> errors);
+  // Root mean square over boxes of the mean error, over that of the error of one set; what is left of the
+  // variance of the mean is taken off, so that an unbiased sampler has about 0 (with few sets some
+  // 1/sqrt(sets) times the fourth root of 2/boxes). At least two sets.
+  double ratio() const;
+
+ private:
+  double sets_ = 0;
+  std::vector<double> sum_, squares_;
+};
 
 }  // namespace meander

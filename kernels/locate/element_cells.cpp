@@ -6,29 +6,12 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/rotation.h"
-#include "kernels/locate/chart_places.h"
+#include "kernels/locate/element_source.h"
 #include "kernels/locate/placed_pieces.h"
 
 namespace meander {
 
 namespace {
-
-// Unit normals in space, (0, 0, 0) for triangles of no area.
-std::vector<float> triangle_normals(const PreparedMesh& mesh) {
-  std::vector<float> normal(3 * mesh.triangle_count());
-  parallel_blocks(mesh.triangle_count(), sum_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      const Vector3 a = mesh.position(mesh.triangles[3 * t]);
-      const Vector3 n =
-          cross(mesh.position(mesh.triangles[3 * t + 1]) - a, mesh.position(mesh.triangles[3 * t + 2]) - a);
-      const double length = norm(n), scale = length > 0 ? 1 / length : 0;
-      normal[3 * t] = static_cast<float>(scale * n.x);
-      normal[3 * t + 1] = static_cast<float>(scale * n.y);
-      normal[3 * t + 2] = static_cast<float>(scale * n.z);
-    }
-  });
-  return normal;
-}
 
 // Turns everything that cells are cut by, over charts in their plane; shrinks it, so that points stay in the
 // cube [-1, 1]^3.
@@ -66,29 +49,42 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
   return path[entry.element()] << bisections | (entry.part() - (1u << bisections));
 }
 
-ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                         const CancelToken& cancel) {
-  const double limit = element_limit(measure, parameters);
-  const PreparedMesh& mesh = surface.mesh();
-  const ChartPlaces places(mesh, charts);
-  const std::vector<std::uint32_t> group = sheet_groups(mesh, charts.charts, hints.sheet);
-  const bool is_split = hints.hits.empty() && splits_pieces(parameters, charts.empty() && surface.in_space(),
-                                                            measure.density.uniform());
-  PlacedPieces pieces = cut_all(
-      surface, measure.density, hints.hits, is_split ? limit * split_parts : limit,
-      [&] { return PlacedPieces(places, key, parameters.keep_vertices, is_split ? limit : 0); }, cancel);
+ElementCells cells_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
+                        std::uint64_t cells, double limit, const ElementParameters& parameters,
+                        const CancelToken& cancel) {
+  const bool is_split =
+      source.hits.empty() &&
+      splits_pieces(parameters, !source.places.any() && source.surface.in_space(), source.density.uniform());
+  PlacedPieces pieces = cut_source(
+      source, region, is_split ? limit * split_parts : limit,
+      [&] { return PlacedPieces(source.places, source.key, parameters.keep_vertices, is_split ? limit : 0); },
+      cancel);
   check_count(pieces.point.size(), most_balanced_elements);
   cancel.check();
-  std::vector<float> normal = charts.empty() ? triangle_normals(mesh) : std::vector<float>();
-  if (parameters.random_axes) turn_axes(key, !charts.empty(), pieces, normal);
+  std::vector<float> turned;
+  if (parameters.random_axes) {
+    turned = source.normal;
+    turn_axes(source.key, source.places.any(), pieces, turned);
+  }
+  const ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
+                             source.group};
   ElementCells result;
-  result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(parameters.samples),
-                                {pieces.triangle, pieces.split, normal, group}, cancel);
+  result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(cells), traits, cancel,
+                                region == nullptr ? parameters.strata : 0);
   result.triangle = std::move(pieces.triangle);
   result.path = std::move(pieces.path);
   result.vertex = std::move(pieces.vertex);
   return result;
+}
+
+ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                         const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                         const CancelToken& cancel) {
+  const ElementSource source(surface, measure.density, charts, hints.hits,
+                             sheet_groups(surface.mesh(), charts.charts, hints.sheet), ElementOrder::balanced,
+                             key);
+  return cells_from(source, nullptr, parameters.samples, element_limit(measure, parameters), parameters,
+                    cancel);
 }
 
 }  // namespace meander

@@ -7,7 +7,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
-#include "kernels/locate/chart_places.h"
+#include "kernels/locate/element_source.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/locate/placed_pieces.h"
 
@@ -133,13 +133,14 @@ void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> wo
   }
 }
 
-// Places along the 3-D Hilbert curve: first by coarse keys, which fit into one word with the numbers.
-std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points) {
+// Places along the 3-D Hilbert curve. Coarse keys, which fit into one word with the numbers, are faster
+// unless many of them are equal, as in a region of the surface.
+std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points, bool dense) {
   constexpr std::size_t most_coarse = std::size_t{1} << 20;  // beyond, many keys would be equal
   constexpr int number_bits = 64 - coarse_key_bits;
   const std::size_t count = points.size();
   std::vector<std::uint32_t> order(count);
-  if (count <= most_coarse) {
+  if (!dense && count <= most_coarse) {
     std::vector<std::uint64_t> words(count), scratch;
     if (count > 0)
       coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
@@ -203,8 +204,8 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-CurveElements along_space_curve(const PlacedPieces& pieces) {
-  const std::vector<std::uint32_t> order = space_order(pieces.point);
+CurveElements along_space_curve(const PlacedPieces& pieces, bool dense) {
+  const std::vector<std::uint32_t> order = space_order(pieces.point, dense);
   const std::size_t count = order.size();
   CurveElements result;
   result.triangle.resize(count);
@@ -238,26 +239,30 @@ void check_count(std::size_t elements, std::size_t most) {
                                            std::to_string(std::countr_zero(most)) + " that can be numbered");
 }
 
+CurveElements elements_from(const ElementSource& source, const std::vector<SurfacePiece>* region,
+                            double limit, const ElementParameters& parameters, const CancelToken& cancel) {
+  if (!source.places.any()) {
+    const PlacedPieces pieces = cut_source(
+        source, region, limit,
+        [&] { return PlacedPieces(source.places, source.key, parameters.keep_vertices, 0); }, cancel);
+    check_count(pieces.point.size(), most_curve_elements);
+    cancel.check();
+    return along_space_curve(pieces, region != nullptr);
+  }
+  const KeyedPieces pieces = cut_source(
+      source, region, limit, [&] { return KeyedPieces(source.places, source.group, source.key, parameters); },
+      cancel);
+  check_count(pieces.elements.size(), most_curve_elements);
+  cancel.check();
+  return along_curve(source.surface.mesh(), pieces.elements, parameters.keep_vertices);
+}
+
 CurveElements build_elements(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
                              const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                              const CancelToken& cancel) {
-  const double limit = element_limit(measure, parameters);
-  const ChartPlaces places(surface.mesh(), charts);
-  const std::vector<std::uint32_t> group = sheet_groups(surface.mesh(), charts.charts, hints.sheet);
-  if (charts.empty()) {
-    const PlacedPieces pieces = cut_all(
-        surface, measure.density, hints.hits, limit,
-        [&] { return PlacedPieces(places, key, parameters.keep_vertices, 0); }, cancel);
-    check_count(pieces.point.size(), most_curve_elements);
-    cancel.check();
-    return along_space_curve(pieces);
-  }
-  const KeyedPieces pieces = cut_all(
-      surface, measure.density, hints.hits, limit,
-      [&] { return KeyedPieces(places, group, key, parameters); }, cancel);
-  check_count(pieces.elements.size(), most_curve_elements);
-  cancel.check();
-  return along_curve(surface.mesh(), pieces.elements, parameters.keep_vertices);
+  const ElementSource source(surface, measure.density, charts, hints.hits,
+                             sheet_groups(surface.mesh(), charts.charts, hints.sheet), parameters.order, key);
+  return elements_from(source, nullptr, element_limit(measure, parameters), parameters, cancel);
 }
 
 }  // namespace meander

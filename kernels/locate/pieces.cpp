@@ -78,9 +78,20 @@ std::array<Vector3, 3> bisection_corners(const MeasuredMesh& surface, std::uint3
 }
 
 Piece piece_of(const std::array<Vector3, 3>& corners, std::uint32_t path) {
-  WorkPiece piece = whole_triangle(corners);
-  for (int bit = std::bit_width(path) - 2; bit >= 0; --bit) piece = bisect(piece)[path >> bit & 1u];
-  return piece.weights;
+  // As bisect does, in place: of the bisected edge one end moves to its middle.
+  PlainPiece piece = plain_triangle(corners);
+  Piece weights = {{0, 1, 0}, {0, 0, 1}};
+  for (int bit = std::bit_width(path) - 2; bit >= 0; --bit) {
+    const std::size_t a = longest_edge(piece), b = (a + 1) % 3, c = (a + 2) % 3;
+    const std::size_t moved = (path >> bit & 1u) != 0 ? a : b;
+    const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];
+    piece.corner[moved] = middle;
+    weights.b1[moved] = 0.5 * (weights.b1[a] + weights.b1[b]);
+    weights.b2[moved] = 0.5 * (weights.b2[a] + weights.b2[b]);
+    piece.squared_edge[a] *= 0.25;
+    piece.squared_edge[moved == a ? c : b] = dot(median, median);
+  }
+  return weights;
 }
 
 }  // namespace meander

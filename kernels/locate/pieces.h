@@ -62,6 +62,13 @@ inline std::array<PlainPiece, 2> bisect(const PlainPiece& piece) {
 }
 std::array<WorkPiece, 2> bisect(const WorkPiece& piece);
 
+// The piece at the end of a path that begins with the whole triangle.
+template <class AnyPiece>
+AnyPiece followed(AnyPiece piece, std::uint32_t path) {
+  for (int bit = std::bit_width(path) - 2; bit >= 0; --bit) piece = bisect(piece)[path >> bit & 1u];
+  return piece;
+}
+
 // Geometry and density of one triangle, from which masses and points of its pieces follow.
 struct TriangleSource {
   std::array<Vector3, 3> corner;  // in space
@@ -78,10 +85,14 @@ struct TriangleSource {
 };
 TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::size_t triangle);
 
+// 2^-bisections, exact; a call of ldexp costs more than what it is for.
+inline double share_after(int bisections) {
+  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
+}
+
 // Mass of a piece: area x mean of the linear density at its corners (exact for a linear density).
 inline double piece_mass(const TriangleSource& source, const Piece& piece, int bisections) {
-  // 2^-bisections, exact; a call of ldexp costs more than the rest.
-  const double share = std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
+  const double share = share_after(bisections);
   if (source.uniform) return source.area * share;
   double mean = 0;
   for (std::size_t k = 0; k < 3; ++k) mean += source.density_at(piece.b1[k], piece.b2[k]);
@@ -114,21 +125,25 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
 // bounded.
 bool is_needle(const PlainPiece& piece, double mass, double limit);
 
-// Depth-first bisection of a triangle of uniform density in space, whose weights nobody asks for, until every
+// Depth-first bisection of a piece of uniform density in space, whose weights nobody asks for, until every
 // piece weighs at most `limit`; `emit` is called in path order.
 template <class Emit>
-void cut_plain_triangle(const std::array<Vector3, 3>& corners, double mass, double limit,
-                        std::vector<PlainPiece>& stack, const Emit& emit) {
+void cut_plain_piece(const PlainPiece& start, double mass, double limit, std::vector<PlainPiece>& stack,
+                     const Emit& emit) {
   if (!(mass > 0)) return;
   if (mass <= limit) {
-    emit(plain_triangle(corners), mass);
+    emit(start, mass);
     return;
   }
   // All pieces of a depth weigh the same.
   double share = mass;
-  std::uint32_t deepest = 1;
+  std::uint32_t deepest = std::bit_floor(start.path);
   for (; share > limit && deepest < deepest_path; share *= 0.5) deepest *= 2;
-  stack.push_back(plain_triangle(corners));
+  if (start.path >= deepest) {  // as deep as paths go
+    emit(start, mass);
+    return;
+  }
+  stack.push_back(start);
   while (!stack.empty()) {
     const PlainPiece piece = stack.back();
     stack.pop_back();
@@ -143,27 +158,27 @@ void cut_plain_triangle(const std::array<Vector3, 3>& corners, double mass, doub
   }
 }
 
-// Depth-first bisection of one triangle until every piece weighs at most `limit` (and, where asked for, none
-// is a needle) and there are at least `wanted` of them; `emit` is called in path order.
+// Depth-first bisection of a piece until every piece weighs at most `limit` (and, where asked for, none is a
+// needle) and there are at least `wanted` of them; `emit` is called in path order.
 template <class Emit>
-void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& shape, double limit,
-                  std::uint32_t wanted, bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
-  const int least = wanted > 1 ? std::bit_width(wanted - 1) : 0;
-  const WorkPiece whole = whole_triangle(shape);
-  const double whole_mass = piece_mass(source, whole.weights, 0);
+void cut_piece(const TriangleSource& source, const WorkPiece& start, double limit, std::uint32_t wanted,
+               bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
+  const auto bisections_of = [](const WorkPiece& piece) { return std::bit_width(piece.path) - 1; };
+  const int least = bisections_of(start) + (wanted > 1 ? std::bit_width(wanted - 1) : 0);
+  const double whole_mass = piece_mass(source, start.weights, bisections_of(start));
   if (!(whole_mass > 0)) return;
   const auto too_large = [&](const WorkPiece& piece, double mass) {
     return mass > limit || (no_needles && is_needle(piece, mass, limit));
   };
-  if (!too_large(whole, whole_mass) && least == 0) {  // most triangles of a fine mesh
-    emit(whole, whole_mass);
+  if (!too_large(start, whole_mass) && wanted <= 1) {  // most triangles of a fine mesh
+    emit(start, whole_mass);
     return;
   }
-  stack.push_back(whole);
+  stack.push_back(start);
   while (!stack.empty()) {
     const WorkPiece piece = stack.back();
     stack.pop_back();
-    const int bisections = std::bit_width(piece.path) - 1;
+    const int bisections = bisections_of(piece);
     const double mass = piece_mass(source, piece.weights, bisections);
     if ((too_large(piece, mass) || bisections < least) && mass > 0 && piece.path < deepest_path) {
       const auto children = bisect(piece);
@@ -174,6 +189,56 @@ void cut_triangle(const TriangleSource& source, const std::array<Vector3, 3>& sh
     }
   }
 }
+
+// A share of the mass of a piece of a triangle.
+struct SurfacePiece {
+  std::uint32_t triangle, path;
+  double share;  // (0, 1]
+};
+
+// Cuts pieces into lighter ones and hands them to a record (see cut_all) with the shares of their masses.
+template <class Record>
+class PieceCutter {
+ public:
+  // wanted: by triangle, the least number of pieces; may be empty.
+  PieceCutter(const MeasuredMesh& surface, const Density& density, std::span<const std::uint32_t> wanted,
+              double limit, Record& record)
+      : surface_(surface), density_(density), wanted_(wanted), limit_(limit), record_(record) {
+    if constexpr (Record::takes_plain_pieces)
+      plain_ = density.uniform() && surface.in_space() && wanted.empty() && !record.wants_weights();
+  }
+
+  void cut(const SurfacePiece& piece) {
+    const PreparedMesh& mesh = surface_.mesh();
+    const std::size_t t = piece.triangle;
+    if (!(mesh.area[t] > 0)) return;
+    const std::array<Vector3, 3> corners = bisection_corners(surface_, piece.triangle);
+    if constexpr (Record::takes_plain_pieces)
+      if (plain_) {
+        const PlainPiece start = followed(plain_triangle(corners), piece.path);
+        const double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
+        cut_plain_piece(start, mass, limit_, plain_stack_, [&](const PlainPiece& part, double part_mass) {
+          record_(t, part, part_mass * piece.share);
+        });
+        return;
+      }
+    const TriangleSource source = source_of(mesh, density_, t);
+    cut_piece(source, followed(whole_triangle(corners), piece.path), limit_, wanted_.empty() ? 0 : wanted_[t],
+              !surface_.in_space(), stack_, [&](const WorkPiece& part, double part_mass) {
+                record_(t, source, part, part_mass * piece.share);
+              });
+  }
+
+ private:
+  const MeasuredMesh& surface_;
+  const Density& density_;
+  std::span<const std::uint32_t> wanted_;
+  double limit_;
+  Record& record_;
+  bool plain_ = false;
+  std::vector<WorkPiece> stack_;
+  std::vector<PlainPiece> plain_stack_;
+};
 
 // Cuts all triangles of positive area, in their order. `record` is a class with
 //   void operator()(std::size_t triangle, const TriangleSource&, const WorkPiece&, double mass);
@@ -201,29 +266,8 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
     for (std::size_t t = begin; t < end; ++t) area += mesh.area[t];
     const double more = density.uniform() && limit > 0 ? 1.5 * area / limit : 0.0;
     part.reserve(end - begin + static_cast<std::size_t>(std::min(more, most_reserved)));
-    std::vector<WorkPiece> stack;
-    std::vector<PlainPiece> plain_stack;
-    const auto cut = [&](std::size_t t) {
-      const TriangleSource source = source_of(mesh, density, t);
-      cut_triangle(source, bisection_corners(surface, static_cast<std::uint32_t>(t)), limit,
-                   wanted.empty() ? 0 : wanted[t], !surface.in_space(), stack,
-                   [&](const WorkPiece& piece, double mass) { part(t, source, piece, mass); });
-    };
-    const auto cut_plain = [&](std::size_t t) {
-      if constexpr (Record::takes_plain_pieces)
-        cut_plain_triangle(bisection_corners(surface, static_cast<std::uint32_t>(t)), mesh.area[t], limit,
-                           plain_stack, [&](const PlainPiece& piece, double mass) { part(t, piece, mass); });
-    };
-    bool plain = false;
-    if constexpr (Record::takes_plain_pieces)
-      plain = density.uniform() && surface.in_space() && wanted.empty() && !part.wants_weights();
-    for (std::size_t t = begin; t < end; ++t) {
-      if (!(mesh.area[t] > 0)) continue;
-      if (plain)
-        cut_plain(t);
-      else
-        cut(t);
-    }
+    PieceCutter cutter(surface, density, wanted, limit, part);
+    for (std::size_t t = begin; t < end; ++t) cutter.cut({static_cast<std::uint32_t>(t), 1, 1.0});
   });
   if (parts.empty()) return make();
   auto all = std::move(parts.front());

@@ -10,6 +10,7 @@
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_tree.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/locate/surface_regions.h"
 #include "kernels/mesh/coarsen_mesh.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/mesh/prepared_mesh.h"
@@ -33,7 +34,8 @@ struct Model {
   std::vector<FlatChart> charts;  // flatten_chart or chart_segments, by component
   std::vector<CurveTree> trees;   // build_curve; locate_vertices refines them
   CurveElements elements;         // locate_vertices: along a curve,
-  ElementCells cells;             // or by balanced bisection
+  ElementCells cells;             // or by balanced bisection,
+  SurfaceRegions regions;         // or in regions, for large sets
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
 

@@ -1,10 +1,10 @@
 #include "kernels/model/sample_parameters.h"
-
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
 
 #include "kernels/core/check_range.h"
+#include "kernels/locate/surface_regions.h"
 
 namespace meander {
 
@@ -91,6 +91,11 @@ double elements_per_sample(const SampleParameters& parameters) {
   return std::max(asked, least);
 }
 
+bool places_in_regions(const SampleParameters& parameters) {
+  return parameters.place.samples > most_whole_samples && parameters.place.sequence != SequenceKind::spaced &&
+         parameters.locate != LocatorKind::first_hit;
+}
+
 ElementParameters element_parameters(const SampleParameters& parameters) {
   ElementParameters elements = parameters.elements;
   elements.elements_per_sample = elements_per_sample(parameters);
@@ -98,6 +103,7 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   elements.order = order_of(parameters);
   // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
   elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
+  elements.in_regions = places_in_regions(parameters);
   return elements;
 }
 

@@ -113,6 +113,10 @@ double elements_per_sample(const SampleParameters& parameters);
 // The parameters of the elements with that, the order, and curve vertices where samples are placed at them.
 ElementParameters element_parameters(const SampleParameters& parameters);
 
+// Whether the surface is put in order region by region (surface_regions.h): large sets, but for spaced ones,
+// whose places depend on each other, and the survey's point location.
+bool places_in_regions(const SampleParameters& parameters);
+
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);
 

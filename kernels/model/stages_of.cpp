@@ -124,16 +124,24 @@ Domain surface_domain(const Model& model) {
 Domain segments_domain(const Model& model) { return {model.segments.measured(), model.segments.measure}; }
 using DomainOf = Domain (*)(const Model&);
 
+void forget_order(Model& model) {
+  model.elements = CurveElements{};
+  model.cells = ElementCells{};
+  model.regions = SurfaceRegions{};
+}
+
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
                     ElementParameters elements) {
   if (domain.coarse != nullptr)
     elements.elements_per_sample =
         std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
   // Placed a second time, the model may have been put in the other order before.
-  model.cells = ElementCells{};
-  model.elements = CurveElements{};
+  forget_order(model);
   const ChartSet charts(model.charts, domain.coarse);
-  if (elements.order == ElementOrder::balanced)
+  if (elements.in_regions)
+    model.regions =
+        build_regions(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
+  else if (elements.order == ElementOrder::balanced)
     model.cells = build_cells(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
   else
     model.elements =
@@ -171,7 +179,7 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
   if (p.locate == LocatorKind::first_hit) {
     stages.push_back({"locate_vertices", [locator = curved, device, domain_of](Model& model) {
                         const Domain domain = domain_of(model);
-                        model.cells = ElementCells{};
+                        forget_order(model);
                         model.elements = locate_first_hit(*device, domain.mesh.mesh(), domain.measure,
                                                           model.charts, model.trees, locator, model.cancel);
                       }});
@@ -200,6 +208,13 @@ void place(Model& model, const PlaceParameters& parameters, const Domain& domain
   const OutputFrame frame = output_frame(model.surface, parameters.normalize);
   report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
   report.scale = frame.scale;
+  if (model.regions.count() > 0) {
+    const ElementSource source(domain.mesh, domain.measure.density, {model.charts, domain.coarse}, {},
+                               model.regions.group, model.regions.parameters.order, model.key);
+    model.row.samples = place_samples(model.file, domain.mesh, domain.measure.density, model.regions, source,
+                                      model.key, parameters, frame, report.repairs, model.cancel);
+    return;
+  }
   const auto placed = [&](const auto& order) {
     return place_samples(model.file, domain.mesh, domain.measure.density, order, model.key, parameters, frame,
                          report.repairs, model.cancel, metric);
@@ -337,8 +352,7 @@ void release_charts(Model& model) {
   model.cuts = std::vector<CutChart>();
   model.charts = std::vector<FlatChart>();
   model.trees = std::vector<CurveTree>();
-  model.elements = CurveElements{};
-  model.cells = ElementCells{};
+  forget_order(model);
 }
 
 }  // namespace meander

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -48,9 +49,9 @@ struct Leaf {
 
 class Bisection {
  public:
-  Bisection(std::span<const MassPoint> elements, std::uint32_t n, const ElementTraits& traits,
-            const CancelToken& cancel)
-      : n_(n), elements_(elements), traits_(traits), cancel_(cancel) {
+  Bisection(std::span<const MassPoint> elements, std::uint32_t n, std::uint64_t shares,
+            const ElementTraits& traits, const CancelToken& cancel)
+      : n_(n), shares_(shares), elements_(elements), traits_(traits), cancel_(cancel) {
     double total = 0;
     for (const MassPoint& e : elements) total += e.mass;
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
@@ -128,7 +129,8 @@ class Bisection {
 
   // The mass before the leaf of that number.
   std::uint64_t boundary(std::uint32_t leaf) const {
-    return total_ / n_ * leaf + total_ % n_ * leaf / n_;  // floor(total leaf / n) without overflow
+    const std::uint64_t share = shares_ == n_ ? leaf : leaf * shares_ / n_;
+    return total_ / shares_ * share + total_ % shares_ * share / shares_;  // floor(total share / shares)
   }
 
   // The level to which nodes of that many leaves take splits apart.
@@ -397,7 +399,7 @@ class Bisection {
       cancel_.check();
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        cells.cell[r] = {leaf.block, leaf.count, leaf.first, direction(r)};
+        cells.cell[r] = {leaf.block, leaf.count, leaf.first, direction(r), path_[r].leaf};
       }
     });
     cells.block = std::move(blocks_);
@@ -428,6 +430,7 @@ class Bisection {
   };
 
   std::uint32_t n_;
+  std::uint64_t shares_;
   std::span<const MassPoint> elements_;
   const ElementTraits& traits_;
   const CancelToken& cancel_;
@@ -454,8 +457,11 @@ void lay_out(std::span<const CellEntry> entries, const Point& d, std::vector<std
 }  // namespace
 
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
-                             const ElementTraits& traits, const CancelToken& cancel) {
-  return Bisection(elements, n, traits, cancel).cells();
+                             const ElementTraits& traits, const CancelToken& cancel, std::uint64_t shares) {
+  if (shares == 0) shares = n;
+  if (shares < n || shares > std::numeric_limits<std::uint32_t>::max())
+    throw std::invalid_argument("balanced_order: shares are fewer than cells, or more than 2^32 - 1");
+  return Bisection(elements, n, shares, traits, cancel).cells();
 }
 
 const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,

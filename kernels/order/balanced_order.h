@@ -51,6 +51,7 @@ struct Cell {
   std::uint32_t block, entries;
   std::size_t first;
   std::array<float, 3> direction;  // 0: the entries are in order
+  std::uint32_t leaf;              // its number in the tree
 };
 
 // The cells in the order of the path. At most n - 1 more entries than all parts.
@@ -75,8 +76,11 @@ struct BalancedCells {
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
 // levels more for its parts; 100 bytes an element and 190 a sample, most of them at the peak, and 24 an
 // entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29 elements.
+// `shares`: 0, or at least n: of so many equal shares of the mass cell k of the tree holds those from
+// floor(k shares / n) to floor((k + 1) shares / n).
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
-                             const ElementTraits& traits = {}, const CancelToken& cancel = {});
+                             const ElementTraits& traits = {}, const CancelToken& cancel = {},
+                             std::uint64_t shares = 0);
 
 // The entry that holds `share` (in [0, 1]) of a cell's mass along the direction of the path, never one
 // without mass; entries follow each other by their centroids, those in one place by number. `scratch` is

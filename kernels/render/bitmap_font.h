@@ -1,6 +1,7 @@
 // Small labels for pictures: a fixed-width bitmap font of 5 x 7 pixels for printable ASCII.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -23,5 +24,12 @@ std::string shortened_text(std::string_view text, std::uint32_t width);
 // picture is cut off. Characters outside ASCII appear as a box.
 void draw_text(RgbImage& image, std::string_view text, std::int64_t x, std::int64_t y, std::uint32_t scale,
                std::uint8_t grey);
+
+// The same glyphs as smooth strokes of a round pen through their pixels, each as wide as it is, in a colour
+// that is mixed with what is there: for texts that are larger than the font. size: pixels from one pixel of
+// the font to the next, so that capitals are 6 size high; (x, y): centre of the upper left one.
+void draw_smooth_text(RgbImage& image, std::string_view text, double x, double y, double size,
+                      std::array<std::uint8_t, 3> colour);
+double smooth_text_width(std::string_view text, double size);
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 #include "kernels/core/exact_division.h"
 #include "kernels/core/parallel.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/locate/surface_regions.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
@@ -23,6 +24,7 @@ constexpr int max_trials = 64;
 constexpr double float_headroom = 1024;
 // Within these float32 has its full precision, and 2^8 times a coordinate (the spacing of few samples on a
 // folded surface) is still finite.
+constexpr double below_one = 1.0 - 0x1p-53;
 constexpr double least_unit = 0x1p-126, largest_coordinate = 0x1p120;
 
 struct Draw {
@@ -45,6 +47,16 @@ struct RankElements {
     vertex[2 * rank] = weights[0];
     vertex[2 * rank + 1] = weights[1];
     mass[rank] = own_mass;
+  }
+  // From rank `first` on, those of a part.
+  void set_all(std::size_t first, const RankElements& part) {
+    const auto copy = [](const auto& from, auto& to, std::size_t at) {
+      std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    copy(part.triangle, triangle, first);
+    copy(part.path, path, first);
+    copy(part.vertex, vertex, 2 * first);
+    copy(part.mass, mass, first);
   }
 };
 
@@ -192,6 +204,35 @@ RankElements elements_at(const ElementCells& cells, std::span<const double> posi
   return found;
 }
 
+// Regions have whole strata: positions in strata, less those before, are those in the region.
+RankElements elements_at(const SurfaceRegions& regions, const ElementSource& source,
+                         std::span<const double> position, bool vertices, const CancelToken& cancel) {
+  RankElements found(position.size(), vertices);
+  const auto samples = static_cast<double>(regions.parameters.samples);
+  const auto rank_at = [&](std::size_t region) {
+    if (region == regions.count()) return position.size();
+    const auto first = static_cast<double>(regions.first_stratum[region]);
+    const auto at =
+        std::partition_point(position.begin(), position.end(), [&](double p) { return p * samples < first; });
+    return static_cast<std::size_t>(at - position.begin());
+  };
+  parallel_tasks(regions.count(), [&](std::size_t region) {
+    const std::size_t begin = rank_at(region), end = rank_at(region + 1);
+    if (begin == end) return;
+    const auto first = static_cast<double>(regions.first_stratum[region]);
+    const auto strata = static_cast<double>(regions.strata(region));
+    std::vector<double> local(end - begin);
+    for (std::size_t i = 0; i < local.size(); ++i)
+      local[i] = std::min((position[begin + i] * samples - first) / strata, below_one);
+    const RankElements part =
+        regions.parameters.order == ElementOrder::balanced
+            ? elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel)
+            : elements_at(region_elements(regions, source, region, cancel), local, vertices, cancel);
+    found.set_all(begin, part);
+  });
+  return found;
+}
+
 std::uint32_t count_bad_normals(const PolygonMesh& file) {
   std::uint32_t bad = 0;
   for (std::size_t i = 0; i + 2 < file.normals.size(); i += 3) {
@@ -233,8 +274,61 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
 
 namespace {
 
-// rank_of_index: order in the file, if the sequence has one of its own. chosen: points by rank, if they are
-// not to be drawn.
+// Points by curve rank: duplicates must be found in one fixed order.
+struct RankPoints {
+  std::vector<float> point, weight;  // 3 and 2 a sample
+  explicit RankPoints(std::size_t count) : point(3 * count), weight(2 * count) {}
+  void set(const Placer& placer, std::size_t rank, double b1, double b2) {
+    weight[2 * rank] = static_cast<float>(b1);
+    weight[2 * rank + 1] = static_cast<float>(b2);
+    const auto p =
+        placer.stored_point(placer.elements.triangle[rank], weight[2 * rank], weight[2 * rank + 1]);
+    std::copy(p.begin(), p.end(), point.begin() + 3 * static_cast<std::ptrdiff_t>(rank));
+  }
+};
+
+// chosen: points by rank, if they are not to be drawn.
+RankPoints place_by_rank(const Placer& placer, std::span<const StratumPoint> chosen, RepairCounts& repairs,
+                         const CancelToken& cancel) {
+  const RankElements& elements = placer.elements;
+  const std::uint32_t count = placer.parameters.samples;
+  RankPoints points(count);
+  std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_trials
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    for (std::size_t r = begin; r < end; ++r) {
+      if (!chosen.empty()) {
+        points.set(placer, r, chosen[r].first, chosen[r].second);
+        continue;
+      }
+      if (placer.parameters.place == PlaceKind::vertex) {
+        points.set(placer, r, elements.vertex[2 * r], elements.vertex[2 * r + 1]);
+        continue;
+      }
+      const Draw draw = placer.draw(elements.triangle[r], placer.piece(r), static_cast<std::uint32_t>(r), 0);
+      counter[r] = static_cast<std::uint8_t>(draw.next_counter);
+      points.set(placer, r, draw.b1, draw.b2);
+    }
+  });
+  PointSet seen(count);
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    if (rank % sum_block == 0) cancel.check();
+    if (seen.insert(points.point, rank)) continue;
+    const Piece piece = placer.redraw_piece(rank);
+    bool distinct = false;
+    std::uint32_t next_counter = counter[rank];
+    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+      const Draw draw = placer.draw(elements.triangle[rank], piece, rank, next_counter);
+      next_counter = draw.next_counter;
+      points.set(placer, rank, draw.b1, draw.b2);
+      distinct = seen.insert(points.point, rank);
+    }
+    if (!distinct) ++repairs[Repair::coincident_points];
+  }
+  return points;
+}
+
+// rank_of_index: order in the file, if the sequence has one of its own.
 Samples place(const Placer& placer, std::vector<std::uint32_t> rank_of_index,
               std::span<const StratumPoint> chosen, RepairCounts& repairs, const CancelToken& cancel) {
   const PlaceParameters& parameters = placer.parameters;
@@ -243,46 +337,7 @@ Samples place(const Placer& placer, std::vector<std::uint32_t> rank_of_index,
   const PreparedMesh& mesh = placer.mesh;
   const std::uint32_t count = parameters.samples;
   cancel.check();
-
-  // By curve rank first; duplicates must be found in one fixed order.
-  std::vector<float> point(3 * std::size_t{count}), weight(2 * std::size_t{count});
-  std::vector<std::uint32_t> counter(count, 0);
-  const auto set = [&](std::uint32_t rank, double b1, double b2) {
-    weight[2 * std::size_t{rank}] = static_cast<float>(b1);
-    weight[2 * std::size_t{rank} + 1] = static_cast<float>(b2);
-    const auto p = placer.stored_point(elements.triangle[rank], weight[2 * std::size_t{rank}],
-                                       weight[2 * std::size_t{rank} + 1]);
-    std::copy(p.begin(), p.end(), point.begin() + 3 * std::ptrdiff_t{rank});
-  };
-  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      const auto rank = static_cast<std::uint32_t>(r);
-      if (!chosen.empty()) {
-        set(rank, chosen[r].first, chosen[r].second);
-        continue;
-      }
-      if (parameters.place == PlaceKind::vertex) {
-        set(rank, elements.vertex[2 * r], elements.vertex[2 * r + 1]);
-        continue;
-      }
-      const Draw draw = placer.draw(elements.triangle[r], placer.piece(r), rank, 0);
-      counter[r] = draw.next_counter;
-      set(rank, draw.b1, draw.b2);
-    }
-  });
-  PointSet seen(count);
-  for (std::uint32_t rank = 0; rank < count; ++rank) {
-    if (seen.insert(point, rank)) continue;
-    const Piece piece = placer.redraw_piece(rank);
-    bool distinct = false;
-    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
-      const Draw draw = placer.draw(elements.triangle[rank], piece, rank, counter[rank]);
-      counter[rank] = draw.next_counter;
-      set(rank, draw.b1, draw.b2);
-      distinct = seen.insert(point, rank);
-    }
-    if (!distinct) ++repairs[Repair::coincident_points];
-  }
+  const RankPoints by_rank = place_by_rank(placer, chosen, repairs, cancel);
   cancel.check();
 
   std::vector<std::uint32_t> order;
@@ -305,11 +360,11 @@ Samples place(const Placer& placer, std::vector<std::uint32_t> rank_of_index,
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t rank = order[i];
       const std::uint32_t t = elements.triangle[rank];
-      const float b1 = weight[2 * rank], b2 = weight[2 * rank + 1];
+      const float b1 = by_rank.weight[2 * rank], b2 = by_rank.weight[2 * rank + 1];
       const Vector3 n = placer.normal(t, b1, b2);
       const float normal[3] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
       for (std::size_t k = 0; k < 3; ++k) {
-        samples.points[3 * i + k] = point[3 * rank + k];
+        samples.points[3 * i + k] = by_rank.point[3 * rank + k];
         samples.normals[3 * i + k] = normal[k];
         samples.corners[3 * i + k] = file.corners[mesh.corner_slot[3 * std::size_t{t} + k]];
       }
@@ -352,6 +407,7 @@ Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, con
   SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
   const RankElements elements =
       elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
+  sequence.position = std::vector<double>();
   return place(Placer{file, surface, density, elements, key, parameters, frame},
                std::move(sequence.rank_of_index), {}, repairs, cancel);
 }
@@ -370,6 +426,18 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
                       const MetricAt& metric) {
   return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);
+}
+
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                      const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                      const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                      const CancelToken& cancel) {
+  SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
+  const RankElements elements =
+      elements_at(regions, source, sequence.position, parameters.place == PlaceKind::vertex, cancel);
+  sequence.position = std::vector<double>();
+  return place(Placer{file, surface, density, elements, key, parameters, frame},
+               std::move(sequence.rank_of_index), {}, repairs, cancel);
 }
 
 }  // namespace meander

@@ -18,6 +18,8 @@
 namespace meander {
 
 struct ElementCells;
+struct ElementSource;
+struct SurfaceRegions;
 
 // spaced: places, not positions along the path, are chosen (see space_samples); the others are 1-D sets.
 enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random, spaced };
@@ -74,5 +76,13 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
                       const MetricAt& metric = {});
+
+// The same in regions, whose elements are made and forgotten one region after the other (several at a time by
+// several threads). `source` is that of the surface. Throws std::invalid_argument for `spaced`, whose places
+// depend on each other.
+Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                      const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                      const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                      const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "kernels/core/parallel.h"
 #include "kernels/sample/place_samples.h"
 #include "kernels/sample/sequence.h"
 
@@ -59,24 +60,31 @@ double sequence_value(SequenceKind kind, std::uint32_t count, double jitter, Ran
 
 SampleSequence make_sequence(SequenceKind kind, std::uint32_t count, double jitter, RandomKey key) {
   const double shift = random_pair(key, Stream::sequence_shift, 0).first;
-  std::vector<std::pair<double, std::uint32_t>> entries(count);
-  for (std::uint32_t i = 0; i < count; ++i)
-    entries[i] = {sequence_value(kind, count, jitter, key, shift, i), i};
-  // The strata of most kinds ascend already, but for one place where a shifted sequence wraps round.
-  const auto wrapped = std::is_sorted_until(entries.begin(), entries.end());
-  if (std::is_sorted(wrapped, entries.end()) &&
-      (wrapped == entries.end() || entries.back() < entries.front()))
-    std::rotate(entries.begin(), wrapped, entries.end());
-  else
-    std::sort(entries.begin(), entries.end());
   SampleSequence sequence;
-  sequence.position.resize(count);
-  const bool own_order = kind == SequenceKind::owen || kind == SequenceKind::random;
-  if (own_order) sequence.rank_of_index.resize(count);
-  for (std::uint32_t r = 0; r < count; ++r) {
-    sequence.position[r] = entries[r].first;
-    if (own_order) sequence.rank_of_index[entries[r].second] = r;
+  std::vector<double>& position = sequence.position;
+  position.resize(count);
+  const auto value = [&](std::uint32_t i) { return sequence_value(kind, count, jitter, key, shift, i); };
+  if (kind == SequenceKind::owen || kind == SequenceKind::random) {
+    std::vector<std::pair<double, std::uint32_t>> entries(count);
+    for (std::uint32_t i = 0; i < count; ++i) entries[i] = {value(i), i};
+    std::sort(entries.begin(), entries.end());
+    sequence.rank_of_index.resize(count);
+    for (std::uint32_t r = 0; r < count; ++r) {
+      position[r] = entries[r].first;
+      sequence.rank_of_index[entries[r].second] = r;
+    }
+    return sequence;
   }
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) position[i] = value(static_cast<std::uint32_t>(i));
+  });
+  // The strata ascend already, but for one place where a shifted sequence wraps round.
+  const auto wrapped = std::is_sorted_until(position.begin(), position.end());
+  if (std::is_sorted(wrapped, position.end()) &&
+      (wrapped == position.end() || position.back() <= position.front()))
+    std::rotate(position.begin(), wrapped, position.end());
+  else
+    std::sort(position.begin(), position.end());
   return sequence;
 }
 

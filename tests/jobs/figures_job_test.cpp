@@ -173,8 +173,8 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
   CHECK(std::stod(charts[1].at("segments")) > 1);
   // The curves are in the plots and their data.
   const std::string curves = read_file(scratch / "1/figure24_errors_ball.csv");
-  for (const char* const method :
-       {"low discrepancy", "random", "stratified", "isotropic tensor", "isotropic tensor by gradient"})
+  for (const char* const method : {"low discrepancy", "random", "stratified", "isotropic tensor",
+                                   "isotropic tensor by gradient", "spaced"})
     for (const char* const points : {"100", "2000"}) {
       INFO(method << ", " << points);
       CHECK(curves.find(fmt::format("curved surface,{},{},5,", method, points)) != std::string::npos);
@@ -184,7 +184,60 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
     INFO(name);
     const std::string plot = read_file(scratch / ("1/" + std::string(name) + ".svg"));
     CHECK(plot.find(">isotropic tensor<") != std::string::npos);
+    CHECK(plot.find(">spaced<") != std::string::npos);
     CHECK(plot.find(">isotropic tensor by gradient<") != std::string::npos);
+  }
+}
+
+TEST_CASE("figures: spaced samples by every measure, the same for one thread and two") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ball.off", icosphere(3));
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult result =
+        run_process({program, "figures", "-o", scratch / threads, "--quick", "--only", "spaced,spaced-sets",
+                     "-j", threads, "--models", scratch / "ball.off"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(scratch / "1")) {
+    const std::string name = entry.path().filename().string();
+    INFO(name);
+    if (name.find("_time.") != std::string::npos) continue;
+    CHECK(read_file(scratch / ("1/" + name)) == read_file(scratch / ("2/" + name)));
+  }
+  const std::string page = read_file(scratch / "1/index.html");
+  for (const char* name :
+       {"spaced_unit-square_boxes.svg", "spaced_unit-sphere_rho.svg", "spaced_ball_mean_distance.csv",
+        "spaced_ball_differences.png", "spaced_ball_differences_radial.svg", "spaced_ball_time.svg",
+        "spaced_spectrum_power.svg", "spaced_spectrum_maps.png", "spaced_bias.csv", "spaced_sets_ball.png"}) {
+    INFO(name);
+    CHECK(page.find(name) != std::string::npos);
+    CHECK(read_file(scratch / (std::string("1/") + name)).size() > 100);
+  }
+  for (const char* const surface : {"unit-square", "unit-sphere", "ball"}) {
+    std::map<std::string, CsvRow> of;
+    for (const CsvRow& row : csv_rows(scratch / fmt::format("1/spaced_{}_sets.csv", surface)))
+      if (row.at("points") == "1024") of[row.at("samples")] = row;
+    INFO(surface);
+    REQUIRE(of.size() == 8);
+    const auto value = [&](const char* samples, const char* column) {
+      return std::stod(of.at(samples).at(column));
+    };
+    CHECK(value("random", "rho") < 0.1);
+    CHECK(value("sample elimination", "rho") > 0.62);
+    CHECK(value("spaced", "rho") > 0.62);
+    CHECK(value("spaced best", "rho") > value("spaced", "rho"));
+    CHECK(value("spaced", "rho") > value("spaced fast", "rho"));
+    CHECK(value("spaced", "error") < value("shifted", "error"));
+    CHECK(value("shifted", "error") < value("sample elimination", "error"));
+    CHECK(value("sample elimination", "error") < 0.7 * value("random", "error"));
+    CHECK(value("shifted", "mean distance / hexagonal") < value("spaced", "mean distance / hexagonal"));
+  }
+  // Sample elimination crowds at borders, spaced samples do not.
+  for (const CsvRow& row : csv_rows(scratch / "1/spaced_bias.csv")) {
+    INFO(row.at("samples"));
+    const double border = std::stod(row.at("density at the border of the square"));
+    CHECK((row.at("samples") == "sample elimination" ? border > 1.5 : border == Approx(1).margin(0.45)));
   }
 }
 

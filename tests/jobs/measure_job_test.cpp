@@ -252,3 +252,40 @@ TEST_CASE("run --certify: every ok row holds the measures of its own samples") {
   CHECK(refused.exit_code == 2);
   CHECK(refused.err.find("uniform density") != std::string::npos);
 }
+
+TEST_CASE("measure and run --certify: spaced samples are known by their distance and their lower error") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "torus.off", torus(40, 20));
+  struct Judged {
+    double error = 0, rho = 0, mean = 0, coverage = 0;
+  };
+  const auto judged = [&](const std::vector<std::string>& words) {
+    const std::string store = scratch / "s.h5", mesh = scratch / "torus.off";
+    std::vector<std::string> command = {program, "run",  mesh,        "-o",     store,
+                                        "-n",    "1024", "--certify", "--fresh"};
+    command.insert(command.end(), words.begin(), words.end());
+    REQUIRE(run_process(command).exit_code == 0);
+    const Row row = StoreReader(store).read_row(0);
+    const auto of = [&](const char* what, const char* column) {
+      REQUIRE(measure({what, store, "--surface", mesh, "--csv", scratch / "r.csv"}).exit_code == 0);
+      return csv_column(scratch / "r.csv", column).at(0);
+    };
+    const Judged result{of("boxes", "error / random"), of("spacing", "rho"), of("spacing", "mean"),
+                        of("spacing", "coverage / mean spacing")};
+    CHECK(row.descriptors.at(0).values[0] == Approx(result.error).epsilon(1e-5));
+    CHECK(row.descriptors.at(1).values[0] == Approx(result.rho).epsilon(1e-5));
+    return result;
+  };
+  const Judged shifted = judged({"--sequence", "shifted"}), progressive = judged({"--sequence", "spaced"}),
+               along = judged({"--sequence", "spaced", "--order", "curve"}),
+               best = judged({"--sequence", "spaced", "--order", "curve", "--spacing", "best"});
+  CHECK(shifted.rho < 0.2);
+  CHECK(progressive.rho > 0.5);
+  CHECK(along.rho > 0.62);
+  CHECK(best.rho > along.rho);
+  CHECK(along.error < shifted.error);
+  CHECK(progressive.mean > 1.15 * shifted.mean);
+  CHECK(along.mean > progressive.mean);
+  CHECK(best.mean > along.mean);
+  CHECK(along.coverage < shifted.coverage);
+}

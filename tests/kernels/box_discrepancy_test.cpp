@@ -325,3 +325,48 @@ TEST_CASE("box_error_ratio: nothing to measure is an error") {
   CHECK_THROWS_AS(box_error_ratio(boxes, none), std::invalid_argument);
   CHECK_THROWS_AS(box_error_ratio({}, one), std::invalid_argument);
 }
+
+TEST_CASE("box_errors: signed, and their root mean square is what box_error_ratio is made of") {
+  const PolygonMesh mesh = grid_plane(4, 4);
+  BoxParameters parameters;
+  parameters.boxes = 50;
+  const std::vector<RotatedBox> boxes = random_boxes(mesh, parameters);
+  std::vector<double> points;
+  const RandomKey key = make_random_key(9, {});
+  for (std::size_t i = 0; i < 200; ++i) {
+    const UnitPair p = random_pair(key, Stream::point_set, i);
+    points.insert(points.end(), {p.first, p.second, 0});
+  }
+  const std::vector<double> errors = box_errors(boxes, points);
+  double squared = 0, variance = 0;
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    double inside = 0;
+    for (std::size_t i = 0; i < points.size(); i += 3)
+      inside += holds(boxes[b], {points[i], points[i + 1], points[i + 2]});
+    CHECK(errors[b] == Approx(inside / 200 - boxes[b].share).margin(1e-15));
+    squared += errors[b] * errors[b];
+    variance += boxes[b].share * (1 - boxes[b].share) / 200;
+  }
+  CHECK(box_error_ratio(boxes, points) == Approx(std::sqrt(squared / variance)));
+}
+
+TEST_CASE("BoxBias: nothing for independent errors, all for those that stay") {
+  const RandomKey key = make_random_key(4, {});
+  BoxBias none, half, all;
+  constexpr std::size_t boxes = 300, sets = 400;
+  for (std::size_t s = 0; s < sets; ++s) {
+    std::vector<double> errors(boxes);
+    for (std::size_t b = 0; b < boxes; ++b)
+      errors[b] = random_pair(key, Stream::sequence, s * boxes + b).first - 0.5;
+    none.add(errors);
+    // As large as the deviation of what is random: half of the square is bias.
+    for (std::size_t b = 0; b < boxes; ++b) errors[b] += (b % 2 == 0 ? 1 : -1) / std::sqrt(12.0);
+    half.add(errors);
+    for (std::size_t b = 0; b < boxes; ++b) errors[b] = b % 3 == 0 ? 0.1 : -0.2;
+    all.add(errors);
+  }
+  CHECK(none.ratio() < 0.03);
+  CHECK(half.ratio() == Approx(std::sqrt(0.5)).epsilon(0.02));
+  CHECK(all.ratio() == Approx(1));
+  CHECK_THROWS_AS(all.add(std::vector<double>(boxes + 1)), std::invalid_argument);
+}

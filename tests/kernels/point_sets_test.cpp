@@ -7,9 +7,11 @@
 #include <stdexcept>
 
 #include "kernels/analyse/chi_square.h"
+#include "kernels/analyse/spacing.h"
 #include "kernels/core/random.h"
 #include "kernels/pointset/iterative_points.h"
 #include "kernels/pointset/planar_points.h"
+#include "kernels/pointset/sample_elimination.h"
 #include "kernels/pointset/sphere_points.h"
 
 using namespace meander;
@@ -218,6 +220,49 @@ TEST_CASE("planar_points: Poisson disk keeps its distance") {
     CHECK(spacing < 0.78);
   }
   CHECK(relative_spacing(planar_points(PlanarMethod::random, 1024, 1)) < 0.1);
+}
+
+TEST_CASE("eliminate_samples: in the plane the set of planar_points") {
+  // The same rule over the same candidates, whose neighbours are found in another way and whose weights are
+  // kept in single precision: nearly all decisions are the same.
+  const RandomKey key = make_random_key(3, {});
+  constexpr std::uint32_t count = 512;
+  std::vector<double> candidates;
+  for (std::size_t i = 0; i < 5 * count; ++i) {
+    const UnitPair p = random_pair(key, Stream::point_set, i);
+    candidates.insert(candidates.end(), {p.first, p.second, 0});
+  }
+  const std::vector<std::uint32_t> kept = eliminate_samples(candidates, count, 1);
+  REQUIRE(kept.size() == count);
+  CHECK(std::is_sorted(kept.begin(), kept.end()));
+  const PlanarPoints expected = poisson_disk_points(count, key);
+  std::set<double> known(expected.x.begin(), expected.x.end());
+  std::size_t same_points = 0;
+  for (const std::uint32_t i : kept) same_points += known.count(candidates[3 * i]);
+  CHECK(same_points >= count - 8);
+}
+
+TEST_CASE("eliminate_samples: keeps its distance on a sphere, exactly the count") {
+  const RandomKey key = make_random_key(5, {});
+  constexpr std::uint32_t count = 700;
+  std::vector<double> candidates;
+  for (std::size_t i = 0; i < 5 * count; ++i) {
+    const UnitPair p = random_pair(key, Stream::point_set, i);
+    const double z = 2 * p.first - 1, r = std::sqrt(1 - z * z), a = 2 * std::numbers::pi * p.second;
+    candidates.insert(candidates.end(), {r * std::cos(a), r * std::sin(a), z});
+  }
+  const double area = 4 * std::numbers::pi;
+  std::vector<double> kept;
+  for (const std::uint32_t i : eliminate_samples(candidates, count, area))
+    for (std::size_t k = 0; k < 3; ++k) kept.push_back(candidates[3 * i + k]);
+  REQUIRE(kept.size() == 3 * count);
+  const double rho = spacing_of(nearest_distances(kept), area).rho;
+  CHECK(rho > 0.65);
+  CHECK(rho < 0.78);
+  CHECK(eliminate_samples(candidates, 5 * count, area).size() == 5 * count);  // nothing to leave out
+  CHECK_THROWS_AS(eliminate_samples(candidates, 5 * count + 1, area), std::invalid_argument);
+  CHECK_THROWS_AS(eliminate_samples(candidates, 0, area), std::invalid_argument);
+  CHECK_THROWS_AS(eliminate_samples(candidates, count, 0), std::invalid_argument);
 }
 
 TEST_CASE("centroidal_points: fixed points and the Voronoi cells of few points") {

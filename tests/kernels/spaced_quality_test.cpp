@@ -8,63 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/spacing.h"
-#include "kernels/model/model.h"
+#include "support/sampled_model.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-PolygonMesh read(const std::filesystem::path& path) {
-  MeshFormat format{};
-  REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
-  return read_mesh(file.bytes(), format);
-}
-
-// A prepared model; only its last stages run again for every seed.
-struct SampledModel {
-  Model state;
-  SampleParameters parameters;
-
-  SampledModel(PolygonMesh file, const char* method, SequenceKind sequence, OrderKind order,
-               SpacingKind spacing = SpacingKind::standard)
-      : parameters(parameters_for(method)) {
-    parameters.place.sequence = sequence;
-    parameters.place.order = order;
-    parameters.place.spacing = spacing;
-    state.file = std::move(file);
-    run_stages(charting_stages(parameters), state);
-  }
-
-  // In the working units of the prepared mesh, in the order of the file.
-  std::vector<double> points(std::uint32_t n, std::uint64_t seed) {
-    static const EmbreeDevice device;
-    set_samples(parameters, n);
-    state.key = make_random_key(seed, {});
-    run_stages(placing_stages(parameters, &device), state);
-    const ItemReport& report = state.row.report;
-    const double centre[3] = {state.surface.centre.x, state.surface.centre.y, state.surface.centre.z};
-    const std::vector<float>& stored = state.row.samples.points;
-    std::vector<double> points(stored.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-      points[i] = (report.loc[i % 3] + report.scale * static_cast<double>(stored[i]) - centre[i % 3]) /
-                  state.surface.unit;
-    return points;
-  }
-  double rho(std::span<const double> points) const {
-    return spacing_of(nearest_distances(points), state.surface.total_area).rho;
-  }
-  std::vector<RotatedBox> boxes(std::uint32_t count) const {
-    BoxParameters wanted;
-    wanted.boxes = count;
-    return random_boxes(state.surface.x, state.surface.y, state.surface.z, state.surface.triangles, wanted);
-  }
-};
 
 struct Quality {
   double error = 0, mean_rho = 0, least_rho = 1;
@@ -86,35 +38,11 @@ Quality quality(SampledModel& model, std::span<const RotatedBox> boxes, std::uin
   return result;
 }
 
-// Root mean square over boxes of the mean error, over that of the error of one set; what is left of the
-// variance of the mean is taken off.
 double bias_ratio(SampledModel& model, std::span<const RotatedBox> boxes, std::uint32_t n,
                   std::uint64_t seeds) {
-  std::vector<double> sum(boxes.size(), 0.0), squares(boxes.size(), 0.0);
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const std::vector<double> points = model.points(n, seed);
-    for (std::size_t b = 0; b < boxes.size(); ++b) {
-      const RotatedBox& box = boxes[b];
-      double inside = 0;
-      for (std::size_t i = 0; i < points.size(); i += 3) {
-        const Vector3 from = Vector3{points[i], points[i + 1], points[i + 2]} - box.centre;
-        bool in = true;
-        for (std::size_t k = 0; k < 3; ++k) in = in && std::abs(dot(from, box.axes[k])) <= box.half[k];
-        inside += in;
-      }
-      const double error = inside / n - box.share;
-      sum[b] += error;
-      squares[b] += error * error;
-    }
-  }
-  double bias = 0, one = 0;
-  const auto count = static_cast<double>(seeds);
-  for (std::size_t b = 0; b < boxes.size(); ++b) {
-    const double mean = sum[b] / count, square = squares[b] / count;
-    bias += mean * mean - (square - mean * mean) / (count - 1);
-    one += square;
-  }
-  return std::sqrt(std::max(0.0, bias / one));
+  BoxBias bias;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) bias.add(box_errors(boxes, model.points(n, seed)));
+  return bias.ratio();
 }
 
 // Density of the samples at most .1 sqrt(A / n) from the border of the unit square, over that of all.
@@ -215,7 +143,7 @@ TEST_CASE("spaced samples: of the meshes of the survey", "[slow]") {
                               {"hand_3k.off", 0.23, 0.138, 0.08},
                               {"dragon_100k.ply", 0.24, 0.145, 0.082}})
     for (const char* const method : {"auto", "direct"}) {
-      const PolygonMesh mesh = read(shared_data(std::string("paper/") + limit.file));
+      const PolygonMesh mesh = shared_mesh(limit.file);
       SampledModel along(mesh, method, spaced, OrderKind::curve),
           progressive(mesh, method, spaced, OrderKind::progressive),
           best(mesh, method, spaced, OrderKind::curve, SpacingKind::best),

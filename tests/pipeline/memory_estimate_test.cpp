@@ -47,6 +47,20 @@ std::vector<Setting> settings(std::uint32_t samples) {
   add("balanced over charts", [](P& p) { p.order = ElementOrder::balanced; });
   add("elements", [](P& p) { p.locate = LocatorKind::elements; });
   add("direct", [](P& p) { p.method = MethodChoice::direct; });
+  add("auto spaced", [](P& p) {
+    p = parameters_for("auto");
+    p.place.sequence = SequenceKind::spaced;
+  });
+  add("direct spaced, best, along", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.place.sequence = SequenceKind::spaced;
+    p.place.spacing = SpacingKind::best;
+    p.place.order = OrderKind::curve;
+  });
+  add("anisotropic spaced", [](P& p) {
+    p.method = MethodChoice::anisotropic;
+    p.place.sequence = SequenceKind::spaced;
+  });
   add("direct certify", [](P& p) { p.method = MethodChoice::direct; });
   all.back().certify = true;
   add("conformal curved certify", [](P& p) { p.curved = true; });
@@ -73,7 +87,8 @@ std::vector<Setting> settings(std::uint32_t samples) {
 
 struct Peak {
   double reserved = 0, measured = 0;
-  std::string stage;  // that held the most
+  std::string stage;   // that held the most
+  double placing = 0;  // of place_samples
   double ratio() const { return measured / reserved; }
 };
 
@@ -100,10 +115,12 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   const std::int64_t before = allocated_bytes();
   std::string_view running = "start";
   const auto entered = [&](std::string_view stage) {
-    if (const auto most = static_cast<double>(peak_allocated_bytes() - before); most > peak.measured) {
+    const auto most = static_cast<double>(peak_allocated_bytes() - before);
+    if (most > peak.measured) {
       peak.measured = most;
       peak.stage = running;
     }
+    if (running == "place_samples") peak.placing = most;
     running = stage;
     reset_peak();
   };
@@ -175,6 +192,19 @@ TEST_CASE(
   check_models({models[0], models[2]}, 16384);
 }
 
+TEST_CASE("estimate_bytes: large sets, put in order region by region, take no more than is reserved",
+          "[slow]") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  const std::vector<fs::path> models = {scratch / "tetrahedron.off", scratch / "torus.off"};
+  write_mesh(models[0], tetrahedron());
+  write_mesh(models[1], torus(400, 200));
+  check_models(models, 500000);
+}
+
 TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every method, 1, 2 and 16 threads",
           "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
@@ -190,4 +220,35 @@ TEST_CASE("estimate_bytes: no shared model takes more than is reserved, every me
     }
   std::sort(models.begin(), models.end());
   check_models(models, 2048);
+}
+
+TEST_CASE("estimate_bytes: a million spaced samples take no more than is reserved", "[slow]") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  const fs::path path = scratch / "torus.ply";
+  write_mesh(path, torus(160, 60));
+  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 2);
+  const EmbreeDevice device;
+  constexpr std::uint32_t samples = 1000000;
+  for (const char* const method : {"auto", "direct"})
+    for (const OrderKind order : {OrderKind::progressive, OrderKind::curve})
+      for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::spaced})
+        for (const int threads : {1, 2}) {
+          Setting setting{method, parameters_for(method)};
+          setting.parameters.place.sequence = sequence;
+          setting.parameters.place.order = order;
+          set_samples(setting.parameters, samples);
+          oneapi::tbb::task_arena arena(threads);
+          const Peak peak = arena.execute([&] { return peak_of(path, setting, threads, device); });
+          INFO(method << (order == OrderKind::curve ? ", along" : ", progressive")
+                      << (sequence == SequenceKind::spaced ? ", spaced, " : ", shifted, ") << threads
+                      << " threads: " << peak.stage << " takes " << peak.measured / samples
+                      << " bytes a sample of " << peak.reserved / samples << "; place_samples "
+                      << peak.placing / samples);
+          CHECK(peak.measured <= peak.reserved);
+          CHECK(peak.ratio() >= 0.25);
+        }
 }

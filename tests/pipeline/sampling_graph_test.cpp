@@ -27,7 +27,7 @@ struct MemorySink : RowSink {
   std::atomic<int> inside{0};
 
   void begin(std::uint64_t) override { ++begun; }
-  void write(const EncodedRow& row) override {
+  void write(EncodedRow row) override {
     REQUIRE(inside.fetch_add(1) == 0);  // the writer is serial
     if (rows.size() >= fail_after) {
       --inside;
@@ -286,7 +286,7 @@ TEST_CASE(
       CountingSink(MemorySink& r, std::atomic<int>& e, std::vector<int>& b)
           : rows(r), ended(e), ended_at_begin(b) {}
       void begin(std::uint64_t row) override { ended_at_begin[row] = ended; }
-      void write(const EncodedRow& row) override { rows.write(row); }
+      void write(EncodedRow row) override { rows.write(std::move(row)); }
     } sink(setup.sink, ended, ended_at_begin);
     const GraphStages stages = {
         {"read_mesh", [&](GraphItem& item) { ended_at_start[item.plan->row] = ended; }},

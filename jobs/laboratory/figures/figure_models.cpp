@@ -55,4 +55,43 @@ FigureMesh sphere_mesh(std::uint32_t rings) {
   return mesh;
 }
 
+namespace {
+
+// A square of the given corner and sides, which shares no vertices with others.
+void add_square(FigureMesh& mesh, Vector3 corner, Vector3 u, Vector3 v, std::uint32_t side) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
+  for (std::uint32_t j = 0; j <= side; ++j)
+    for (std::uint32_t i = 0; i <= side; ++i) {
+      const Vector3 p = corner + static_cast<double>(i) / side * u + static_cast<double>(j) / side * v;
+      mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
+    }
+  for (std::uint32_t j = 0; j < side; ++j)
+    for (std::uint32_t i = 0; i < side; ++i) {
+      const std::uint32_t a = first + j * (side + 1) + i, b = a + 1, c = a + side + 2, d = a + side + 1;
+      mesh.faces.insert(mesh.faces.end(), {a, b, c, a, c, d});
+    }
+}
+
+}  // namespace
+
+FigureMesh square_mesh(std::uint32_t side) {
+  FigureMesh mesh;
+  mesh.name = "unit-square";
+  add_square(mesh, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, side);
+  return mesh;
+}
+
+FigureMesh cube_mesh(std::uint32_t side) {
+  FigureMesh mesh;
+  mesh.name = "unit-cube";
+  const Vector3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  add_square(mesh, {0, 0, 0}, y, x, side);
+  add_square(mesh, z, x, y, side);
+  add_square(mesh, {0, 0, 0}, x, z, side);
+  add_square(mesh, y, z, x, side);
+  add_square(mesh, {0, 0, 0}, z, y, side);
+  add_square(mesh, x, y, z, side);
+  return mesh;
+}
+
 }  // namespace meander

@@ -11,5 +11,8 @@ namespace meander {
 FigureMesh torus_mesh(std::uint32_t around, std::uint32_t across);
 // The unit sphere by latitude and longitude: rings x 2 rings quadrilaterals, one vertex at each pole.
 FigureMesh sphere_mesh(std::uint32_t rings);
+// The unit square, z = 0: 2 x side x side triangles. And the unit cube, each face so.
+FigureMesh square_mesh(std::uint32_t side);
+FigureMesh cube_mesh(std::uint32_t side);
 
 }  // namespace meander

@@ -82,6 +82,8 @@ void draw_mesh_distances(FigureSet& figures);       // figure 21
 void draw_distance_histograms(FigureSet& figures);  // figures 22 to 24 and table 1
 void draw_histogram_floors(FigureSet& figures);     // what remains of the error with many points
 void draw_geodesic_histograms(FigureSet& figures);  // figures 25 and 26
+void draw_spaced_samples(FigureSet& figures);       // samples that keep their distance, by every measure
+void draw_spaced_sets(FigureSet& figures);          // and beside others on models
 
 // ---- errors over the number of points ---------------------------------------------------------------------
 

@@ -111,7 +111,8 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   std::vector<HistogramErrors> all;
   ShownHistograms shown{truths.alike, truths.by_area, {}};
   const std::vector<std::uint32_t> counts = histogram_counts(figures.quick ? 500 : 1000);
-  for (const HistogramMethod method : {HistogramMethod::shifted, HistogramMethod::random}) {
+  for (const HistogramMethod method :
+       {HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::spaced}) {
     HistogramErrors alike{published, name_of(method)}, by_area{weighted, name_of(method)};
     for (const std::uint32_t count : counts) {
       alike.open(count);

@@ -72,7 +72,8 @@ constexpr HistogramSampling samplings[] = {
     {"stratified", "conformal", SequenceKind::stratified},
     {"random", "conformal", SequenceKind::random},
     {"isotropic tensor", "isotropic tensor", SequenceKind::shifted},
-    {"isotropic tensor by gradient", "isotropic tensor by gradient", SequenceKind::shifted}};
+    {"isotropic tensor by gradient", "isotropic tensor by gradient", SequenceKind::shifted},
+    {"spaced", "conformal", SequenceKind::spaced}};
 
 const HistogramSampling& sampling_of(HistogramMethod method) {
   return samplings[static_cast<std::size_t>(method)];

@@ -23,10 +23,10 @@ struct HistogramModel {
   Model charted;
   // By the method anisotropic with the isotropic tensor: in its metric, along its directions.
   std::vector<Model> tensor_charted;
-  std::vector<double> creased;      // 9 T corner normals, split at creases
+  std::vector<double> creased;                                // 9 T corner normals, split at creases
   SampleParameters parameters = parameters_for("conformal");  // but for points, sequence and seed
-  std::vector<double> vertices;     // 3 W
-  std::vector<double> vertex_area;  // W mixed areas
+  std::vector<double> vertices;                               // 3 W
+  std::vector<double> vertex_area;                            // W mixed areas
   std::uint64_t seed = 1;
   HistogramModel(const FigureMesh& mesh, std::uint64_t seed);
   // From now on samples are uniform on the lifted surface: their density is the area of the lifted triangle
@@ -37,14 +37,21 @@ struct HistogramModel {
 };
 
 // The two methods of table 1, another low-discrepancy sequence, and the first one's on charts of the
-// isotropic tensor, as the survey had them: conformal in its metric, and along its directions (16 segments).
-// They number the streams of randomness: new ones at the end.
-enum class HistogramMethod : std::uint8_t { shifted, stratified, random, tensor_metric, tensor_gradient };
+// isotropic tensor, as the survey had them: conformal in its metric, and along its directions (16 segments);
+// samples that keep their distance. They number the streams of randomness: new ones at the end.
+enum class HistogramMethod : std::uint8_t {
+  shifted,
+  stratified,
+  random,
+  tensor_metric,
+  tensor_gradient,
+  spaced
+};
 inline constexpr HistogramMethod tensor_histogram_methods[] = {HistogramMethod::tensor_metric,
                                                                HistogramMethod::tensor_gradient};
 inline constexpr HistogramMethod all_histogram_methods[] = {
-    HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::stratified,
-    HistogramMethod::tensor_metric, HistogramMethod::tensor_gradient};
+    HistogramMethod::shifted,       HistogramMethod::random,          HistogramMethod::stratified,
+    HistogramMethod::tensor_metric, HistogramMethod::tensor_gradient, HistogramMethod::spaced};
 const char* name_of(HistogramMethod method);
 bool follows_tensor(HistogramMethod method);
 // What decides its samples, but for points and seed.

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <functional>
 
-#include "io/plot/heat_map.h"
 #include "jobs/laboratory/figures/figure_set.h"
+#include "jobs/laboratory/figures/radial_figures.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/spectrum.h"
 #include "kernels/model/sampler.h"
@@ -17,28 +17,6 @@
 namespace meander {
 
 namespace {
-
-RgbImage grey_map(std::span<const double> values, std::size_t side, double upper) {
-  HeatMapParameters look;
-  look.lower = 0;
-  look.upper = upper;
-  look.upwards = true;
-  look.pixels = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(384 / side));
-  return heat_map(values, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(side), look);
-}
-
-PlotSeries profile_series(const std::string& name, const RadialProfile& profile,
-                          const std::vector<double>& values, double scale) {
-  PlotSeries series;
-  series.name = name;
-  series.style = SeriesStyle::line;
-  for (std::size_t k = 0; k < profile.rings(); ++k)
-    if (profile.reliable(k)) {
-      series.x.push_back(profile.radius[k] * scale);
-      series.y.push_back(values[k]);
-    }
-  return series;
-}
 
 void draw_planar_spectra(FigureSet& figures) {
   figures.begin("Figure 16, plane: power spectra");

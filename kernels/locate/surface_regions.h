@@ -1,0 +1,51 @@
+// A surface in regions: for sets whose elements would not fit into memory at once (docs/METHODS.md 6.8).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/locate/element_cells.h"
+#include "kernels/locate/element_source.h"
+#include "kernels/locate/elements.h"
+
+namespace meander {
+
+// Larger sets are placed region by region.
+inline constexpr std::uint64_t most_whole_samples = 131072;
+// Samples of a region, or a few less. Regions of cells can be small. Along a curve they are larger: what it
+// visits at other times than the rest of a region makes strata of scattered parts, all along the border
+// (docs/METHODS.md 6.8 has the numbers).
+constexpr std::uint64_t samples_per_region(ElementOrder order) {
+  return order == ElementOrder::balanced ? 16384 : 65536;
+}
+// Samples of a coarse piece. The borders of regions are as ragged as these are large.
+inline constexpr double samples_per_piece = 16;
+
+// R regions that follow each other along the path, each of whole strata: shares of 1 / samples of the mass.
+struct SurfaceRegions {
+  std::vector<std::vector<SurfacePiece>> region;  // R
+  std::vector<std::uint64_t> first_stratum;       // R + 1
+  std::vector<std::uint32_t> group;               // ElementSource::group
+  ElementParameters parameters;
+  double limit = 0;  // the most that an element may weigh
+  std::size_t count() const { return region.size(); }
+  std::uint64_t strata(std::size_t r) const { return first_stratum[r + 1] - first_stratum[r]; }
+};
+
+// Cuts the surface into coarse pieces and puts these in the order that the elements shall have
+// (build_elements, build_cells). O(E log E) for E = T + N / 16 pieces; 200 bytes a piece at the peak. Throws
+// what these throw. Deterministic for every thread count.
+SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
+                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
+                             const CancelToken& cancel = {});
+
+// The elements of one of them, in the order of a curve; or its cells, one a stratum. Pure: regions may be
+// asked for in any order, by any thread. O(E log E) for its own E elements.
+CurveElements region_elements(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
+                              const CancelToken& cancel = {});
+ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
+                          const CancelToken& cancel = {});
+
+}  // namespace meander

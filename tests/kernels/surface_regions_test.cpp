@@ -1,0 +1,245 @@
+#include "kernels/locate/surface_regions.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+#include "kernels/analyse/box_discrepancy.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/model/model.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+const RandomKey test_key = make_random_key(5, {});
+
+// Density x + 2 at every corner (working coordinates lie in [-1, 1]).
+Density linear_density(const PreparedMesh& mesh) {
+  Density density;
+  for (const std::uint32_t v : mesh.triangles) density.corner.push_back(mesh.x[v] + 2);
+  return density;
+}
+
+ElementParameters parameters_of(ElementOrder order, std::uint64_t samples) {
+  ElementParameters parameters;
+  parameters.order = order;
+  parameters.samples = samples;
+  return parameters;
+}
+
+// A surface with everything that its elements are made from.
+struct Surface {
+  PreparedMesh mesh;
+  MeshMeasure measure;
+  ElementParameters parameters;
+  SurfaceRegions regions;
+  ElementSource source;
+
+  Surface(const PolygonMesh& file, bool linear, const ElementParameters& wanted)
+      : mesh(prepare_mesh(file)),
+        measure(measure_of(mesh, linear ? linear_density(mesh) : Density())),
+        parameters(wanted),
+        regions(build_regions(mesh, measure, {}, {}, test_key, parameters)),
+        source(mesh, measure.density, {}, {}, regions.group, parameters.order, test_key) {}
+
+  // Calls take(triangle, path, mass) for the elements of a region.
+  template <class Take>
+  void elements_of(std::size_t region, const Take& take) const {
+    if (parameters.order == ElementOrder::balanced) {
+      const ElementCells cells = region_cells(regions, source, region);
+      REQUIRE(cells.count() == regions.strata(region));
+      for (const Cell& cell : cells.cells.cell)
+        for (const CellEntry& entry : cells.cells.entries(cell))
+          take(cells.triangle[entry.element()], cells.path_of(entry), cells.cells.mass(entry));
+    } else {
+      const CurveElements elements = region_elements(regions, source, region);
+      for (std::size_t i = 0; i < elements.count(); ++i)
+        take(elements.triangle[i], elements.path[i], elements.cumulative[i + 1] - elements.cumulative[i]);
+    }
+  }
+};
+
+Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t samples, bool in_regions,
+             RandomKey key = test_key) {
+  set_samples(parameters, samples);
+  REQUIRE(places_in_regions(parameters));
+  Model model;
+  model.file = file;
+  model.key = key;
+  run_stages(charting_stages(parameters), model);
+  if (in_regions) {
+    run_stages(placing_stages(parameters, nullptr), model);
+    return model;
+  }
+  RepairCounts repairs;
+  const OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
+  const ElementParameters elements = element_parameters(parameters);
+  const auto place = [&](const auto& order) {
+    return place_samples(model.file, model.surface, model.measure.density, order, model.key, parameters.place,
+                         frame, repairs);
+  };
+  model.row.samples = elements.order == ElementOrder::balanced
+                          ? place(build_cells(model.surface, model.measure, {}, {}, model.key, elements))
+                          : place(build_elements(model.surface, model.measure, {}, {}, model.key, elements));
+  return model;
+}
+
+// Error over rotated boxes, relative to random points, in the working units of the surface.
+double box_error(const Model& model) {
+  const PreparedMesh& mesh = model.surface;
+  const Samples& samples = model.row.samples;
+  std::vector<double> points;
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const std::size_t t = 3 * std::size_t{samples.triangle[i]};
+    const double b1 = static_cast<double>(samples.barycentric[2 * i]);
+    const double b2 = static_cast<double>(samples.barycentric[2 * i + 1]);
+    const Vector3 at = (1 - b1 - b2) * mesh.position(mesh.triangles[t]) +
+                       b1 * mesh.position(mesh.triangles[t + 1]) + b2 * mesh.position(mesh.triangles[t + 2]);
+    points.insert(points.end(), {at.x, at.y, at.z});
+  }
+  return box_error_ratio(random_boxes(mesh.x, mesh.y, mesh.z, mesh.triangles, BoxParameters{}), points);
+}
+
+}  // namespace
+
+TEST_CASE("build_regions: whole strata, masses of a triangle's elements sum to its mass") {
+  constexpr std::uint64_t samples = 150001;
+  for (const ElementOrder order : {ElementOrder::balanced, ElementOrder::hilbert})
+    for (const bool linear : {false, true}) {
+      const Surface surface(torus(16, 9), linear, parameters_of(order, samples));
+      const SurfaceRegions& regions = surface.regions;
+      REQUIRE(regions.count() == (samples + samples_per_region(order) - 1) / samples_per_region(order));
+      CHECK(regions.first_stratum.front() == 0);
+      CHECK(regions.first_stratum.back() == samples);
+      const double total = blocked_sum(surface.measure.masses);
+      std::vector<double> sum(surface.mesh.triangle_count(), 0.0);
+      for (std::size_t r = 0; r < regions.count(); ++r) {
+        CHECK(regions.strata(r) <= samples_per_region(order));
+        CHECK(regions.strata(r) >= samples / regions.count() / 2);
+        double region_mass = 0;
+        surface.elements_of(r, [&](std::uint32_t triangle, std::uint32_t, double mass) {
+          REQUIRE(mass <= total / (4.0 * samples) * (1 + 1e-9));
+          sum[triangle] += mass;
+          region_mass += mass;
+        });
+        const double expected = total * static_cast<double>(regions.strata(r)) / samples;
+        REQUIRE(region_mass == Approx(expected).epsilon(1e-9));
+      }
+      for (std::size_t t = 0; t < sum.size(); ++t)
+        REQUIRE(sum[t] == Approx(surface.measure.masses[t]).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("build_regions: a single region has the elements of the whole surface in their order") {
+  for (const bool linear : {false, true}) {
+    const Surface surface(torus(31, 17), linear, parameters_of(ElementOrder::hilbert, 5000));
+    REQUIRE(surface.regions.count() == 1);
+    const CurveElements part = region_elements(surface.regions, surface.source, 0);
+    const CurveElements whole =
+        build_elements(surface.mesh, surface.measure, {}, {}, test_key, surface.parameters);
+    REQUIRE(part.count() == whole.count());
+    // Coarse keys round in float: an element on the border of a cell may lie in the next one.
+    std::size_t elsewhere = 0;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> in_part, in_whole;
+    for (std::size_t i = 0; i < part.count(); ++i) {
+      elsewhere += part.triangle[i] != whole.triangle[i] || part.path[i] != whole.path[i];
+      in_part.emplace(part.triangle[i], part.path[i]);
+      in_whole.emplace(whole.triangle[i], whole.path[i]);
+    }
+    CHECK(in_part == in_whole);
+    CHECK(elsewhere <= part.count() / 100);
+    CHECK(part.total() == Approx(whole.total()).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("build_regions: one triangle, and triangles of very unequal size") {
+  PolygonMesh file = merged(tetrahedron(), moved(icosphere(4), 1e-3, 5, 0, 0));
+  for (const ElementOrder order : {ElementOrder::balanced, ElementOrder::hilbert}) {
+    const Surface surface(file, false, parameters_of(order, 140000));
+    std::vector<double> sum(surface.mesh.triangle_count(), 0.0);
+    for (std::size_t r = 0; r < surface.regions.count(); ++r)
+      surface.elements_of(r,
+                          [&](std::uint32_t triangle, std::uint32_t, double mass) { sum[triangle] += mass; });
+    for (std::size_t t = 0; t < sum.size(); ++t)
+      REQUIRE(sum[t] == Approx(surface.measure.masses[t]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE(
+    "place_samples: a large set in regions has n distinct points, a permutation of ranks, few far steps") {
+  for (const char* method : {"auto", "direct"})
+    for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random}) {
+      SampleParameters parameters = parameters_for(method);
+      parameters.place.sequence = sequence;
+      constexpr std::uint32_t n = 131073;
+      const Model model = placed(torus(40, 20), parameters, n, true);
+      const Samples& samples = model.row.samples;
+      REQUIRE(samples.count() == n);
+      std::set<std::tuple<float, float, float>> distinct;
+      std::vector<std::array<float, 3>> by_rank(n);
+      std::vector<bool> seen(n, false);
+      for (std::size_t i = 0; i < n; ++i) {
+        const float* p = &samples.points[3 * i];
+        distinct.emplace(p[0], p[1], p[2]);
+        REQUIRE_FALSE(seen.at(samples.curve_rank[i]));
+        seen[samples.curve_rank[i]] = true;
+        by_rank[samples.curve_rank[i]] = {p[0], p[1], p[2]};
+      }
+      CHECK(distinct.size() == n);
+      // Along the path neighbours are near each other, but for the few ends of regions.
+      const double spacing = std::sqrt(model.row.report.area / n);
+      std::size_t far = 0;
+      for (std::size_t r = 1; r < n; ++r) {
+        double squared = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const double d = static_cast<double>(by_rank[r][k]) - static_cast<double>(by_rank[r - 1][k]);
+          squared += d * d;
+        }
+        far += std::sqrt(squared) > 10 * spacing;
+      }
+      CHECK(far < n / 100);
+    }
+}
+
+TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 threads") {
+  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 8);
+  for (const char* method : {"auto", "direct"}) {
+    Samples first;
+    for (const int threads : {1, 2, 8}) {
+      Samples samples;
+      oneapi::tbb::task_arena(threads).execute(
+          [&] { samples = placed(torus(24, 12), parameters_for(method), 200000, true).row.samples; });
+      if (threads == 1) first = samples;
+      CHECK(samples.points == first.points);
+      CHECK(samples.barycentric == first.barycentric);
+      CHECK(samples.curve_rank == first.curve_rank);
+    }
+  }
+}
+
+TEST_CASE("place_samples: in regions the error over rotated boxes is that of the whole surface", "[slow]") {
+  const PolygonMesh file = torus(60, 30);
+  for (const char* method : {"auto", "direct"}) {
+    double error[2] = {0, 0};
+    for (const bool in_regions : {false, true}) {
+      double squares = 0;
+      for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        const double ratio =
+            box_error(placed(file, parameters_for(method), 150000, in_regions, make_random_key(seed, {})));
+        squares += ratio * ratio;
+      }
+      error[in_regions] = std::sqrt(squares / 6);
+    }
+    INFO(method << ": " << error[0] << " whole, " << error[1] << " in regions");
+    CHECK(error[1] <= 1.06 * error[0]);
+  }
+}
