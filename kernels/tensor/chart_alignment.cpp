@@ -23,8 +23,8 @@ struct Jacobian {
 };
 
 double singular_ratio(const Jacobian& j) {
-  const double conformal = length_of(j.ux + j.vy, j.vx - j.uy);
-  const double anti = length_of(j.ux - j.vy, j.vx + j.uy);
+  const double conformal = std::hypot(j.ux + j.vy, j.vx - j.uy);
+  const double anti = std::hypot(j.ux - j.vy, j.vx + j.uy);
   const double large = conformal + anti, small = std::abs(conformal - anti);
   return large < largest_ratio * small ? large / small : largest_ratio;
 }
@@ -37,7 +37,7 @@ Jacobian operator*(const Jacobian& j, TangentTensor s) {
 // Between the line on which v is constant and e1.
 double angle_to(const Jacobian& j, double e1x, double e1y) {
   const double x = j.vy, y = -j.vx;  // J^-1 (1, 0) up to a factor
-  if (!(length_of(x, y) > 0)) return 0.5 * std::numbers::pi;
+  if (!(std::hypot(x, y) > 0)) return 0.5 * std::numbers::pi;
   return std::atan2(std::abs(x * e1y - y * e1x), std::abs(x * e1x + y * e1y));
 }
 

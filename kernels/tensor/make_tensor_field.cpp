@@ -265,7 +265,7 @@ TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, dou
     for (std::size_t h = 3 * begin; h < 3 * end; ++h) {
       if (!(mesh.area[h / 3] > 0)) continue;
       TangentTensor& tensor = field.corner[h];
-      double difference = 2 * length_of(0.5 * (tensor.xx - tensor.yy), tensor.xy);
+      double difference = 2 * std::hypot(0.5 * (tensor.xx - tensor.yy), tensor.xy);
       if (difference > limit) {
         // Not for the last bits alone.
         if (difference > limit + 1e-9) clamped[h / 3] = 1;

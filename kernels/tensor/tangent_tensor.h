@@ -31,12 +31,6 @@ constexpr double quadratic(TangentTensor a, double x, double y) {
   return a.xx * x * x + 2 * a.xy * x * y + a.yy * y * y;
 }
 
-// sqrt(x^2 + y^2); what std::hypot takes four times as long for is left to it where squares are no numbers.
-inline double length_of(double x, double y) {
-  const double squared = x * x + y * y;
-  return squared > 1e-280 && squared < 1e280 ? std::sqrt(squared) : std::hypot(x, y);
-}
-
 // Eigenvalues first >= second and the unit eigenvector of the first; its sign is that of x > 0, or y > 0
 // where x is 0. Isotropic tensors give (1, 0).
 struct TensorAxes {
@@ -44,7 +38,7 @@ struct TensorAxes {
   double x = 1, y = 0;
 };
 inline TensorAxes tensor_axes(TangentTensor a) {
-  const double half = 0.5 * (a.xx - a.yy), radius = length_of(half, a.xy), middle = 0.5 * (a.xx + a.yy);
+  const double half = 0.5 * (a.xx - a.yy), radius = std::hypot(half, a.xy), middle = 0.5 * (a.xx + a.yy);
   TensorAxes axes{middle + radius, middle - radius, 1, 0};
   if (!(radius > 0)) return axes;
   // cos and sin of half the angle of (half, xy), the larger one first: no trigonometry, no cancellation.
