@@ -106,7 +106,9 @@ void add_tensor_options(const Command& command, ParameterTable& table, TensorOpt
         texts.chooses_segments = true;
       });
   table.record("tensor_bisections", parameters.tensor_charts.max_bisections);
+  table.record("tensor_chart_ratio", parameters.tensor_charts.limits.ratio);
   table.record("tensor_epsilon", tensor.epsilon);
+  table.record("tensor_mean_distortion", metric_mean_distortion);
 }
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,

@@ -190,11 +190,24 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
   return best;
 }
 
+// Whether no more is wrong with a map than may be: the share of bad triangles, by number and by area.
+// Collapsed ones, whose distortion is that of the whole map, are none of those.
+bool is_tolerable(const Try& attempt, const ChartGeometry& geometry, double share) {
+  constexpr double largest_part = 1.01;
+  if (!attempt.finite || !(share > 0)) return false;
+  if (attempt.scan.mean_distortion > largest_part * attempt.scan.capped_distortion) return false;
+  const auto allowed = share * static_cast<double>(geometry.counts.size());
+  double area = 0;
+  for (const std::uint32_t t : attempt.scan.bad) area += geometry.area[t];
+  return static_cast<double>(attempt.scan.bad.size()) <= allowed && area <= share * geometry.total_area;
+}
+
 // A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
 // triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
 Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
                   const FlattenParameters& parameters, Try& best, WorkBudget& budget,
                   const CancelToken& cancel) {
+  if (is_tolerable(best, geometry, parameters.max_flipped_share)) return Method::conformal;
   const IntrinsicDisk disk = intrinsic_disk(surface, cut);
   const auto repair = [&](Try& attempt) {
     if (attempt.finite && !attempt.scan.bad.empty()) {

@@ -16,8 +16,8 @@ namespace meander {
 struct FlattenParameters {
   std::uint32_t max_extra_seams = 12;  // seams added where the chart shrinks too far; 0..64
   double min_log_scale = -9.0;         // log scale factor below which a chart counts as shrunk too far
-  double max_flipped_share = 0;        // of the triangles: this many may stay flipped before the fallback to
-                                       // mean-value on a circle, whose distortion is far larger; 0..1
+  double max_flipped_share = 0;        // of triangles: so many may stay flipped before the fallback to
+                                       // mean-value on a circle, or the repair of all bad ones; 0..1
   double max_mean_distortion = 1.1;    // area-weighted mean sigma1/sigma2 above which another seam is tried
   double effort = 1;                   // multiple of the work that a chart may take: flatten_budget; 0..1e6
 };

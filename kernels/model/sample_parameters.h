@@ -48,6 +48,14 @@ constexpr double coarse_elements_per_sample(std::uint64_t samples) {
 // more by themselves: with 1.1 seams multiply, the error of the samples is the same.
 inline constexpr double coarse_mean_distortion = 1.3;
 
+// The same of charts in a metric. Fields vary from triangle to triangle, which no seam mends: with 1.1 a
+// chart is tried six times over for samples that are no better.
+inline constexpr double metric_mean_distortion = 1.5;
+
+// AlignmentLimits::ratio of charts in a metric, for the same reason: halves of segments between 1.5 and 2 are
+// no better, nor are their samples.
+inline constexpr double metric_chart_ratio = 2;
+
 // How a tensor field is charted (docs/METHODS.md 9.4 and 9.6 to 9.8).
 struct TensorChartParameters {
   AlignmentForm form = AlignmentForm::metric;  // conformal in the metric, or along the directions
@@ -55,7 +63,7 @@ struct TensorChartParameters {
   // Rounds in which segments whose chart fails are halved, and again as many for those without a chart in the
   // metric; 0..16.
   std::uint32_t max_bisections = 6;
-  AlignmentLimits limits;
+  AlignmentLimits limits = {.ratio = metric_chart_ratio};
 };
 
 // Everything that decides the points of a model. The defaults are those of `meander run`.

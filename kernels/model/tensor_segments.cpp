@@ -77,11 +77,10 @@ SegmentChart chart_segment(const TensorSegments& segments, CutChart cut, const S
   } else {
     FlattenParameters flatten = parameters.flatten;
     flatten.max_flipped_share = wanted.limits.flipped;
+    flatten.max_mean_distortion = std::max(flatten.max_mean_distortion, metric_mean_distortion);
     flatten.effort *= effort;
     chart.flat = flatten_chart(segments.measured(), std::move(cut), flatten, cancel);
-    if (chart.is_measurable())
-      chart.alignment =
-          chart_alignment(segments.mesh, chart.flat.cut, segments.tensor, chart.flat.u, chart.flat.v);
+    if (chart.is_measurable()) chart.alignment = chart_alignment(segments.mesh, segments.tensor, chart.flat);
     if (chart.flat.report.method == Method::conformal) chart.flat.report.method = Method::anisotropic;
   }
   chart.accepted =

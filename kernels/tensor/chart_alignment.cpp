@@ -44,25 +44,45 @@ double angle_to(const Jacobian& j, double e1x, double e1y) {
 struct Shares {
   double mean, quantile_95;
 };
+struct Weighed {
+  double value, weight;
+};
+
+// The largest value that the weight of larger ones, and of it, exceeds `share`. Halves of the values are
+// partitioned and the one with the answer goes on: O(T), where sorting took a tenth of all charting.
+double upper_quantile(std::vector<Weighed>& values, double share) {
+  constexpr std::ptrdiff_t few = 32;
+  const auto larger = [](const Weighed& a, const Weighed& b) { return a.value > b.value; };
+  auto begin = values.begin(), end = values.end();
+  double above = 0;
+  while (end - begin > few) {
+    const auto middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, larger);
+    double half = 0;
+    for (auto at = begin; at != middle; ++at) half += at->weight;
+    if (above + half <= share) {
+      above += half;
+      begin = middle;
+    } else {
+      end = middle;
+    }
+  }
+  std::sort(begin, end, larger);
+  while (begin + 1 != end && above + begin->weight <= share) above += (begin++)->weight;
+  return begin->value;
+}
+
 // Of values weighed by `weight`; `order` is scratch.
-Shares shares_of(std::span<const double> value, std::span<const double> weight,
-                 std::vector<std::uint32_t>& order) {
+Shares shares_of(std::span<const double> value, std::span<const double> weight, std::vector<Weighed>& order) {
   order.clear();
   std::vector<double> terms(value.size());
   for (std::uint32_t t = 0; t < value.size(); ++t) {
     terms[t] = weight[t] * value[t];
-    if (weight[t] > 0) order.push_back(t);
+    if (weight[t] > 0) order.push_back({value[t], weight[t]});
   }
   const double total = blocked_sum(weight);
   if (order.empty() || !(total > 0)) return {0, 0};
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return value[a] > value[b] || (value[a] == value[b] && a < b);
-  });
-  double above = 0;
-  std::size_t i = 0;
-  // Down from the largest value while what lies above is within the 5 %.
-  while (i + 1 < order.size() && above + weight[order[i]] <= 0.05 * total) above += weight[order[i++]];
-  return {blocked_sum(terms) / total, value[order[i]]};
+  return {blocked_sum(terms) / total, upper_quantile(order, 0.05 * total)};
 }
 
 }  // namespace
@@ -78,6 +98,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
   result.stretch.assign(count, 0);
   result.ratio.assign(count, 1);
   result.weight.assign(count, 0);
+  result.anisotropic.assign(count, 0);
   parallel_blocks(count, triangle_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (!geometry.counts[t]) continue;
@@ -96,7 +117,8 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
       const TensorAxes spacing =
           spacings_of((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
       const double wanted = spacing.first / spacing.second;
-      if (wanted >= isotropic_ratio) result.angle[t] = angle_to(j, spacing.x, spacing.y);
+      result.anisotropic[t] = wanted >= isotropic_ratio;
+      if (result.anisotropic[t]) result.angle[t] = angle_to(j, spacing.x, spacing.y);
       result.stretch[t] = std::abs(std::log(singular_ratio(j) / wanted));
       result.ratio[t] = singular_ratio(j * tensor_of(spacing));
     }
@@ -104,11 +126,14 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
   return result;
 }
 
-AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
-                                std::span<const double> u, std::span<const double> v) {
+namespace {
+
+// All but the overlap.
+AlignmentReport measured_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
+                                   std::span<const double> u, std::span<const double> v) {
   const TriangleAlignment each = triangle_alignment(mesh, chart, field, u, v);
   AlignmentReport report;
-  std::vector<std::uint32_t> order;
+  std::vector<Weighed> order;
   report.area = blocked_sum(each.weight);
   if (report.area > 0) {
     const Shares angle = shares_of(each.angle, each.weight, order);
@@ -120,14 +145,9 @@ AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart,
     report.stretch_95 = stretch.quantile_95;
     report.mean_ratio = ratio.mean;
     report.ratio_95 = ratio.quantile_95;
-    std::vector<double> anisotropic(each.weight.size(), 0);
-    for (std::size_t t = 0; t < anisotropic.size(); ++t) {
-      const std::size_t h = 3 * (chart.triangle_begin + t);
-      const TensorAxes log_spacing =
-          tensor_axes((1.0 / 3) * (field.corner[h] + field.corner[h + 1] + field.corner[h + 2]));
-      if (std::exp(log_spacing.first - log_spacing.second) >= isotropic_ratio)
-        anisotropic[t] = each.weight[t];
-    }
+    std::vector<double> anisotropic(each.weight);
+    for (std::size_t t = 0; t < anisotropic.size(); ++t)
+      if (!each.anisotropic[t]) anisotropic[t] = 0;
     report.anisotropic_share = blocked_sum(anisotropic) / report.area;
   }
   std::vector<std::uint8_t> counts(each.weight.size());
@@ -137,11 +157,25 @@ AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart,
   double flipped_area = 0;
   for (const std::uint32_t t : flipped) flipped_area += each.weight[t];
   if (report.area > 0) report.flipped_share = flipped_area / report.area;
+  return report;
+}
+
+}  // namespace
+
+AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
+                                std::span<const double> u, std::span<const double> v) {
+  AlignmentReport report = measured_alignment(mesh, chart, field, u, v);
   if (chart.triangle_count() > 1) {
     std::vector<double> square_u(u.begin(), u.end()), square_v(v.begin(), v.end());
     fit_square(square_u, square_v);
     report.overlap = overlap_share(chart.triangles, square_u, square_v);
   }
+  return report;
+}
+
+AlignmentReport chart_alignment(const PreparedMesh& mesh, const TensorField& field, const FlatChart& flat) {
+  AlignmentReport report = measured_alignment(mesh, flat.cut, field, flat.u, flat.v);
+  report.overlap = flat.report.overlap;
   return report;
 }
 

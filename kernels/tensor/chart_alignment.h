@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/cut/cut_to_disk.h"
+#include "kernels/flatten/flatten_chart.h"
 #include "kernels/tensor/tensor_field.h"
 
 namespace meander {
@@ -22,6 +23,7 @@ struct TriangleAlignment {
   std::vector<double> stretch;  // T: |log(sigma1 / sigma2 * s2 / s1)|, sigma the singular values of J
   std::vector<double> ratio;   // T: singular-value ratio of J S, >= 1: 1 where the metric is kept up to scale
   std::vector<double> weight;  // T: area, working units squared
+  std::vector<std::uint8_t> anisotropic;  // T: s1 / s2 >= 1.05
 };
 
 // Quantiles are by area: the share of the area with a larger value is at most 5 %.
@@ -50,9 +52,11 @@ struct AlignmentLimits {
 TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& chart,
                                      const TensorField& field, std::span<const double> u,
                                      std::span<const double> v);
-// O(T log T).
+// O(T).
 AlignmentReport chart_alignment(const PreparedMesh& mesh, const CutChart& chart, const TensorField& field,
                                 std::span<const double> u, std::span<const double> v);
+// Of a chart that has its place in the unit square and its overlap measured there (flatten_chart).
+AlignmentReport chart_alignment(const PreparedMesh& mesh, const TensorField& field, const FlatChart& flat);
 
 // Form A: angle and stretch; form B: the ratio; both: flips and overlap within the limits.
 bool is_accepted(const AlignmentReport& report, AlignmentForm form, const AlignmentLimits& limits = {});

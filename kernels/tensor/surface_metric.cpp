@@ -16,15 +16,22 @@ constexpr int most_rounds = 100;
 std::vector<double> surface_metric(const PreparedMesh& mesh, const TensorField& field,
                                    const CancelToken& cancel) {
   std::vector<double> length = metric_edge_lengths(mesh, field);
+  // Triangles whose lengths have changed since they were looked at; the others need not be again.
+  std::vector<std::uint8_t> changed(mesh.triangle_count(), 1);
   const auto change = [&](std::uint32_t h, double by) {
     length[h] += by;
-    if (mesh.opposite[h] != no_index) length[mesh.opposite[h]] = length[h];
+    changed[h / 3] = 1;
+    if (mesh.opposite[h] == no_index) return;
+    length[mesh.opposite[h]] = length[h];
+    changed[mesh.opposite[h] / 3] = 1;
   };
   bool broken = true;
   for (int round = 0; broken && round < most_rounds; ++round) {
     broken = false;
     cancel.check();
     for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+      if (!changed[t]) continue;
+      changed[t] = 0;
       const std::uint32_t h = 3 * t;
       std::uint32_t longest = h;
       for (std::uint32_t k = h + 1; k < h + 3; ++k)

@@ -39,6 +39,53 @@ NormalSum max_normal(const PreparedMesh& mesh, std::span<const std::uint32_t> co
   return normal;
 }
 
+// How tensors come from a neighbour into the frame of a vertex: the double angle that their deviators turn
+// by, and the areas beside the edge, summed.
+struct FrameTurn {
+  std::uint32_t to, from;
+  double cosine, sine, weight;
+};
+
+TangentTensor turned(TangentTensor a, const FrameTurn& turn) {
+  const double middle = 0.5 * (a.xx + a.yy), half = 0.5 * (a.xx - a.yy);
+  const double x = turn.cosine * half - turn.sine * a.xy, y = turn.sine * half + turn.cosine * a.xy;
+  return {middle + x, y, middle - x};
+}
+
+// transport() of a tensor, as an angle. Both half-edges of an edge turn by the same one, there and back.
+FrameTurn turn_between(const TangentFrame& from, const TangentFrame& to) {
+  const TangentTensor x = transport(TangentTensor{1, 0, -1}, from, to);
+  return {0, 0, 0.5 * (x.xx - x.yy), x.xy, 0};
+}
+
+// Of all vertices, ascending by `to`.
+std::vector<FrameTurn> turns_to_neighbours(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
+                                           const CancelToken& cancel) {
+  const auto area_at = [&](std::uint32_t h) { return h == no_index ? 0.0 : mesh.area[h / 3]; };
+  std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
+  const auto each_edge = [&](const auto& body) {
+    for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h) {
+      const std::uint32_t other = mesh.opposite[h];
+      if (other != no_index && other < h) continue;
+      const double weight = area_at(h) + area_at(other);
+      if (weight > 0) body(mesh.triangles[h], mesh.triangles[next_half_edge(h)], weight);
+    }
+  };
+  each_edge([&](std::uint32_t a, std::uint32_t b, double) {
+    ++begin[a + 1];
+    ++begin[b + 1];
+  });
+  for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
+  std::vector<FrameTurn> turns(begin.back());
+  cancel.check();
+  each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
+    const FrameTurn turn = turn_between(frames[b], frames[a]);
+    turns[begin[a]++] = {a, b, turn.cosine, turn.sine, weight};
+    turns[begin[b]++] = {b, a, turn.cosine, -turn.sine, weight};
+  });
+  return turns;
+}
+
 }  // namespace
 
 TangentTensor tangent_part(const AmbientTensor& a, const TangentFrame& frame) {
@@ -101,23 +148,21 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
 void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> frames,
                     std::span<TangentTensor> log_spacing, unsigned rounds, const CancelToken& cancel) {
   if (rounds == 0) return;
-  const VertexCorners around(mesh);
+  const std::vector<FrameTurn> turns = turns_to_neighbours(mesh, frames, cancel);
+  std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
+  for (const FrameTurn& turn : turns) ++begin[turn.to + 1];
+  for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
   std::vector<TangentTensor> before(log_spacing.size());
   for (unsigned round = 0; round < rounds; ++round) {
     cancel.check();
     std::copy(log_spacing.begin(), log_spacing.end(), before.begin());
-    parallel_blocks(before.size(), vertex_block, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
+    parallel_blocks(before.size(), vertex_block, [&](std::size_t first, std::size_t last) {
+      for (std::size_t v = first; v < last; ++v) {
         TangentTensor sum;
         double weight = 0;
-        for (const std::uint32_t h : around.of(v)) {
-          const double area = mesh.area[h / 3];
-          if (!(area > 0)) continue;
-          for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
-            const std::uint32_t w = mesh.triangles[other];
-            sum = sum + area * transport(before[w], frames[w], frames[v]);
-            weight += area;
-          }
+        for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) {
+          sum = sum + turns[i].weight * turned(before[turns[i].from], turns[i]);
+          weight += turns[i].weight;
         }
         if (weight > 0) log_spacing[v] = 0.5 * before[v] + (0.5 / weight) * sum;
       }

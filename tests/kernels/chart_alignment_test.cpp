@@ -1,8 +1,11 @@
 #include "kernels/tensor/chart_alignment.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/hand_charts.h"
@@ -108,6 +111,44 @@ TEST_CASE("chart_alignment: quantiles are by area") {
     CHECK(report.mean_ratio == Approx(1 + share * (mismatch_ratio(45 * degree, 2, 1) - 1)).epsilon(1e-9));
     CHECK(is_accepted(report, AlignmentForm::gradient) == (share < 0.05));
   }
+}
+
+TEST_CASE("chart_alignment: quantiles are those of sorted values") {
+  for (const std::uint32_t side : {1u, 3u, 7u, 9u, 41u}) {
+    const PreparedMesh mesh = prepare_mesh(grid_plane(side, side));
+    const TensorField field = field_by_formula(mesh, constant_spacing(0, 2, 1));
+    const FlatChart flat = hand_chart(mesh, mesh.components[0], [](Vector3 p) {
+      return std::pair(p.x + 0.2 * std::sin(5 * p.x + p.y), p.y + 0.3 * std::cos(4 * p.x) * p.y * p.y);
+    });
+    const TriangleAlignment each = triangle_alignment(mesh, flat.cut, field, flat.u, flat.v);
+    std::vector<std::pair<double, double>> sorted;
+    double total = 0, above = 0;
+    for (std::size_t t = 0; t < each.weight.size(); ++t) {
+      sorted.emplace_back(-each.ratio[t], each.weight[t]);
+      total += each.weight[t];
+    }
+    std::sort(sorted.begin(), sorted.end());
+    std::size_t i = 0;
+    while (i + 1 < sorted.size() && above + sorted[i].second <= 0.05 * total) above += sorted[i++].second;
+    INFO(side << " squares");
+    CHECK(chart_alignment(mesh, flat.cut, field, flat.u, flat.v).ratio_95 == -sorted[i].first);
+  }
+}
+
+TEST_CASE("chart_alignment: of a chart in the unit square, with the overlap measured there") {
+  const PreparedMesh mesh = prepare_mesh(grid_plane(90, 2, 9 * std::numbers::pi, 0.4));
+  const TensorField field = field_by_formula(mesh, constant_spacing(0, 1, 1));
+  FlatChart flat = hand_chart(mesh, mesh.components[0], [](Vector3 p) {
+    return std::pair((3 - p.y) * std::cos(p.x / 3), (3 - p.y) * std::sin(p.x / 3));
+  });
+  const AlignmentReport measured = chart_alignment(mesh, flat.cut, field, flat.u, flat.v);
+  flat.report.overlap = 0.25;
+  const AlignmentReport taken = chart_alignment(mesh, field, flat);
+  CHECK(taken.overlap == 0.25);
+  CHECK(taken.ratio_95 == measured.ratio_95);
+  CHECK(taken.mean_angle == measured.mean_angle);
+  CHECK(taken.flipped_share == measured.flipped_share);
+  CHECK(taken.anisotropic_share == measured.anisotropic_share);
 }
 
 TEST_CASE("chart_alignment: flips, collapse and overlap are never accepted") {

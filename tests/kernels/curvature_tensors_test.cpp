@@ -214,6 +214,39 @@ TEST_CASE("smooth_tensors: constants stay, noise falls, ratios never grow") {
   CHECK(after.second <= once.second);
 }
 
+TEST_CASE("smooth_tensors: the transported mean over both neighbours of every corner") {
+  // A closed surface, and one with a boundary and triangles of unequal areas.
+  PolygonMesh sheet = grid_plane(9, 6);
+  for (std::size_t v = 0; v < sheet.x.size(); ++v) {
+    sheet.x[v] *= 1 + sheet.x[v];
+    sheet.z[v] = 0.4 * std::sin(3 * sheet.x[v]) * std::cos(2 * sheet.y[v]);
+  }
+  for (const PolygonMesh& polygons : {icosphere(2), sheet}) {
+    const PreparedMesh mesh = prepare_mesh(polygons);
+    const std::vector<TangentFrame> frames = vertex_frames(mesh);
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::vector<TangentTensor> before(mesh.vertex_count());
+    for (TangentTensor& t : before) t = {normal(random), normal(random), normal(random)};
+    std::vector<TangentTensor> sum(before.size());
+    std::vector<double> weight(before.size(), 0);
+    for (std::uint32_t h = 0; h < mesh.triangles.size(); ++h)
+      for (const std::uint32_t other : {next_half_edge(h), previous_half_edge(h)}) {
+        const std::uint32_t v = mesh.triangles[h], w = mesh.triangles[other];
+        sum[v] = sum[v] + mesh.area[h / 3] * transport(before[w], frames[w], frames[v]);
+        weight[v] += mesh.area[h / 3];
+      }
+    std::vector<TangentTensor> smooth = before;
+    smooth_tensors(mesh, frames, smooth, 1);
+    for (std::size_t v = 0; v < smooth.size(); ++v) {
+      const TangentTensor expected = 0.5 * before[v] + (0.5 / weight[v]) * sum[v];
+      CHECK(smooth[v].xx == Approx(expected.xx).margin(1e-12));
+      CHECK(smooth[v].xy == Approx(expected.xy).margin(1e-12));
+      CHECK(smooth[v].yy == Approx(expected.yy).margin(1e-12));
+    }
+  }
+}
+
 TEST_CASE("curvature_tensors: sphere is 1 / R everywhere, field of ratio 1") {
   for (const double radius : {1.0, 250.0}) {
     double last = 1;
