@@ -51,6 +51,9 @@ constexpr CurveKind curve_of(ElementOrder order) {
                                                 : CurveKind::hilbert;
 }
 
+// Larger sets are placed region by region (surface_regions.h).
+inline constexpr std::uint64_t most_whole_samples = 131072;
+
 struct ElementParameters {
   std::uint64_t samples = 2048;    // N, >= 1
   double elements_per_sample = 4;  // every element's mass <= total / (elements_per_sample N), >= 1 (of

@@ -12,8 +12,6 @@
 
 namespace meander {
 
-// Larger sets are placed region by region.
-inline constexpr std::uint64_t most_whole_samples = 131072;
 // Samples of a region, at most. Regions of cells can be small. Along a curve they are larger: what it visits
 // at other times than the rest of a region makes strata of scattered parts, all along the border
 // (docs/METHODS.md 6.8 has the numbers); but not where samples have many elements.
