@@ -17,7 +17,8 @@ constexpr std::uint32_t most_neighbours = 24;  // of a vertex that is removed
 constexpr std::uint32_t widest_star = 64;      // of the vertex that it is moved to
 constexpr std::uint32_t fewest_left = 16;      // triangles: below, a closed surface may fold onto itself
 constexpr std::uint32_t most_rounds = 64;      // each removes a 32nd of the vertices or is the last
-constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep
+constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep, and where
+constexpr double thinnest_of_all = 0.06;       // that leaves a round too few vertices to remove, at the least
 constexpr double largest_turn = 0.5;           // cosine of the largest angle between old and new normals
 // The mean weight of the vertices that are left over the largest that is allowed, measured.
 constexpr double filling = 0.7;
@@ -75,6 +76,8 @@ class Coarsener {
   // Removes vertices as long as none stands for more than `heaviest`.
   void run(double heaviest, const CancelToken& cancel) {
     heaviest_ = heaviest;
+    const double wanted =
+        2 * std::accumulate(weight_.begin(), weight_.end(), 0.0) / (filling * heaviest);  // triangles
     std::vector<std::uint32_t> candidates(leaving_.size());
     std::iota(candidates.begin(), candidates.end(), 0u);
     for (round_ = 1; round_ <= most_rounds; ++round_) {
@@ -95,6 +98,12 @@ class Coarsener {
         candidates[kept++] = v;
       }
       candidates.resize(kept);
+      if (16 * removed < before && left_ > 4 * wanted && thinnest_ > thinnest_of_all) {
+        // A fine regular grid, of which most vertices can be moved only so that a triangle becomes thin.
+        thinnest_ *= 0.5;
+        std::fill(refused_.begin(), refused_.end(), std::uint8_t{0});
+        continue;
+      }
       if (32 * removed < before) break;
     }
   }
@@ -168,7 +177,7 @@ class Coarsener {
     return star.triangles >= (star.inside ? 3u : 2u);
   }
 
-  static void measure(Star& star) {
+  void measure(Star& star) const {
     for (NeighbourIndex i = 0; i < star.triangles; ++i) {
       const NeighbourIndex j = star.after(i);
       const Vector3 far = star.position[j] - star.position[i];
@@ -176,7 +185,7 @@ class Coarsener {
       const double longest = longest_of(star.squared_length[i], star.squared_length[j], dot(far, far));
       // A triangle that is thin already may stay so.
       star.shape[i] =
-          std::min(thinnest * thinnest, dot(star.normal[i], star.normal[i]) / (longest * longest));
+          std::min(thinnest_ * thinnest_, dot(star.normal[i], star.normal[i]) / (longest * longest));
     }
   }
 
@@ -256,7 +265,7 @@ class Coarsener {
   std::vector<std::uint8_t> changed_, refused_;   // by vertex: the rounds of its last change and refusal
   std::vector<std::uint32_t> host_;               // by triangle: itself, or the one it vanished into
   Star star_;  // of the vertex that is looked at: to clear a new one each time takes a tenth of all
-  double heaviest_ = 0;
+  double heaviest_ = 0, thinnest_ = thinnest;
   std::uint32_t left_, stamp_ = 0, round_ = 0;
 };
 

@@ -177,6 +177,17 @@ TEST_CASE("coarsen_mesh: about as many triangles as are asked for, of about equa
           Approx(c.area > 0.1 ? 3000 : 500).epsilon(0.25));
 }
 
+TEST_CASE("coarsen_mesh: fine regular grids do not stop the rounds") {
+  // Shapes of cells whose vertices can be moved only so that a triangle has a height below a quarter.
+  for (const auto& [around, across] : {std::pair<std::uint32_t, std::uint32_t>{1000, 500}, {500, 250}}) {
+    const PreparedMesh mesh = prepare_mesh(torus(around, across));
+    const CoarseMesh coarse = coarsened(mesh, CoarsenParameters{}, 2048);
+    INFO(around << " x " << across);
+    CHECK(coarse.mesh.triangle_count() < 2 * 1.5 * 2048);
+    CHECK(sum_of(coarse.masses) == Approx(sum_of(mesh.area)));
+  }
+}
+
 TEST_CASE("coarsen_mesh: triangles are small where the density is high") {
   const PreparedMesh fine = prepare_mesh(icosphere(6));
   std::vector<double> masses = fine.area;
