@@ -98,7 +98,7 @@ class Coarsener {
         candidates[kept++] = v;
       }
       candidates.resize(kept);
-      if (16 * removed < before && left_ > 4 * wanted && thinnest_ > thinnest_of_all) {
+      if (16 * removed < before && left_ > 16 * wanted && thinnest_ > thinnest_of_all) {
         // A fine regular grid, of which most vertices can be moved only so that a triangle becomes thin.
         thinnest_ *= 0.5;
         std::fill(refused_.begin(), refused_.end(), std::uint8_t{0});
