@@ -88,13 +88,13 @@ class DescribeJob {
     parameters.timeout_seconds = options_.timeout_seconds;
     std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
     const StageHook hook = [&](GraphStages& stages) {
-      directory_->leave_lock_to_parent();
       stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none));
     };
     for (const std::uint64_t row : directory_->suspects()) {
       const std::optional<PlanItem> plan = plan_of(row, first_round());
       if (!plan) continue;
-      const LoneResult result = try_item_alone(*plan, parameters, hook);
+      const LoneResult result = try_item_alone(
+          *plan, parameters, [&] { directory_->leave_lock_to_parent(); }, hook);
       if (result.crashed) problems_.add(row, {Status::crashed, result.reason});
     }
   }

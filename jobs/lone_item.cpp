@@ -12,7 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <memory>
+#include <optional>
 #include <system_error>
 
 namespace meander {
@@ -21,23 +21,20 @@ namespace {
 
 using StageName = std::array<char, 64>;
 
-[[noreturn]] void run_in_child(const PlanItem& item, const GraphParameters& parameters, const StageHook& hook,
-                               pid_t parent, StageName& entered) {
+[[noreturn]] void run_in_child(const PlanItem& item, const GraphParameters& parameters,
+                               const std::function<void()>& leave, const StageHook& hook, pid_t parent,
+                               StageName& entered) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // the child must not outlive a killed run and hold its lock
   if (getppid() != parent) _exit(0);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
   try {
-    // The stages keep no more than the address of the device. It takes a while to make and comes after the
-    // hook, which leaves the lock of the run to the parent: were the parent killed before that, the child
-    // would hold the lock until it has died, too, and the run that continues would be refused. The child ends
-    // with _exit: nothing is freed.
-    EmbreeDevice* const device =
-        casts_rays(parameters.sample) ? std::allocator<EmbreeDevice>().allocate(1) : nullptr;
-    GraphStages stages = sampling_stages(parameters.sample, device);
+    leave();
+    std::optional<EmbreeDevice> device;
+    if (casts_rays(parameters.sample)) device.emplace();
+    GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr);
     if (hook) hook(stages);
-    if (device != nullptr) std::construct_at(device);
     run_item_alone(item, parameters, stages, [&](std::string_view stage) {
       const std::size_t length = std::min(stage.size(), entered.size() - 1);
       std::memcpy(entered.data(), stage.data(), length);
@@ -54,7 +51,8 @@ bool is_crash(int signal) {
 
 }  // namespace
 
-LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StageHook& hook) {
+LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters,
+                          const std::function<void()>& leave, const StageHook& hook) {
   void* shared = mmap(nullptr, sizeof(StageName), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED)
     throw std::system_error(errno, std::generic_category(), "cannot share memory with a child process");
@@ -66,7 +64,7 @@ LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameter
     munmap(shared, sizeof(StageName));
     throw std::system_error(error, std::generic_category(), "cannot start a child process");
   }
-  if (child == 0) run_in_child(item, parameters, hook, parent, entered);
+  if (child == 0) run_in_child(item, parameters, leave, hook, parent, entered);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

@@ -1,6 +1,7 @@
 // Retrying an item that was in flight when an earlier process died: alone, in a child process.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "jobs/jobs.h"
@@ -15,9 +16,10 @@ struct LoneResult {
 
 // Forks, runs the stages on the one item in the child and throws the result away: only whether the child
 // survives counts. A child killed by anything else (SIGKILL by a user or by the system's memory killer) marks
-// nothing. `hook` comes in the child before anything that takes time, to leave what the child inherits and to
-// change the stages. Must be called before this process starts any thread. Throws std::system_error when it
-// cannot fork.
-LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters, const StageHook& hook);
+// nothing. `leave` comes first in the child, to leave what it inherits: a lock that it held longer than its
+// killed parent would refuse the run that continues. `hook` changes the stages. Must be called before this
+// process starts any thread. Throws std::system_error when it cannot fork.
+LoneResult try_item_alone(const PlanItem& item, const GraphParameters& parameters,
+                          const std::function<void()>& leave, const StageHook& hook);
 
 }  // namespace meander

@@ -173,14 +173,11 @@ void try_suspects(const PlannedStore& planned, const PlannedRunParameters& param
   const RunOptions& options = parameters.options;
   RunDirectory directory(options.store, planned.plan);
   const GraphParameters graph = graph_parameters(options);
-  const StageHook in_child = [&](GraphStages& stages) {
-    directory.leave_lock_to_parent();
-    if (parameters.hook) parameters.hook(stages);
-  };
   std::vector<std::pair<std::uint64_t, std::string>> crashed;
   for (const std::uint64_t row : directory.suspects()) {
     if (planned.items[row].path.empty()) continue;
-    LoneResult result = try_item_alone(planned.items[row], graph, in_child);
+    LoneResult result = try_item_alone(
+        planned.items[row], graph, [&] { directory.leave_lock_to_parent(); }, parameters.hook);
     if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
   }
   // Writing a row may start threads (it may seal a shard), so the rows come after the last verdict.

@@ -241,6 +241,8 @@ std::string clean_reason(std::string_view reason) {
   return clean;
 }
 
+namespace {
+
 EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row& row, Samples* spent) {
   if (row_number >= header.ids.size())
     throw ItemError(Status::internal,
@@ -273,6 +275,8 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   finish_record({row_number, 0, 0, report.status}, out);
   return encoded;
 }
+
+}  // namespace
 
 }  // namespace store
 

@@ -50,7 +50,8 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
 }
 
 ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
-                        double limit, const ElementParameters& parameters, const CancelToken& cancel) {
+                        std::uint64_t strata, double limit, const ElementParameters& parameters,
+                        const CancelToken& cancel) {
   const bool is_split =
       source.hits.empty() &&
       splits_pieces(parameters, !source.places.any() && source.surface.in_space(), source.density.uniform());
@@ -68,8 +69,7 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   const ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
                              source.group};
   ElementCells result;
-  result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(cells), traits, cancel,
-                                region == nullptr ? parameters.strata : 0);
+  result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(cells), traits, cancel, strata);
   result.triangle = std::move(pieces.triangle);
   result.path = std::move(pieces.path);
   result.vertex = std::move(pieces.vertex);
@@ -82,8 +82,8 @@ ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure
   const ElementSource source(surface, measure.density, charts, hints.hits,
                              sheet_groups(surface.mesh(), charts.charts, hints.sheet), ElementOrder::balanced,
                              key);
-  return cells_from(source, nullptr, parameters.samples, element_limit(measure, parameters), parameters,
-                    cancel);
+  return cells_from(source, nullptr, parameters.samples, parameters.samples,
+                    element_limit(measure, parameters), parameters, cancel);
 }
 
 }  // namespace meander

@@ -61,10 +61,6 @@ struct ElementParameters {
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
   bool random_axes = false;    // of build_cells: cut across axes that the key has turned, not those of space
-  // Of build_cells: `samples` cells hold so many equal shares of the mass between them, each a whole number;
-  // 0: one each.
-  std::uint64_t strata = 0;
-  bool in_regions = false;  // too many samples to put the whole surface in order at once (surface_regions.h)
 };
 
 // What the locator learned about each triangle; both spans empty for the locator `elements`.

@@ -1,8 +1,8 @@
 #include "kernels/locate/surface_regions.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/locate/placed_pieces.h"
@@ -12,12 +12,11 @@ namespace meander {
 namespace {
 
 // Mass of a whole piece.
-double mass_of(const MeasuredMesh& surface, const Density& density, std::uint32_t triangle,
-               std::uint32_t path) {
-  const TriangleSource source = source_of(surface.mesh(), density, triangle);
+double mass_of(const ElementSource& source, std::uint32_t triangle, std::uint32_t path) {
+  const TriangleSource from = source_of(source.surface.mesh(), source.density, triangle);
   const int bisections = std::bit_width(path) - 1;
-  if (source.uniform) return source.area * share_after(bisections);
-  return piece_mass(source, piece_of(bisection_corners(surface, triangle), path), bisections);
+  if (from.uniform) return from.area * share_after(bisections);
+  return piece_mass(from, piece_of(bisection_corners(source.surface, triangle), path), bisections);
 }
 
 // Runs of elements, divided where a region ends within one.
@@ -44,8 +43,8 @@ void divide_curve(const CurveElements& elements, SurfaceRegions& regions) {
   }
 }
 
-void take_cells(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
-                SurfaceRegions& regions, const CancelToken& cancel) {
+void take_cells(const ElementCells& cells, const ElementSource& source, SurfaceRegions& regions,
+                const CancelToken& cancel) {
   const std::uint64_t strata = regions.parameters.samples;
   const std::size_t count = cells.count();
   for (std::size_t r = 0; r < count; ++r) {
@@ -59,7 +58,7 @@ void take_cells(const ElementCells& cells, const MeasuredMesh& surface, const De
     regions.region[r].piece.reserve(cell.entries);
     for (const CellEntry& entry : cells.cells.entries(cell)) {
       const std::uint32_t triangle = cells.triangle[entry.element()], path = cells.path_of(entry);
-      const double share = cells.cells.mass(entry) / mass_of(surface, density, triangle, path);
+      const double share = cells.cells.mass(entry) / mass_of(source, triangle, path);
       if (share > 0) regions.region[r].piece.push_back({triangle, path, std::min(share, 1.0)});
     }
   });
@@ -68,30 +67,30 @@ void take_cells(const ElementCells& cells, const MeasuredMesh& surface, const De
 }  // namespace
 
 SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                             const CancelToken& cancel) {
+                             std::span<const std::uint8_t> sheet, RandomKey key,
+                             const ElementParameters& parameters, const CancelToken& cancel) {
   const std::uint64_t strata = parameters.samples;
   const std::uint64_t most = samples_per_region(parameters);
   const std::uint64_t count = (strata + most - 1) / most;
   SurfaceRegions regions;
   regions.parameters = parameters;
   regions.limit = element_limit(measure, parameters);
-  regions.group = sheet_groups(surface.mesh(), charts.charts, hints.sheet);
   regions.region.resize(count);
   regions.first_stratum.resize(count + 1);
   ElementParameters coarse = parameters;
   coarse.samples = count;
   coarse.elements_per_sample = static_cast<double>(most) / samples_per_piece;
   coarse.keep_vertices = false;
-  const TriangleHints sheets{{}, hints.sheet};
+  const double limit = element_limit(measure, coarse);
+  ElementSource source(surface, measure.density, charts, {},
+                       sheet_groups(surface.mesh(), charts.charts, sheet), parameters.order, key);
   if (parameters.order == ElementOrder::balanced) {
-    coarse.strata = strata;
-    take_cells(build_cells(surface, measure, charts, sheets, key, coarse, cancel), surface, measure.density,
-               regions, cancel);
+    take_cells(cells_from(source, nullptr, count, strata, limit, coarse, cancel), source, regions, cancel);
   } else {
     for (std::uint64_t r = 0; r <= count; ++r) regions.first_stratum[r] = r * strata / count;
-    divide_curve(build_elements(surface, measure, charts, sheets, key, coarse, cancel), regions);
+    divide_curve(elements_from(source, nullptr, limit, coarse, cancel), regions);
   }
+  regions.group = std::move(source.group);
   // Pieces of large triangles weigh between half the limit and all of it.
   for (std::size_t r = 0; r < regions.count(); ++r)
     regions.region[r].expected_elements =
@@ -107,8 +106,9 @@ CurveElements region_elements(const SurfaceRegions& regions, const ElementSource
 
 ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
                           const CancelToken& cancel) {
-  return cells_from(source, &regions.region[region], regions.strata(region), regions.limit,
-                    regions.parameters, cancel);
+  const std::uint64_t strata = regions.strata(region);
+  return cells_from(source, &regions.region[region], strata, strata, regions.limit, regions.parameters,
+                    cancel);
 }
 
 }  // namespace meander

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -34,13 +35,13 @@ struct SurfaceRegions {
   std::uint64_t strata(std::size_t r) const { return first_stratum[r + 1] - first_stratum[r]; }
 };
 
-// Cuts the surface into coarse pieces and puts these in the order that the elements shall have. Of the hints
-// only the sheets count: elements of large sets are small beside the leaves of the curve. Masses below 2^-53
-// of the total may be lost. O(E log E) for E = T + N / 16 pieces; 200 bytes a piece at the peak. Throws what
-// build_elements and build_cells throw. Deterministic for every thread count.
+// Cuts the surface into coarse pieces and puts these in the order that the elements shall have. `sheet`:
+// TriangleHints::sheet; the hits do not matter, as elements of large sets are small beside the leaves of the
+// curve. Masses below 2^-53 of the total may be lost. O(E log E) for E = T + N / 16 pieces; 200 bytes a piece
+// at the peak. Throws what build_elements and build_cells throw. Deterministic for every thread count.
 SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
-                             const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
-                             const CancelToken& cancel = {});
+                             std::span<const std::uint8_t> sheet, RandomKey key,
+                             const ElementParameters& parameters, const CancelToken& cancel = {});
 
 // The elements of one of them, in the order of a curve; or its cells, one a stratum. Pure: regions may be
 // asked for in any order, by any thread. O(E log E) for its own E elements.

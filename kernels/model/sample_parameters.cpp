@@ -103,7 +103,6 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   elements.order = order_of(parameters);
   // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
   elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
-  elements.in_regions = places_in_regions(parameters);
   return elements;
 }
 

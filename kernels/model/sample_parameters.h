@@ -32,7 +32,7 @@ inline constexpr double tensor_elements_per_sample = 16;
 
 // The least number of elements per sample of the balanced order: its cells follow the borders of elements,
 // and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
-// the memory that the elements take.
+// the time that the elements take.
 constexpr double balanced_elements_per_sample(std::uint32_t samples) {
   return samples <= most_whole_samples ? 16 : 4;
 }

@@ -130,17 +130,27 @@ void forget_order(Model& model) {
   model.regions = SurfaceRegions{};
 }
 
+// Of the elements, and whether they are made region by region.
+struct OrderParameters {
+  ElementParameters elements;
+  bool in_regions = false;
+};
+OrderParameters order_parameters(const SampleParameters& p) {
+  return {element_parameters(p), places_in_regions(p)};
+}
+
 void order_elements(Model& model, const Domain& domain, const TriangleHints& hints,
-                    ElementParameters elements) {
+                    const OrderParameters& order) {
+  ElementParameters elements = order.elements;
   if (domain.coarse != nullptr)
     elements.elements_per_sample =
         std::max(elements.elements_per_sample, coarse_elements_per_sample(elements.samples));
   // Placed a second time, the model may have been put in the other order before.
   forget_order(model);
   const ChartSet charts(model.charts, domain.coarse);
-  if (elements.in_regions)
+  if (order.in_regions)
     model.regions =
-        build_regions(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
+        build_regions(domain.mesh, domain.measure, charts, hints.sheet, model.key, elements, model.cancel);
   else if (elements.order == ElementOrder::balanced)
     model.cells = build_cells(domain.mesh, domain.measure, charts, hints, model.key, elements, model.cancel);
   else
@@ -150,21 +160,20 @@ void order_elements(Model& model, const Domain& domain, const TriangleHints& hin
 
 // With what the rays have found. Of coarse triangles only the sheets matter for the triangles over them,
 // which are small beside the leaves of the curve.
-void order_located(Model& model, const Domain& domain, const Located& located,
-                   const ElementParameters& elements) {
+void order_located(Model& model, const Domain& domain, const Located& located, const OrderParameters& order) {
   if (domain.coarse == nullptr) {
-    order_elements(model, domain, {located.hits, located.sheet}, elements);
+    order_elements(model, domain, {located.hits, located.sheet}, order);
     return;
   }
   std::vector<std::uint8_t> sheet(domain.coarse->triangle.size());
   for (std::size_t t = 0; t < sheet.size(); ++t) sheet[t] = located.sheet[domain.coarse->triangle[t]];
-  order_elements(model, domain, {{}, sheet}, elements);
+  order_elements(model, domain, {{}, sheet}, order);
 }
 
 // Elements in the order of the charts, or without any in that of space.
 ModelStages locating_elements(const SampleParameters& p, DomainOf domain_of) {
-  return {{"locate_vertices", [elements = element_parameters(p), domain_of](Model& model) {
-             order_elements(model, domain_of(model), {}, elements);
+  return {{"locate_vertices", [order = order_parameters(p), domain_of](Model& model) {
+             order_elements(model, domain_of(model), {}, order);
            }}};
 }
 
@@ -184,14 +193,14 @@ ModelStages locating_rays(const SampleParameters& p, const EmbreeDevice* device,
                                                           model.charts, model.trees, locator, model.cancel);
                       }});
   } else {
-    stages.push_back({"locate_vertices",
-                      [locator = curved, elements = element_parameters(p), device, domain_of](Model& model) {
-                        const Domain domain = domain_of(model);
-                        const Located located = locate_with_embree(
-                            *device, domain.charted_mesh(), model.charts, domain.charted_masses(),
-                            model.trees, model.key, locator, model.cancel);
-                        order_located(model, domain, located, elements);
-                      }});
+    stages.push_back(
+        {"locate_vertices", [locator = curved, order = order_parameters(p), device, domain_of](Model& model) {
+           const Domain domain = domain_of(model);
+           const Located located =
+               locate_with_embree(*device, domain.charted_mesh(), model.charts, domain.charted_masses(),
+                                  model.trees, model.key, locator, model.cancel);
+           order_located(model, domain, located, order);
+         }});
   }
   return stages;
 }

@@ -76,7 +76,7 @@ struct BalancedCells {
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
 // levels more for its parts; 100 bytes an element and 190 a sample, most of them at the peak, and 24 an
 // entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29 elements.
-// `shares`: 0, or at least n: of so many equal shares of the mass cell k of the tree holds those from
+// `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds those from
 // floor(k shares / n) to floor((k + 1) shares / n).
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {},

@@ -16,7 +16,9 @@
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spectrum.h"
 #include "support/anisotropic_models.h"
+#include "support/grid_regions.h"
 #include "support/metric_samples.h"
+#include "support/shared_mesh.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -117,14 +119,6 @@ PolygonMesh ellipsoid() {
   for (double& z : mesh.z) z *= 0.7;
   return mesh;
 }
-PolygonMesh shared_mesh(const std::string& name) {
-  const std::filesystem::path path = shared_data("paper/" + name);
-  MeshFormat format{};
-  REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
-  return read_mesh(file.bytes(), format);
-}
-
 // Shapes with fields that a formula gives: the largest ratio is `ratio`.
 struct Case {
   std::string name;
@@ -173,20 +167,7 @@ RegionCounts grid_counts(const ChartedModel& model, const Samples& samples) {
   Density density;
   density.corner = tensor_density(field);
   const std::vector<double> measure = triangle_masses(mesh, density);
-  std::vector<std::uint32_t> region(mesh.triangle_count());
-  for (std::uint32_t t = 0; t < region.size(); ++t) {
-    Vector3 p;
-    for (std::uint32_t k = 0; k < 3; ++k) p = p + mesh.position(mesh.triangles[3 * t + k]);
-    p = mesh.centre + mesh.unit / 3 * p;
-    const std::array<double, 3> at = {p.x, p.y, p.z};
-    std::uint32_t cell = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double share = (at[k] - mesh.bbox[k]) / (mesh.bbox[k + 3] - mesh.bbox[k]);
-      cell = 4 * cell + static_cast<std::uint32_t>(std::clamp(4 * share, 0.0, 3.0));
-    }
-    region[t] = cell;
-  }
-  return region_counts(region, measure, sample_triangles(model.state.file, mesh, samples), 64);
+  return region_counts(grid_regions(mesh, 4), measure, sample_triangles(model.state.file, mesh, samples), 64);
 }
 
 // Metric distance from every sample to the nearest seam or border between charts.

@@ -11,6 +11,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/model/model.h"
+#include "support/shared_mesh.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -37,14 +38,6 @@ ChartedModel flattened(PolygonMesh file, MethodChoice method, std::uint32_t samp
   model.state.file = std::move(file);
   run_stages(charting_stages(model.parameters), model.state);
   return model;
-}
-
-PolygonMesh shared_mesh(const std::string& name) {
-  const std::filesystem::path path = shared_data("paper/" + name);
-  MeshFormat format{};
-  REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
-  return read_mesh(file.bytes(), format);
 }
 
 const Samples& sample(ChartedModel& model, std::uint32_t n, std::uint64_t seed) {

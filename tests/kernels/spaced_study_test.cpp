@@ -11,6 +11,7 @@
 #include "kernels/analyse/metric_neighbours.h"
 #include "kernels/analyse/region_counts.h"
 #include "support/anisotropic_models.h"
+#include "support/grid_regions.h"
 #include "support/sampled_model.h"
 #include "support/test_meshes.h"
 
@@ -102,23 +103,6 @@ LocalSpacing local_spacing(const SampledModel& model, std::span<const double> po
     result.mean += share / static_cast<double>(nearest.size());
   }
   return result;
-}
-
-// Cells of a grid of side^3 around the mesh.
-std::vector<std::uint32_t> grid_regions(const PreparedMesh& mesh, std::uint32_t side) {
-  std::vector<std::uint32_t> region(mesh.triangle_count());
-  for (std::uint32_t t = 0; t < region.size(); ++t) {
-    Vector3 p;
-    for (std::uint32_t k = 0; k < 3; ++k) p = p + mesh.position(mesh.triangles[3 * t + k]);
-    p = mesh.centre + mesh.unit / 3 * p;
-    const std::array<double, 3> at = {p.x, p.y, p.z};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double share = (at[k] - mesh.bbox[k]) / (mesh.bbox[k + 3] - mesh.bbox[k]);
-      region[t] = side * region[t] +
-                  static_cast<std::uint32_t>(std::clamp(share * side, 0.0, static_cast<double>(side - 1)));
-    }
-  }
-  return region;
 }
 
 struct DensityFigures {

@@ -1,29 +1,17 @@
 // A model charted once and sampled with many seeds, and what is measured of its samples.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/model/model.h"
-#include "support/test_meshes.h"
+#include "support/shared_mesh.h"
 
 namespace meander::test {
-
-// Of the shared paper/.
-inline PolygonMesh shared_mesh(const std::string& name) {
-  const std::filesystem::path path = shared_data("paper/" + name);
-  MeshFormat format{};
-  REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
-  return read_mesh(file.bytes(), format);
-}
 
 // A prepared model; only its last stages run again for every seed.
 struct SampledModel {

@@ -48,7 +48,6 @@ void add_value(Plot& plot, std::size_t method, std::uint32_t count, double value
 }
 
 // ---- error, spacing and time over the number of points
-// -----------------------------------------------------
 
 void draw_errors(FigureSet& figures, const std::string& name, const ComparedModel& model,
                  std::uint32_t most) {
@@ -90,7 +89,6 @@ void draw_errors(FigureSet& figures, const std::string& name, const ComparedMode
 }
 
 // ---- difference maps
-// ---------------------------------------------------------------------------------------
 
 // Those whose maps are drawn.
 bool is_mapped(std::size_t method) {
@@ -135,7 +133,6 @@ void draw_differences(FigureSet& figures, const std::string& name, const Compare
 }
 
 // ---- spectra
-// -----------------------------------------------------------------------------------------------
 
 void draw_spectra_of_sets(FigureSet& figures) {
   figures.begin("Spaced samples: power spectra in the plane");
@@ -188,7 +185,6 @@ void draw_spectra_of_sets(FigureSet& figures) {
 }
 
 // ---- bias
-// --------------------------------------------------------------------------------------------------
 
 // Share of the samples of the unit square (in working units around its centre) at most .1 sqrt(A / n) from
 // its border, over the share of the area.
