@@ -207,13 +207,14 @@ def study(arguments):
     with tempfile.TemporaryDirectory(prefix="meander-study-", dir=arguments.scratch) as folder:
         scratch = Path(folder)
         bases = {}
-        for base, classes in {"retrieval": clean, "retrieval and soups": {**clean, **soups}}.items():
-            if base != "retrieval" and not soups:
+        groups = [*clean.values(), *soups.values()]
+        name = groups[0][0].parent.parent.name
+        for base, classes in {name: clean, f"{name} and soups": {**clean, **soups}}.items():
+            if base != name and not soups:
                 continue
             classification = scratch / f"{base.replace(' ', '_')}.cla"
             write_classification(classification, classes)
             bases[base] = (classification, sum(len(files) for files in classes.values()))
-        groups = [*clean.values(), *soups.values()]
         files = [turned_inside_out(file, scratch / "turned") if arguments.turned and i % 2 == 1 else file
                  for group in groups for i, file in enumerate(group)]
         start = time.perf_counter()
