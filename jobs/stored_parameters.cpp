@@ -18,6 +18,7 @@ namespace meander {
 namespace {
 
 using Members = std::map<std::string, std::string>;
+using Arguments = std::vector<std::string>;
 
 // What does not change the samples of a row.
 constexpr std::string_view not_of_samples[] = {"certify",         "compress",         "describe",
@@ -32,9 +33,9 @@ Members of_samples(const std::string& parameters_json) {
 // The options of `run` as a command line of these arguments sets them.
 class RepeatedRun {
  public:
-  explicit RepeatedRun(const std::vector<std::string>& arguments) : line_("meander", "", "", "") {
+  explicit RepeatedRun(const Arguments& arguments) : line_("meander", "", "", "") {
     add_run_command(program_, options_, texts_);
-    std::vector<std::string> all = {"meander", "run", "INPUT", "-o", "STORE"};
+    Arguments all = {"meander", "run", "INPUT", "-o", "STORE"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
     for (std::string& argument : all) pointers.push_back(argument.data());
@@ -43,7 +44,7 @@ class RepeatedRun {
   }
   const RunOptions& options() const { return options_; }
   Members parameters() const { return of_samples(options_.parameters_json); }
-  std::vector<std::string> arguments(const Members& members) const {
+  Arguments arguments(const Members& members) const {
     ParameterTable all = texts_.table;
     all.append(texts_.tensor_table);
     return all.arguments(members);
@@ -63,20 +64,23 @@ SampleParameters sample_parameters(const std::string& path, const std::string& p
         fmt::format("`{}` was made with parameters that cannot be repeated here: {}", path, why));
   };
   try {
-    const RepeatedRun plain({});
-    const Members defaults = plain.parameters();
-    Members given;
-    std::set_difference(stored.begin(), stored.end(), defaults.begin(), defaults.end(),
-                        std::inserter(given, given.end()));
+    // Defaults depend on other options: what still differs is given in the next round.
     std::optional<RepeatedRun> repeated;
-    try {
-      repeated.emplace(plain.arguments(given));
-    } catch (const UsageError& error) {  // of the options, which nobody gave
-      throw refuse(error.what());
+    repeated.emplace(Arguments{});
+    Members given;
+    for (Members made = repeated->parameters(); made != stored; made = repeated->parameters()) {
+      const std::size_t before = given.size();
+      std::set_difference(stored.begin(), stored.end(), made.begin(), made.end(),
+                          std::inserter(given, given.end()));
+      if (given.size() == before)
+        throw refuse(parameter_differences(join_members(stored), join_members(made)));
+      const Arguments arguments = repeated->arguments(given);
+      try {
+        repeated.emplace(arguments);
+      } catch (const UsageError& error) {  // of the options, which nobody gave
+        throw refuse(error.what());
+      }
     }
-    const std::string differences =
-        parameter_differences(join_members(stored), join_members(repeated->parameters()));
-    if (!differences.empty()) throw refuse(differences);
     const SampleParameters& sample = repeated->options().sample;
     if (method_of(sample).follows_tensor && sample.tensor.kind == TensorKind::table)
       throw refuse("the tensors of `--tensor file:` belong to its own models");
