@@ -162,7 +162,7 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
 TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
   const Place place;
   const std::string store = place.path("s.h5");
-  for (const std::string format : {"csv", "fbin", "ann-hdf5"}) {
+  for (const std::string format : {"csv", "fbin", "npy", "ann-hdf5"}) {
     std::vector<std::string> command = {"export", store, "--descriptors",          "d2", "--format",
                                         format,   "-o",  place.path("d." + format)};
     place.does(command);
