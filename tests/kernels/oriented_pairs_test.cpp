@@ -178,16 +178,17 @@ TEST_CASE("oriented pairs of a sphere: half the angle between the normals beyond
 
 TEST_CASE("oriented pairs agree with a double loop over all pairs") {
   for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side}) {
-    for (const std::size_t n : {2, 3, 5, 33, 34, 400, 1101}) {
+    for (const std::size_t n : {2, 3, 5, 33, 34, 300}) {
       INFO(n << " points");
       check_against_reference(box_points(n), sense);
     }
     check_against_reference(sphere_points(300, 3), sense);
   }
+  check_against_reference(box_points(1037), NormalSense::signed_normals);  // tiles in both directions
 }
 
 TEST_CASE("oriented pairs: every instruction set, number of threads and order gives the same bits") {
-  for (const std::size_t n : {2, 17, 64, 1023, 1500, 2500})
+  for (const std::size_t n : {2, 17, 64, 1023, 1500})
     for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side}) {
       const Points points = n == 1023 ? sphere_points(n, 3) : box_points(n);
       const OrientedPairHistogram reference = histogram_of(points, sense, InstructionSet::scalar);
