@@ -6,13 +6,14 @@
 #include <string_view>
 
 #include "io/plot/svg_matrix.h"
-#include "kernels/render/bitmap_font.h"
+#include "io/plot/text_painter.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::uint32_t most_name_width = 140, margin = 12, gap = 5, line = 20;
+constexpr double most_name_width = 140;
+constexpr std::uint32_t margin = 12, gap = 5, line = 20;
 constexpr std::uint32_t number_cell = 20, name_cell = 8;
 constexpr std::size_t most_cells = 4096;
 
@@ -27,27 +28,28 @@ void fill(RgbImage& image, std::uint32_t x, std::uint32_t y, std::uint32_t width
     }
 }
 
-void draw_centred(RgbImage& image, std::string_view text, std::uint32_t x, std::uint32_t y,
-                  std::uint32_t scale) {
-  const std::int64_t half = scale * text_width(text) / 2;
-  draw_text(image, text, x - half, y - scale * glyph_height / 2, scale, 34);
-}
+TextStyle name_style(std::uint32_t cell) { return {.size = std::clamp(0.7 * cell, 7.0, 12.0)}; }
+const TextStyle title_style{.size = 14, .bold = true}, label_style{.size = 12};
+constexpr double capital = 0.72;  // height of capitals over the size of the text
 
-// Reads upwards, the end of the text at the bottom left corner (x, y) of what it covers.
-void draw_upright(RgbImage& image, std::string_view text, std::uint32_t x, std::uint32_t y) {
-  const std::uint32_t width = text_width(text);
-  RgbImage lying(width, glyph_height);
-  draw_text(lying, text, 0, 0, 1, 34);
-  for (std::uint32_t row = 0; row < glyph_height; ++row)
-    for (std::uint32_t column = 0; column < width; ++column)
-      if (y >= column + 1 && y - column - 1 < image.height && x + row < image.width)
+// From its upper or left edge to the line that the text stands on, so that capitals are in the middle.
+double base_line(double extent, double size) { return 0.5 * (extent + capital * size); }
+
+// Reads upwards; the text begins at the lower end of what it covers, a strip from x on, and ends above y.
+void paint_upright(RgbImage& image, std::string_view text, std::uint32_t x, std::uint32_t y,
+                   std::uint32_t strip, const TextStyle& style) {
+  RgbImage lying(static_cast<std::uint32_t>(std::ceil(painted_width(text, style))) + 2, strip);
+  paint_text(lying, text, 1, base_line(strip, style.size), style);
+  for (std::uint32_t row = 0; row < strip; ++row)
+    for (std::uint32_t column = 0; column < std::min(lying.width, y); ++column)
+      if (x + row < image.width && y - column - 1 < image.height)
         std::copy_n(lying.pixel(column, row), 3, image.pixel(x + row, y - column - 1));
 }
 
-std::uint32_t names_width(const std::vector<std::string>& names) {
-  std::uint32_t width = 0;
-  for (const std::string& name : names) width = std::max(width, text_width(name));
-  return std::min(width, most_name_width) + gap;
+std::uint32_t names_width(const std::vector<std::string>& names, const TextStyle& style) {
+  double width = 0;
+  for (const std::string& name : names) width = std::max(width, painted_width(name, style));
+  return static_cast<std::uint32_t>(std::ceil(std::min(width, most_name_width))) + gap;
 }
 
 // Where the parts of the picture are, in pixels.
@@ -59,10 +61,12 @@ struct Layout {
     cell = static_cast<std::uint32_t>(
         std::clamp<std::size_t>(1600 / std::max<std::size_t>({rows, columns, 1}), 1, 36));
     const bool named = cell >= name_cell;
-    left = margin + (matrix.row_label.empty() ? 0 : line) + (named ? names_width(matrix.rows) : 0);
+    left = margin + (matrix.row_label.empty() ? 0 : line) +
+           (named ? names_width(matrix.rows, name_style(cell)) : 0);
     top = margin + (matrix.title.empty() ? 0 : line) + (matrix.column_label.empty() ? 0 : line) +
-          (named ? names_width(matrix.columns) : 0);
-    width = std::max(left + cell * static_cast<std::uint32_t>(columns), margin + text_width(matrix.title)) +
+          (named ? names_width(matrix.columns, name_style(cell)) : 0);
+    width = std::max(left + cell * static_cast<std::uint32_t>(columns),
+                     margin + static_cast<std::uint32_t>(painted_width(matrix.title, title_style))) +
             margin;
     height = top + cell * static_cast<std::uint32_t>(rows) + margin;
   }
@@ -70,21 +74,23 @@ struct Layout {
   std::uint32_t y(std::size_t row) const { return top + cell * static_cast<std::uint32_t>(row); }
 };
 
-void draw_names(RgbImage& image, const NamedMatrix& matrix, const Layout& at) {
+void paint_names(RgbImage& image, const NamedMatrix& matrix, const Layout& at) {
   const std::uint32_t columns_end = at.x(matrix.columns.size()), rows_end = at.y(matrix.rows.size());
-  draw_text(image, matrix.title, margin, margin, 1, 0);
-  draw_centred(image, matrix.column_label, (at.left + columns_end) / 2,
-               margin + (matrix.title.empty() ? 0 : line) + glyph_height / 2, 1);
-  draw_upright(image, matrix.row_label, margin, (at.top + rows_end + text_width(matrix.row_label)) / 2);
+  paint_text(image, matrix.title, margin, margin + base_line(line, title_style.size) - 4, title_style);
+  paint_text(image, matrix.column_label, 0.5 * (at.left + columns_end),
+             margin + (matrix.title.empty() ? 0 : line) + base_line(line, label_style.size), label_style,
+             TextAlign::centre);
+  const double half = 0.5 * painted_width(matrix.row_label, label_style);
+  paint_upright(image, matrix.row_label, margin, static_cast<std::uint32_t>(0.5 * (at.top + rows_end) + half),
+                line, label_style);
   if (at.cell < name_cell) return;
+  const TextStyle style = name_style(at.cell);
   for (std::size_t j = 0; j < matrix.columns.size(); ++j)
-    draw_upright(image, shortened_text(matrix.columns[j], most_name_width),
-                 at.x(j) + (at.cell - glyph_height) / 2, at.top - gap);
-  for (std::size_t i = 0; i < matrix.rows.size(); ++i) {
-    const std::string name = shortened_text(matrix.rows[i], most_name_width);
-    draw_text(image, name, std::int64_t{at.left} - gap - text_width(name),
-              at.y(i) + (at.cell - glyph_height) / 2, 1, 34);
-  }
+    paint_upright(image, shortened_at_front(matrix.columns[j], most_name_width, style), at.x(j), at.top - gap,
+                  at.cell, style);
+  for (std::size_t i = 0; i < matrix.rows.size(); ++i)
+    paint_text(image, shortened_at_front(matrix.rows[i], most_name_width, style), at.left - gap,
+               at.y(i) + base_line(at.cell, style.size), style, TextAlign::right);
 }
 
 void draw_cell(RgbImage& image, double value, std::uint32_t x, std::uint32_t y, std::uint32_t cell) {
@@ -93,9 +99,9 @@ void draw_cell(RgbImage& image, double value, std::uint32_t x, std::uint32_t y, 
   if (share <= 0) return;
   fill(image, x, y, cell, cell, share_colour(share));
   if (cell < number_cell || share < 0.005) return;
-  const std::string number = fmt::format("{}", std::lround(100 * share));
-  draw_text(image, number, x + (cell - text_width(number)) / 2, y + (cell - glyph_height) / 2, 1,
-            share_text_colour(share).red);
+  const TextStyle style{.size = 11, .colour = share_text_colour(share)};
+  paint_text(image, fmt::format("{}", std::lround(100 * share)), x + 0.5 * cell,
+             y + base_line(cell, style.size), style, TextAlign::centre);
 }
 
 }  // namespace
@@ -117,7 +123,7 @@ RgbImage matrix_image(const NamedMatrix& matrix) {
   fill(image, at.left - 1, at.y(rows), width + 2, 1, frame);
   fill(image, at.left - 1, at.top - 1, 1, height + 2, frame);
   fill(image, at.x(columns), at.top - 1, 1, height + 2, frame);
-  draw_names(image, matrix, at);
+  paint_names(image, matrix, at);
   return image;
 }
 

@@ -21,10 +21,10 @@ struct NamedMatrix {
 // the text as svg_plot. O(cells). Throws std::invalid_argument when values do not fit the names.
 std::string svg_matrix(const NamedMatrix& matrix);
 
-// The same as pixels: names and numbers in the small font of kernels/render (a character outside ASCII is a
-// box). Cells are 36 pixels for up to 44 rows or columns, and less for more, so that the matrix stays below
-// 1,600 pixels (1 pixel a cell at most 4,096 of them). Numbers need cells of 20 pixels, names cells of 8.
-// Throws std::invalid_argument as svg_matrix, and for more than 4,096 rows or columns.
+// The same as pixels, with text in the font of the system (text_painter.h). Cells are 36 pixels for up to 44
+// rows or columns, and less for more, so that the matrix stays below 1,600 pixels (1 pixel a cell at most
+// 4,096 of them). Numbers need cells of 20 pixels, names cells of 8. Throws std::invalid_argument as
+// svg_matrix, and for more than 4,096 rows or columns.
 RgbImage matrix_image(const NamedMatrix& matrix);
 
 // The colour of a share in [0, 1], from white to a dark blue, linear in sRGB: a small share still leaves a

@@ -35,7 +35,7 @@ TEST_CASE("matrix_image: cells in the colours of their shares, numbers and names
     std::size_t count = 0;
     for (std::uint32_t row = y; row < y + height; ++row)
       for (std::uint32_t column = x; column < x + width; ++column)
-        count += image.pixel(column, row)[0] == 34 ? 1 : 0;
+        count += image.pixel(column, row)[0] < 120 ? 1 : 0;
     return count;
   };
   const NamedMatrix matrix{
@@ -54,13 +54,14 @@ TEST_CASE("matrix_image: cells in the colours of their shares, numbers and names
   CHECK(dark(image, left, top + 36, 36, 36) == 0);       // below half a percent
   CHECK(dark(image, left - 30, top + 36, 29, 36) > 30);  // bee
   CHECK(dark(image, left + 36, top - 40, 36, 39) > 5);   // y
-  CHECK(dark(image, 12, top, 10, 72) > 10);              // of
+  CHECK(dark(image, 12, top, 20, 72) > 10);              // of
   // 200 classes: no numbers; 1,000: no names either.
   const auto many = [](std::size_t n) {
     return matrix_image({"", "", "", std::vector<std::string>(n, "abc"), std::vector<std::string>(n, "abc"),
                          std::vector<double>(n * n, 0.25)});
   };
-  CHECK(many(200).width == 12 + 17 + 5 + 8 * 200 + 12);
+  CHECK(many(200).width > 12 + 5 + 8 * 200 + 12);
+  CHECK(many(200).width < 12 + 5 + 8 * 200 + 12 + 60);
   CHECK(many(1000).width == 12 + 1000 + 12);
   CHECK(matrix_image({}).width > 0);
   CHECK_THROWS_AS(matrix_image({"", "", "", {"a"}, {"b"}, {}}), std::invalid_argument);
