@@ -136,7 +136,8 @@ TEST_CASE("outputs: pictures replace pictures") {
   fs::create_hard_link(place.path("m.off"), place.path("mesh.png"));
   place.refuses({"render", "sheet", store, "-o", place.path("m.off")}, "should end in .png");
   place.refuses({"render", "sheet", store, "-o", place.path("mesh.png")}, "is an OFF mesh");
-  place.refuses({"render", "sheet", store, "-o", place.path("none/p.png")}, "does not exist: create it first");
+  place.refuses({"render", "sheet", store, "-o", place.path("none/p.png")},
+                "does not exist: create it first");
   place.does({"render", "sheet", store, "-o", place.path("p.png")});
   place.does({"render", "sheet", store, "-o", place.path("p.png"), "--item", "torus"});
 }
