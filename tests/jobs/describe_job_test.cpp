@@ -350,7 +350,7 @@ TEST_CASE("basics: retrieve scales every value, whatever its range") {
   CHECK(contains(result.out, "\"distance\":2."));  // in deviations, not in thousands
 }
 
-TEST_CASE("export of descriptors: CSV, fbin and npy") {
+TEST_CASE("export of descriptors: CSV and fbin") {
   const Collection c;
   c.sample("s.h5", {"--describe", "d2,basics", "--bins", "8", "--label-from-folder"});
   const auto run_export = [&](const std::vector<std::string>& more) {
@@ -389,18 +389,7 @@ TEST_CASE("export of descriptors: CSV, fbin and npy") {
   std::vector<float> first(8);
   std::memcpy(first.data(), bytes.data() + 8, 32);
   CHECK(first == expected);
-  const std::string ids = "position,row,id,label\n0,0,ball.off,in\n1,3,ring.off,in\n";
-  CHECK(read_file(c.path("d.fbin.ids.csv")) == ids);
-
-  REQUIRE(run_export({"0", "3", "--descriptors", "d2", "--format", "npy", "-o", c.path("d.npy")}).exit_code ==
-          0);
-  const std::string array = read_file(c.path("d.npy"));
-  REQUIRE(array.size() == 128 + 2 * 8 * 4);
-  CHECK(array.substr(0, 10) == std::string("\x93NUMPY\x01\x00\x76\x00", 10));
-  CHECK(array.substr(10, 60) == "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 8), } ");
-  CHECK(array[127] == '\n');
-  CHECK(array.substr(128) == bytes.substr(8));
-  CHECK(read_file(c.path("d.npy.ids.csv")) == ids);
+  CHECK(read_file(c.path("d.fbin.ids.csv")) == "position,row,id,label\n0,0,ball.off,in\n1,3,ring.off,in\n");
 }
 
 TEST_CASE("export of descriptors: neither the store nor anything but a regular file is replaced") {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 
 #include "io/store/store.h"
@@ -142,4 +143,24 @@ TEST_CASE("pairs: what describe and run refuse") {
   CHECK(bins.exit_code == 2);
   CHECK(bins.err.find("--bins applies to d2, a3, d1, d3, d4 and geodesic only") != std::string::npos);
   CHECK(meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs-unsigned"}).exit_code == 0);
+}
+
+TEST_CASE("export of descriptors: a numpy array, and the list of its rows") {
+  const Base base;
+  base.sample("in", "s.h5", {"--describe", "pairs"});
+  const ProcessResult result = meander_with({"export", base.path("s.h5"), "0", "2", "--descriptors", "pairs",
+                                             "--format", "npy", "-o", base.path("d.npy")});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::string array = read_file(base.path("d.npy"));
+  REQUIRE(array.size() == 128 + 2 * 512 * sizeof(float));
+  CHECK(array.substr(0, 10) == std::string("\x93NUMPY\x01\x00\x76\x00", 10));
+  CHECK(array.substr(10, 62) == "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 512), } ");
+  CHECK(array[127] == '\n');
+  std::vector<float> second(512);
+  std::memcpy(second.data(), array.data() + 128 + 512 * sizeof(float), 512 * sizeof(float));
+  const StoreReader store(base.path("s.h5"));
+  CHECK(second == values_of(store, store.id(2).c_str(), "pairs"));
+  CHECK(read_file(base.path("d.npy.ids.csv")) ==
+        "position,row,id,label\n0,0,ball/a.off,ball\n1,2," + store.id(2) + ",ball\n");
 }
