@@ -15,6 +15,7 @@ namespace {
 
 constexpr int longest_walk = 64;          // from vertex to vertex, to the one nearest to a point
 constexpr double worthwhile_flip = 0.98;  // squared distance after over before
+constexpr double edge_weight = 0.5;       // of the middle of an edge over the points around it
 constexpr int flip_passes = 3, solver_steps = 40;
 constexpr double solved = 1e-5;  // residual over that of the start
 constexpr std::uint32_t check_every = 4096;
@@ -137,6 +138,20 @@ class Fitter {
     return after <= least_ || after <= std::max(least_angle_cosine(a, b, c), least_angle_cosine(b, a, d));
   }
 
+  // The squared distance of a place on the mesh from the plane of the nearest of the members, times the area
+  // that these stand for.
+  double off_surface(Vector3 place) const {
+    double nearest = 1e300, off = 0, area = 0;
+    for (const std::uint32_t p : members_) {
+      const Vector3 d = place - points_[p].position;
+      area += points_[p].weight;
+      if (dot(d, d) >= nearest) continue;
+      nearest = dot(d, d);
+      off = dot(d, points_[p].normal);
+    }
+    return area * off * off;
+  }
+
   bool flip_if_better(std::uint32_t h) {
     const std::uint32_t g = mesh_.opposite[h], t = h / 3, u = g / 3;
     const Vector3 a = at(mesh_.start(h)), b = at(mesh_.end(h)), c = at(mesh_.apex(h)), d = at(mesh_.apex(g));
@@ -144,7 +159,8 @@ class Fitter {
     members_.clear();
     for (const std::uint32_t of : {t, u})
       for (std::uint32_t p = first_of_[of]; p != no_index; p = next_[p]) members_.push_back(p);
-    double before = 0, after = 0;
+    double before = edge_weight * off_surface(0.5 * (a + b)),
+           after = edge_weight * off_surface(0.5 * (c + d));
     for (const std::uint32_t p : members_) {
       const Vector3 q = points_[p].position;
       before += points_[p].weight *

@@ -19,12 +19,13 @@ struct FitParameters {
 
 // A place on the surface to be matched.
 struct FitPoint {
-  Vector3 position;
+  Vector3 position, normal;  // unit normal of the surface, or 0
   double weight = 0;         // the area that it stands for
   std::uint32_t vertex = 0;  // of the mesh, near it
 };
 
-// Flips edges where that lowers the distance of the points to the mesh (after Hoppe, DeRose, Duchamp,
+// Flips edges where that lowers the distance of the points to the mesh, and of the edge to the surface around
+// the nearest point (after Hoppe, DeRose, Duchamp,
 // McDonald, Stuetzle 1993, "Mesh optimization"), then moves the vertices first .. last - 1 that are on no
 // line along their normals, by the heights that are best in the sense of least squares (conjugate gradients,
 // a bounded number of steps); in rounds. Lines stay. Returns the largest shift over the mean edge around the

@@ -1,6 +1,7 @@
 #include "kernels/remesh/remesh_surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -143,15 +144,22 @@ class Remesher {
     };
     std::vector<FitPoint> points;
     for (std::uint32_t v = 0; v < originals; ++v)
-      points.push_back({surface_.position(component.vertex_begin + v), 0, end_of(v)});
+      points.push_back({surface_.position(component.vertex_begin + v), {}, 0, end_of(v)});
     for (std::uint32_t t = component.triangle_begin; t < component.triangle_end; ++t) {
-      FitPoint centroid{{}, 0.5 * surface_.area[t], 0};
+      std::array<std::size_t, 3> corners;
+      FitPoint centroid{{}, {}, 0.5 * surface_.area[t], 0};
       for (std::uint32_t k = 0; k < 3; ++k) {
-        FitPoint& corner = points[surface_.triangles[3 * std::size_t{t} + k] - component.vertex_begin];
-        corner.weight += surface_.area[t] / 6;
-        centroid.position = centroid.position + (1. / 3) * corner.position;
-        centroid.vertex = corner.vertex;
+        corners[k] = surface_.triangles[3 * std::size_t{t} + k] - component.vertex_begin;
+        centroid.position = centroid.position + (1. / 3) * points[corners[k]].position;
       }
+      const Vector3 normal = cross(points[corners[1]].position - points[corners[0]].position,
+                                   points[corners[2]].position - points[corners[0]].position);
+      for (const std::size_t corner : corners) {
+        points[corner].weight += surface_.area[t] / 6;
+        points[corner].normal = points[corner].normal + normal;
+      }
+      centroid.normal = normal;
+      centroid.vertex = points[corners[0]].vertex;
       points.push_back(centroid);
     }
     part.report.largest_shift = fit_samples(mesh, originals, inserted, points, parameters_.fitting, cancel_);
