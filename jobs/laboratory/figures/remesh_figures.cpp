@@ -12,6 +12,7 @@
 #include "jobs/laboratory/figures/staged_model.h"
 #include "kernels/analyse/mesh_distance.h"
 #include "kernels/analyse/quadric_collapse.h"
+#include "kernels/analyse/self_intersections.h"
 #include "kernels/remesh/remesh_surface.h"
 #include "kernels/sample/point_frames.h"
 
@@ -120,7 +121,7 @@ class MetroRows {
     table_.rows.push_back({mesh_.name, size.name, name, made.x.size(), made.triangles.size() / 3,
                            d.percent(d.forward.mean), d.percent(d.backward.mean), d.percent(d.forward.rms),
                            d.percent(d.backward.rms), d.percent(d.forward.max), d.percent(d.backward.max),
-                           angles[angles.size() / 2], angles[angles.size() / 100]});
+                           angles[angles.size() / 2], angles[angles.size() / 100], self_intersections(made)});
     figures_.note(fmt::format("  {}, {}: {} vertices, {:.2f} s", size.name, name, made.x.size(), seconds));
   }
 
@@ -139,14 +140,15 @@ void draw_remeshed(FigureSet& figures) {
     figures.begin("Meshes made of samples, and simplified ones: " + mesh.name);
     figures.attempt(mesh.name, [&] {
       Table table;
-      for (const char* name : {"mesh", "size", "method", "vertices", "faces", "mean", "mean back", "rms",
-                               "rms back", "largest", "largest back", "median angle", "1 % angle"})
+      for (const char* name :
+           {"mesh", "size", "method", "vertices", "faces", "mean", "mean back", "rms", "rms back", "largest",
+            "largest back", "median angle", "1 % angle", "crossings"})
         table.columns.push_back({name, 3});
       MetroRows rows(figures, mesh, device, table);
       for (const Size& size : sizes) rows.add(size);
       figures.table("metro_" + mesh.name,
                     "Distances from the surface to the mesh and back, % of the diagonal; least angles of the "
-                    "triangles, degrees",
+                    "triangles, degrees; pairs of triangles that cross",
                     table);
     });
   }
