@@ -215,9 +215,10 @@ class RemeshJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
-      const std::uint64_t bytes = reserve_memory(
-          items, run_.sample, run_.threads,
-          [this](const MeshEstimate& mesh) { return remesh_bytes(mesh, run_.sample.place.samples); });
+      const std::uint64_t bytes =
+          reserve_memory(items, run_.sample, run_.threads, [this](const MeshEstimate& mesh) {
+            return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit);
+          });
       Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
       if (items.size() < inputs_.items.size())
         progress.note(fmt::format("continuing: {} of {} models are done already",
@@ -255,6 +256,9 @@ class RemeshJob {
       record.message = remesh_message(record.mesh);
       record.file = names_[item.plan.row];
       record.samples = header_.samples;
+    } else {  // a mesh of earlier parameters, or of a file that has changed, is none of this one
+      std::error_code none;
+      fs::remove(target(item.plan.row), none);
     }
     if (Clock::now() - last_table_ < table_interval) return;
     write_remesh_table(folder_, table_);

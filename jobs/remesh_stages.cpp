@@ -15,11 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t bytes_per_triangle = 120;  // half-edges, vertices, points of the surface to fit to
-constexpr std::uint64_t bytes_per_sample = 320;    // two triangles each, positions, lists, what is written
+constexpr std::uint64_t bytes_per_triangle = 120;         // half-edges, vertices
+constexpr std::uint64_t bytes_per_fitted_triangle = 260;  // one and a half points of the surface to fit to
+constexpr std::uint64_t bytes_per_sample = 320;  // two triangles each, positions, lists, what is written
 
 // The file may be larger than its header says.
-void check_memory(const GraphItem& item, const SampleParameters& parameters) {
+void check_memory(const GraphItem& item, const SampleParameters& parameters, bool fit) {
   const PolygonMesh& file = item.model.file;
   MeshEstimate actual;
   actual.file_bytes = item.file_bytes;
@@ -28,7 +29,7 @@ void check_memory(const GraphItem& item, const SampleParameters& parameters) {
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
   const std::uint64_t needed =
-      estimate_bytes(actual, parameters, threads) + remesh_bytes(actual, parameters.place.samples);
+      estimate_bytes(actual, parameters, threads) + remesh_bytes(actual, parameters.place.samples, fit);
   if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
 }
 
@@ -72,8 +73,9 @@ RemeshedSurface remesh(Model& model, const RemeshParameters& parameters) {
 
 }  // namespace
 
-std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples) {
-  return mesh.triangles * bytes_per_triangle + std::uint64_t{samples} * bytes_per_sample;
+std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool fit) {
+  return mesh.triangles * (bytes_per_triangle + (fit ? bytes_per_fitted_triangle : 0)) +
+         std::uint64_t{samples} * bytes_per_sample;
 }
 
 GraphStages remesh_stages(const SampleParameters& parameters, const EmbreeDevice* device,
@@ -81,9 +83,10 @@ GraphStages remesh_stages(const SampleParameters& parameters, const EmbreeDevice
                           std::function<RemeshTarget(const PlanItem&)> target_of,
                           std::function<void(const PlanItem&, const RemeshReport&)> done) {
   GraphStages stages = sampling_stages(parameters, device);
-  stages.front().body = [&parameters, read = std::move(stages.front().body)](GraphItem& item) {
+  stages.front().body = [&parameters, fit = mesh.fit,
+                         read = std::move(stages.front().body)](GraphItem& item) {
     read(item);
-    check_memory(item, parameters);
+    check_memory(item, parameters, fit);
   };
   stages.push_back(
       {"remesh_surface", [mesh, target_of = std::move(target_of), done = std::move(done)](GraphItem& item) {

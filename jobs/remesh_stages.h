@@ -11,7 +11,7 @@
 namespace meander {
 
 // Peak memory of making a mesh, beside what the samples and the prepared mesh take.
-std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples);
+std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool fit);
 
 struct RemeshTarget {
   std::filesystem::path path;

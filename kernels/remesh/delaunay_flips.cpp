@@ -13,6 +13,12 @@ constexpr double margin = 1e-9;         // of the sum of angles: four vertices o
 
 }  // namespace
 
+bool can_flip_in_topology(const EditedMesh& mesh, std::uint32_t h) {
+  if (mesh.is_line(h)) return false;
+  const std::uint32_t c = mesh.apex(h), d = mesh.apex(mesh.opposite[h]);
+  return c != d && !mesh.are_neighbours(c, d);
+}
+
 bool can_flip(const EditedMesh& mesh, std::uint32_t h) {
   if (mesh.is_line(h)) return false;
   const std::uint32_t g = mesh.opposite[h];
@@ -33,7 +39,7 @@ bool can_flip(const EditedMesh& mesh, std::uint32_t h) {
     const double before = norm(o1) * norm(o2);
     if (before > 0 && smooth < dot(o1, o2) / before) return false;
   }
-  return !mesh.are_neighbours(c, d);
+  return can_flip_in_topology(mesh, h);
 }
 
 bool is_longer_diagonal(const EditedMesh& mesh, std::uint32_t h) {

@@ -8,6 +8,10 @@
 
 namespace meander {
 
+// Whether the edge is no line and turning it keeps a 2-manifold without two edges between the same vertices,
+// whatever that does to the shape.
+bool can_flip_in_topology(const EditedMesh& mesh, std::uint32_t h);
+
 // Whether turning the edge keeps a 2-manifold without two edges between the same vertices and without folding
 // the two triangles over: neither new normal turns more than about 75 degrees from the normal of the
 // quadrilateral, and the edge gets no sharper than 60 degrees unless it was sharper before.

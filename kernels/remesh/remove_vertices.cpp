@@ -20,7 +20,7 @@ struct Level {
   int rounds;
 };
 constexpr std::array<Level, 4> levels = {
-    {{0.8, 0.1, 10, 48}, {0.5, 0.02, 16, 24}, {0.1, 0.001, 64, 12}, {-2, -1, 1u << 20, 12}}};
+    {{0.8, 0.1, 10, 48}, {0.5, 0.02, 16, 24}, {0.1, 0.001, 64, 12}, {-2, -1.5, 1u << 20, 12}}};
 constexpr double worthwhile_round = 0.01;  // of the vertices left: with fewer removed, the next level
 constexpr double least_straight = 0.7;     // cosine of the largest turn of a line that is no corner
 constexpr std::size_t most_targets = 24;   // neighbours looked at, the nearest first
@@ -54,8 +54,8 @@ class Remover {
           break;
       }
     }
-    for (int pass = 0; pass < 2; ++pass)
-      for (const std::uint32_t v : waiting) free_by_flips(v);
+    for (const auto may_flip : {can_flip, can_flip_in_topology})
+      for (const std::uint32_t v : waiting) free_by_flips(v, may_flip);
     return std::move(moved_to_);
   }
 
@@ -162,7 +162,7 @@ class Remover {
     return distance(p, a + s * d);
   }
 
-  // The worst shape of the triangles that stay, -1 where one turns too far.
+  // The worst shape of the triangles that stay, negative for one that turns over, -2 where one turns too far.
   double shape_after(std::uint32_t v, const Target& target) const {
     double worst = 2;
     const Vector3 p = at(v), q = at(target.vertex);
@@ -175,8 +175,9 @@ class Remover {
       const double squares = dot(pb - q, pb - q) + dot(pc - q, pc - q) + dot(pb - pc, pb - pc);
       // 2 sqrt(3) for twice the area.
       const double shape = squares > 0 ? 3.4641016151377544 * area / squares : 0;
-      if (dot(before, after) < level_.least_turn * old_area * area) return -2;
-      worst = std::min(worst, shape);
+      const double turn = dot(before, after);
+      if (turn < level_.least_turn * old_area * area) return -2;
+      worst = std::min(worst, turn < 0 ? -shape : shape);
     }
     return worst;
   }
@@ -222,7 +223,7 @@ class Remover {
 
   // A vertex inside that no neighbour takes: with three neighbours left it can go, unless they and it are the
   // whole surface.
-  void free_by_flips(std::uint32_t v) {
+  void free_by_flips(std::uint32_t v, bool (*may_flip)(const EditedMesh&, std::uint32_t)) {
     if (mesh_.out[v] == no_index) return;
     cancel_.check();
     level_ = levels.back();
@@ -233,7 +234,7 @@ class Remover {
       look_around(v);
       std::uint32_t flipped = no_index;
       for (const std::uint32_t h : corners_)
-        if (corners_.size() > 3 && can_flip(mesh_, h)) {
+        if (corners_.size() > 3 && may_flip(mesh_, h)) {
           flipped = h;
           break;
         }

@@ -165,6 +165,11 @@ TEST_CASE("remesh job: a second run makes what is new or changed, and refuses ot
   CHECK(contains(other.err, "\"samples\" was 80, now it is 81"));
   REQUIRE(remesh({models, "-o", out, "-n", "81", "--fresh"}).exit_code == 0);
   CHECK(meshes_of(out).at("sheet.ply") != first.at("sheet.ply"));
+  // The mesh of an item that fails now is gone.
+  write_file(scratch / "models/sheet.ply", "ply\nformat ascii 1.0\nend_header\n");
+  CHECK(remesh({models, "-o", out, "-n", "81"}).exit_code == 3);
+  CHECK(items_of(out).at("sheet.ply").text("status") == "empty");
+  CHECK(!fs::exists(fs::path(out) / "sheet.ply"));
 }
 
 TEST_CASE("remesh job: files of others are not replaced") {
