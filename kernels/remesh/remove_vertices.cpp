@@ -100,7 +100,8 @@ class Remover {
   bool try_remove(std::uint32_t v) {
     look_around(v);
     if (targets_.size() > level_.most_valence) return false;
-    if (!line_ends_.empty() && !choose_line_targets(v)) return false;
+    // A vertex of a line may stay: rather that than triangles that turn over.
+    if (!line_ends_.empty() && (level_.least_turn < 0 || !choose_line_targets(v))) return false;
     std::stable_sort(targets_.begin(), targets_.end(),
                      [](const Target& a, const Target& b) { return a.length < b.length; });
     if (targets_.size() > most_targets) targets_.resize(most_targets);
