@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kernels/render/bitmap_font.h"
-#include "kernels/render/contact_sheet.h"
 #include "kernels/render/picture_row.h"
+#include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
 #include "kernels/render/surface_picture.h"
 
@@ -208,24 +208,6 @@ TEST_CASE("picture_row: pictures beside each other, texts below and not wider th
   CHECK(picture_row({}).width == 0);
 }
 
-TEST_CASE("contact_sheet: lays out cells and labels") {
-  const Cloud cloud = sphere(300);
-  ContactSheetParameters parameters;
-  parameters.splat.size = 64;
-  parameters.gap = 8;
-  std::vector<SheetModel> models(5, SheetModel{cloud.points, cloud.normals, sphere_area, "x"});
-  models[4].label = "a very long name that cannot fit";
-  const RgbImage sheet = contact_sheet(models, parameters);
-  // Five models: three columns, two rows; a label takes 14 + 6 pixels.
-  CHECK(sheet.width == 8 + 3 * 72);
-  CHECK(sheet.height == 8 + 2 * (64 + 20 + 8));
-  for (std::uint32_t i = 0; i < 6; ++i)
-    CHECK(white(sheet, 8 + i % 3 * 72 + 32, 8 + i / 3 * 92 + 32) == (i == 5));
-  for (std::uint32_t x = 0; x < sheet.width; ++x) CHECK(white(sheet, x, 0));
-  CHECK(contact_sheet(models, parameters).pixels == sheet.pixels);
-  CHECK(painted(contact_sheet({}, parameters)) == 0);
-}
-
 namespace {
 
 // The square [-1, 1]^2 at a height, seen along z.
@@ -331,4 +313,48 @@ TEST_CASE("surface_picture: what is not finite is left out, what does not fit is
   scene.face_colours.clear();
   scene.faces = wrong;
   CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
+}
+
+TEST_CASE("splat_picture: beads have the colours that they are given") {
+  Cloud cloud;
+  cloud.add(-1, 0, 0, 0, 0, 1);
+  cloud.add(1, 0, 0, 0, 0, 1);
+  SplatParameters parameters;
+  parameters.size = 100;
+  parameters.view = {0, 0, 1};
+  const std::array<SrgbColour, 2> colours = {SrgbColour{250, 0, 0}, SrgbColour{0, 0, 250}};
+  const RgbImage image = splat_picture(cloud.points, cloud.normals, 1, parameters, colours);
+  std::size_t red_left = 0, blue_right = 0, wrong = 0;
+  for (std::uint32_t y = 0; y < 100; ++y)
+    for (std::uint32_t x = 0; x < 100; ++x) {
+      const std::uint8_t* const p = image.pixel(x, y);
+      const bool red = p[0] > p[2] + 60, blue = p[2] > p[0] + 60;
+      red_left += red && x < 50;
+      blue_right += blue && x >= 50;
+      wrong += (red && x >= 50) || (blue && x < 50);
+    }
+  CHECK(red_left > 10);
+  CHECK(blue_right > 10);
+  CHECK(wrong == 0);
+  CHECK_THROWS_AS(splat_picture(cloud.points, cloud.normals, 1, parameters, std::array<SrgbColour, 3>{}),
+                  std::invalid_argument);
+}
+
+TEST_CASE("sampled_surface_picture: discs have their area and lie on the side that is seen") {
+  Plate plate;
+  plate.add(1, 0);
+  const std::array<double, 6> points = {-0.5, 0, 0, 0.5, 0, 0};
+  std::array<float, 6> normals = {0, 0, 1, 0, 0, -1};  // either sense
+  const std::array<SrgbColour, 1> red = {SrgbColour{220, 20, 20}};
+  const std::array<double, 1> radius = {0.3};
+  const SampledSurface sampled{plate.positions, plate.faces, points, normals, red, radius};
+  const RgbImage image = sampled_surface_picture(sampled, from_above(200));
+  // Two discs of radius 0.3 of a square of side 2 that takes 0.9 of the width.
+  const double unit = 0.9 * 200 / 2;
+  CHECK(static_cast<double>(red_pixels(image)) == Approx(2 * 3.14159265 * 0.09 * unit * unit).epsilon(0.05));
+  SampledSurface wrong = sampled;
+  wrong.normals = std::span<const float>(normals).first(3);
+  CHECK_THROWS_AS(sampled_surface_picture(wrong, from_above(64)), std::invalid_argument);
+  const SampledSurface none{plate.positions, plate.faces, {}, {}, {}, {}};
+  CHECK(red_pixels(sampled_surface_picture(none, from_above(64))) == 0);
 }
