@@ -176,6 +176,39 @@ TEST_CASE("remesh: the creases of a cube stay, and with them its volume") {
   CHECK(without.mesh.report.line_vertices == 0);
 }
 
+TEST_CASE("remesh: the lid of a can, a fan of needles, does not fold over") {
+  constexpr std::uint32_t sides = 240;
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces(2);
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / sides;
+    for (const double z : {0., 1.}) xyz.insert(xyz.end(), {std::cos(angle), std::sin(angle), z});
+    const std::uint32_t next = (i + 1) % sides;
+    faces[0].insert(faces[0].begin(), 2 * i);
+    faces[1].push_back(2 * i + 1);
+    faces.push_back({2 * i, 2 * next, 2 * next + 1, 2 * i + 1});
+  }
+  for (const std::uint32_t n : {10u, 60u, 400u, 3000u}) {
+    INFO(n << " samples");
+    const Remeshed can = remeshed(polygon_mesh(xyz, faces), n, {}, SequenceKind::spaced);
+    check_result(can);
+    const RemeshedSurface& mesh = can.mesh;
+    double lids = 0, turned = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+      const auto at = [&](std::size_t k) {
+        const std::uint32_t v = mesh.triangles[t + k];
+        return to_file(can.model.surface, {mesh.x[v], mesh.y[v], mesh.z[v]});
+      };
+      const Vector3 normal = cross(at(1) - at(0), at(2) - at(0));
+      if (std::abs(normal.z) < 0.99 * norm(normal)) continue;
+      lids += 0.5 * norm(normal);
+      if ((normal.z > 0) != (at(0).z > 0.5)) turned += 0.5 * norm(normal);
+    }
+    CHECK(turned < 1e-6);
+    CHECK(lids == Approx(2 * 3.14159).epsilon(0.1));
+  }
+}
+
 TEST_CASE("remesh: inside a flat sheet the triangles are Delaunay") {
   const Remeshed sheet = remeshed(grid_plane(20, 20), 500);
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> angles;
