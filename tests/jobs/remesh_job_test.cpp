@@ -126,7 +126,7 @@ TEST_CASE(
   const std::map<std::string, Status> expected = write_collection(scratch / "models");
   for (const std::string threads : {"1", "4"}) {
     const ProcessResult result = remesh({(scratch / "models").string(), "-o", (scratch / threads).string(),
-                                         "-n", "100", "-j", threads, "--progress", "none"});
+                                         "-n", "40", "-j", threads, "--progress", "none"});
     CHECK(result.exit_code == 3);
   }
   CHECK(meshes_of(scratch / "1") == meshes_of(scratch / "4"));
@@ -259,8 +259,8 @@ TEST_CASE("remesh job: asked to stop it keeps what is done and goes on later") {
 TEST_CASE("remesh job: the dirty meshes of the shared folder have the status of a run") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
-  const ProcessResult result = remesh({shared_data("dirty").string(), "-o", (scratch / "out").string(), "-n",
-                                       "200", "--progress", "none", "--fit"});
+  const ProcessResult result = remesh(
+      {shared_data("dirty").string(), "-o", (scratch / "out").string(), "-n", "50", "--progress", "none"});
   CHECK(result.exit_code == 3);
   std::size_t ok = 0;
   const auto items = items_of(scratch / "out");

@@ -130,7 +130,7 @@ TEST_CASE("remesh: closed surfaces keep their topology, and every sample is a ve
                                              two_sided_plate(12, 0.01),
                                              merged(icosphere(2), moved(torus(20, 10), 1, 4, 0, 0))};
   for (const PolygonMesh& mesh : meshes)
-    for (const std::uint32_t n : {1u, 2u, 5u, 30u, 300u, 2500u}) {
+    for (const std::uint32_t n : {1u, 2u, 5u, 30u, 300u, 1200u}) {
       INFO(n << " samples of " << mesh.polygon_count() << " faces");
       check_result(remeshed(mesh, n));
     }
@@ -285,7 +285,7 @@ TEST_CASE("remesh: components without a sample are dropped and counted") {
 
 TEST_CASE("remesh: the same for every number of threads") {
   PolygonMesh mesh = icosphere(3);
-  for (int i = 1; i < 12; ++i) mesh = merged(mesh, moved(torus(20, 10), 0.3 + 0.1 * i, 3.0 * i, 0, 0));
+  for (int i = 1; i < 6; ++i) mesh = merged(mesh, moved(torus(20, 10), 0.3 + 0.1 * i, 3.0 * i, 0, 0));
   RemeshParameters wanted;
   wanted.fit = true;
   const Remeshed one = on_threads(1, [&] { return remeshed(mesh, 1000, wanted); });
@@ -299,7 +299,7 @@ TEST_CASE("remesh: the same for every number of threads") {
 TEST_CASE("remesh: fitting brings the mesh nearer to the surface and moves no sample far") {
   RemeshParameters fit;
   fit.fit = true;
-  const Remeshed plain = remeshed(icosphere(5), 300), fitted = remeshed(icosphere(5), 300, fit);
+  const Remeshed plain = remeshed(icosphere(4), 150), fitted = remeshed(icosphere(4), 150, fit);
   check_result(fitted, true);
   CHECK(error_on_sphere(fitted) < 0.6 * error_on_sphere(plain));
   CHECK(fitted.mesh.report.largest_shift > 0);
