@@ -12,9 +12,9 @@
 namespace meander {
 
 struct SheetCell {
-  RgbImage picture;   // of the size of a cell; empty: a tile with the words of `failure`
-  std::string title;  // below the picture; of one that is too long the end is shown
-  std::string note;   // a second, smaller line; empty: none
+  RgbImage picture;    // of the size of a cell; empty: a tile with the words of `failure`
+  std::string title;   // below the picture; of one that is too long the end is shown
+  std::string note{};  // a second, smaller line; empty: none
   Rgb note_colour{120, 120, 120};
   std::string failure{};  // why there is no picture
 };

@@ -12,7 +12,7 @@
 namespace meander {
 
 struct TextStyle {
-  double size = 16;  // pixels of an em, 4..400
+  double size = 16;  // pixels of an em, 1..400
   bool bold = false;
   Rgb colour{60, 60, 60};
 };

@@ -1,11 +1,13 @@
 #include "io/plot/picture_sheet.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "io/plot/picture_row.h"
 #include "io/plot/text_painter.h"
 
 using namespace meander;
@@ -147,4 +149,26 @@ TEST_CASE("picture_sheet: cells, names, failures and a legend have their places"
   cells[0].picture = filled(99, 0);
   CHECK_THROWS_AS(picture_sheet(cells, {}, look), std::invalid_argument);
   CHECK(painted(picture_sheet({}, {}, look)) == 0);
+}
+
+TEST_CASE("picture_row: pictures beside each other, texts below and not wider than their room") {
+  CaptionedPicture black{RgbImage(40, 30), "A", {"one", "a line that is much wider than its picture"}};
+  std::fill(black.image.pixels.begin(), black.image.pixels.end(), std::uint8_t{0});
+  const std::vector<CaptionedPicture> pictures = {black, {RgbImage(20, 10), "", {}}, black};
+  PictureRowParameters look;
+  look.gap = 10;
+  const RgbImage row = picture_row(pictures, look);
+  CHECK(row.width == 10 + 50 + 30 + 50);
+  CHECK(row.height > 10 + 30 + 3 * 12);
+  CHECK(painted(row, 10, 10, 50, 40) == 40 * 30);
+  CHECK(painted(row, 0, 0, 10, 40) == 0);
+  // Below the picture without texts there is nothing, below the others something.
+  std::size_t first = 0, second = 0;
+  for (std::uint32_t y = 42; y < row.height; ++y) {
+    for (std::uint32_t x = 8; x < 52; ++x) first += painted(row, x, y, x + 1, y + 1);
+    for (std::uint32_t x = 56; x < 84; ++x) second += painted(row, x, y, x + 1, y + 1);
+  }
+  CHECK(first > 50);
+  CHECK(second == 0);
+  CHECK(picture_row({}).width == 0);
 }

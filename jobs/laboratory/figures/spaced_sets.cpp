@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "kernels/render/picture_row.h"
+#include "io/plot/picture_row.h"
 #include "kernels/render/sampled_surface.h"
 
 namespace meander {
@@ -87,8 +87,8 @@ void draw_on(FigureSet& figures, const FigureMesh& mesh) {
   trim(pictures);
   PictureRowParameters look;
   look.gap = 30;
-  look.title_size = 3;
-  look.line_size = 2.3;
+  look.title_size = 24;
+  look.line_size = 17;
   const std::string stem = "spaced_sets_" + mesh.name;
   figures.picture(stem, picture_row(pictures, look), fmt::format("{} points on {}", count, mesh.name));
   figures.table(stem, fmt::format("Means of {} sets: the first of each is drawn", sets), table);
