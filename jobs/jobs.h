@@ -25,6 +25,7 @@ JobFunction add_export_job(Command& program);
 JobFunction add_surface_job(Command& program);
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
 JobFunction add_describe_job(Command& program);
+JobFunction add_remesh_job(Command& program, StageHook hook = {});
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});

@@ -46,17 +46,6 @@ class EndOfFlight {
   RunDirectory& directory_;
 };
 
-GraphParameters graph_parameters(const RunOptions& options) {
-  GraphParameters parameters;
-  parameters.sample = options.sample;
-  parameters.threads = options.threads;
-  parameters.memory_bytes = options.model_bytes;
-  parameters.allow_oversize = options.allow_oversize;
-  parameters.timeout_seconds = options.timeout_seconds;
-  parameters.max_failures = options.max_failures;
-  return parameters;
-}
-
 class PlannedRun {
  public:
   PlannedRun(const PlannedStore& planned, const PlannedRunParameters& parameters, RunOutcome& outcome)
@@ -154,7 +143,19 @@ class PlannedRun {
 
 }  // namespace
 
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads) {
+GraphParameters graph_parameters(const RunOptions& options) {
+  GraphParameters parameters;
+  parameters.sample = options.sample;
+  parameters.threads = options.threads;
+  parameters.memory_bytes = options.model_bytes;
+  parameters.allow_oversize = options.allow_oversize;
+  parameters.timeout_seconds = options.timeout_seconds;
+  parameters.max_failures = options.max_failures;
+  return parameters;
+}
+
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                             const std::function<std::uint64_t(const MeshEstimate&)>& more) {
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {
     MeshEstimate estimate;
@@ -163,7 +164,8 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
         estimate = peek_mesh(items[i].path, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
-    items[i].reserved_bytes = estimate_bytes(estimate, parameters, threads);
+    items[i].reserved_bytes =
+        estimate_bytes(estimate, parameters, threads) + (more ? more(estimate) : std::uint64_t{0});
     total += estimate.file_bytes;
   });
   return total;

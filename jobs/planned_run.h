@@ -11,8 +11,13 @@
 
 namespace meander {
 
-// Bytes that every item will probably need, from header peeks in parallel. Returns the bytes of all files.
-std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads);
+// Bytes that every item will probably need, from header peeks in parallel; `more`, if given, says what a
+// command needs besides. Returns the bytes of all files.
+std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                             const std::function<std::uint64_t(const MeshEstimate&)>& more = {});
+
+// The options as the graph takes them.
+GraphParameters graph_parameters(const RunOptions& options);
 
 struct PlannedRunParameters {
   const RunOptions& options;

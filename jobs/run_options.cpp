@@ -50,56 +50,6 @@ void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& descri
         "--bins, --descriptor-scale and --geodesic-sources apply to descriptors: see --describe");
 }
 
-void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts) {
-  ParameterTable& table = texts.table;
-  SampleParameters& sample = options.sample;
-  const auto shapes_density = [&texts] { texts.shapes_density = true; };
-  table.add(points, "samples", "-n,--samples", texts.samples, "Points per model, 1 to 2^31")
-      .range(1.0, 2147483648.0);
-  table.add(
-      points, "method", "--method", sample.method, method_words,
-      "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
-      "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
-      "a tensor field");
-  table.add(points, "density", "--density", texts.density,
-            "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
-  table
-      .add(points, "density_floor", "--density-floor", sample.density.floor,
-           "Density of flat parts for curvature densities, 1e-6 to 1")
-      .on_given(shapes_density);
-  table
-      .add(points, "density_exponent", "--density-exponent", sample.density.exponent,
-           "Exponent of curvature densities, 0.25 to 4")
-      .on_given(shapes_density);
-  table.add(points, "locate", "--locate", sample.locate, locate_words,
-            "Point location: Embree rays with sheets, elements alone, the survey's first hit");
-  table
-      .add(points, "place", "--place", sample.place.place, place_words,
-           "Where samples lie in a curve element (default element; vertex for first-hit)")
-      .show_default("")
-      .on_given([&texts] { texts.chooses_place = true; });
-  table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, sequence_help);
-  add_spacing_option(points, sample.place.spacing, texts.spacing_given);
-  table.add(points, "order", "--order", sample.place.order, order_words,
-            "Order in the file: every prefix well spread, or along the curve");
-  points
-      .add_option("--curve", texts.curve,
-                  "Order of a named method: a curve, or balanced bisection (default hilbert); direct: "
-                  "hilbert or balanced")
-      .one_of(all_words(order_of_elements_words));
-  table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
-  table.set_by("curve", "--curve");
-  table.set_by("curved", "--curved");
-  table.set_by("spacing", "--spacing");
-  table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
-  table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
-            "Stored coordinates (loc and scale undo it)");
-  add_tensor_options(points, texts.tensor_table, texts.tensor, sample);
-  points.add_flag(
-      "--curved", sample.curved,
-      "Lift the points from the flat triangles to the smooth surface that the vertex normals define");
-}
-
 void add_collection_options(Command collection, RunOptions& options, RunOptionTexts& texts) {
   ParameterTable& table = texts.table;
   DescribeParameters& describe = options.sample.describe;
@@ -124,19 +74,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
 }
 
 void add_running_options(Command running, RunOptions& options, RunOptionTexts& texts) {
-  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
-      .show_default()
-      .range(0, 1024);
-  running.add_option("--memory", texts.memory, "Memory budget of the whole process").show_default();
-  running.add_flag("--allow-oversize", options.allow_oversize,
-                   "Process a model that exceeds the memory budget, on its own");
-  running
-      .add_option("--timeout", texts.timeout,
-                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
-      .show_default();
-  running
-      .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
-      .show_default("no limit");
+  add_budget_options(running, options, texts);
   running
       .add_option("--retry", texts.retry,
                   "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
@@ -151,12 +89,7 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
 }
 
 void add_report_options(Command report, RunOptions& options) {
-  report
-      .add_option("--progress", options.progress,
-                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
-      .show_default()
-      .one_of({"auto", "bar", "plain", "json", "none"});
-  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+  add_progress_options(report, options);
   report.add_flag("--stats", options.statistics, "Print items, time and bytes of each node of the graph");
 }
 
@@ -225,6 +158,81 @@ void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector
 }
 
 }  // namespace
+
+void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts) {
+  ParameterTable& table = texts.table;
+  SampleParameters& sample = options.sample;
+  const auto shapes_density = [&texts] { texts.shapes_density = true; };
+  table.add(points, "samples", "-n,--samples", texts.samples, "Points per model, 1 to 2^31")
+      .range(1.0, 2147483648.0);
+  table.add(
+      points, "method", "--method", sample.method, method_words,
+      "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
+      "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
+      "a tensor field");
+  table.add(points, "density", "--density", texts.density,
+            "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
+  table
+      .add(points, "density_floor", "--density-floor", sample.density.floor,
+           "Density of flat parts for curvature densities, 1e-6 to 1")
+      .on_given(shapes_density);
+  table
+      .add(points, "density_exponent", "--density-exponent", sample.density.exponent,
+           "Exponent of curvature densities, 0.25 to 4")
+      .on_given(shapes_density);
+  table.add(points, "locate", "--locate", sample.locate, locate_words,
+            "Point location: Embree rays with sheets, elements alone, the survey's first hit");
+  table
+      .add(points, "place", "--place", sample.place.place, place_words,
+           "Where samples lie in a curve element (default element; vertex for first-hit)")
+      .show_default("")
+      .on_given([&texts] { texts.chooses_place = true; });
+  table.add(points, "sequence", "--sequence", sample.place.sequence, sequence_words, sequence_help);
+  add_spacing_option(points, sample.place.spacing, texts.spacing_given);
+  table.add(points, "order", "--order", sample.place.order, order_words,
+            "Order in the file: every prefix well spread, or along the curve");
+  points
+      .add_option("--curve", texts.curve,
+                  "Order of a named method: a curve, or balanced bisection (default hilbert); direct: "
+                  "hilbert or balanced")
+      .one_of(all_words(order_of_elements_words));
+  table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
+  table.set_by("curve", "--curve");
+  table.set_by("curved", "--curved");
+  table.set_by("spacing", "--spacing");
+  table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
+  table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
+            "Stored coordinates (loc and scale undo it)");
+  add_tensor_options(points, texts.tensor_table, texts.tensor, sample);
+  points.add_flag(
+      "--curved", sample.curved,
+      "Lift the points from the flat triangles to the smooth surface that the vertex normals define");
+}
+
+void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts) {
+  running.add_option("-j,--threads", options.threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  running.add_option("--memory", texts.memory, "Memory budget of the whole process").show_default();
+  running.add_flag("--allow-oversize", options.allow_oversize,
+                   "Process a model that exceeds the memory budget, on its own");
+  running
+      .add_option("--timeout", texts.timeout,
+                  "Time limit for work on one model, waiting excluded (ms, s, m, h); 0: none")
+      .show_default();
+  running
+      .add_option("--max-failures", options.max_failures, "Stop once more than this many items have failed")
+      .show_default("no limit");
+}
+
+void add_progress_options(Command report, RunOptions& options) {
+  report
+      .add_option("--progress", options.progress,
+                  "Progress on standard error; auto: a bar on a terminal, plain lines otherwise")
+      .show_default()
+      .one_of({"auto", "bar", "plain", "json", "none"});
+  report.add_flag("--json", options.json, "The summary as JSON on standard output");
+}
 
 void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts) {
   Command command = program.add_subcommand("run", "Sample every model of the input into one store");

@@ -63,6 +63,13 @@ struct RunOptionTexts {
   bool spacing_given = false;   // --spacing was given
 };
 
+// Options that other commands share. What samples are: their number, method, density, sequence and order.
+void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts);
+// Threads, memory, time and failures.
+void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts);
+// --progress and --json.
+void add_progress_options(Command report, RunOptions& options);
+
 // Adds the subcommand with its options.
 void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.

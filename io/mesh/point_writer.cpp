@@ -1,34 +1,15 @@
 #include "io/mesh/point_writer.h"
 
-#include <algorithm>
 #include <array>
-#include <bit>
-#include <charconv>
-#include <cstring>
 #include <string>
 
 #include "io/file/atomic_file.h"
+#include "io/mesh/append_numbers.h"
 #include "kernels/sample/point_frames.h"
 
 namespace meander {
 
 namespace {
-
-template <class Number>
-void append_decimal(std::string& text, Number number, char behind) {
-  std::array<char, 32> digits;
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), number);
-  text.append(digits.data(), end);
-  text += behind;
-}
-
-template <class Number>
-void append_little_endian(std::string& data, Number number) {
-  std::array<char, sizeof number> bytes;
-  std::memcpy(bytes.data(), &number, sizeof number);
-  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-  data.append(bytes.data(), bytes.size());
-}
 
 std::string header(PointFormat format, const Samples& samples) {
   const std::string n = std::to_string(samples.count());

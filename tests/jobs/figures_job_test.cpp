@@ -65,6 +65,25 @@ TEST_CASE("figures: the quick ones chosen are drawn with their data, and the pag
   }
 }
 
+TEST_CASE("figures: meshes of samples stand beside simplified ones of as many vertices") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ring.off", torus(64, 32));
+  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
+                                            "metro", "--models", scratch / "ring.off"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const auto rows = csv_rows(scratch / "out/metro_ring.csv");
+  REQUIRE(rows.size() == 20);
+  for (std::size_t i = 0; i < rows.size(); i += 4) {
+    INFO(rows[i].at("size"));
+    const auto value = [&](std::size_t k, const char* name) { return std::stod(rows[i + k].at(name)); };
+    CHECK(value(3, "vertices") == value(0, "vertices"));
+    CHECK(value(0, "mean") < 4 * value(3, "mean"));
+    CHECK(value(1, "mean") < 1.6 * value(3, "mean"));
+    CHECK(value(0, "median angle") > 34);
+  }
+}
+
 TEST_CASE("figures: the same seed gives the same files, for one thread and two") {
   const ScratchFolder scratch;
   for (const char* threads : {"1", "2"})

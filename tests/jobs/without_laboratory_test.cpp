@@ -54,6 +54,7 @@ TEST_CASE("without the laboratory: run, surface, describe, retrieve, verify, inf
   const std::string store = place.path("s.h5");
   place.does({"run", place.path("models"), "-o", store, "-n", "64", "--label-from-folder"});
   place.does({"describe", store, "--descriptors", "d2,a3", "--bins", "8"});
+  place.does({"remesh", place.path("models"), "-o", place.path("meshes"), "-n", "64"});
   place.does({"verify", store});
   place.does({"info", store, "--json"});
   place.does({"export", store, "-o", place.path("points")});

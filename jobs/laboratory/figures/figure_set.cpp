@@ -17,7 +17,7 @@ namespace meander {
 bool is_figure_file(const std::string& name) {
   const auto digit = [&](std::size_t at) { return at < name.size() && name[at] >= '0' && name[at] <= '9'; };
   return (name.starts_with("figure") && digit(6) && digit(7)) || name.starts_with("table1") ||
-         name.starts_with("histogram_floor") || name.starts_with("spaced_");
+         name.starts_with("histogram_floor") || name.starts_with("spaced_") || name.starts_with("metro_");
 }
 
 // Only names that were looked at before the first figure was drawn.

@@ -79,6 +79,7 @@ void draw_tensor_discrepancy(FigureSet& figures);   // figure 15
 void draw_tensor_differences(FigureSet& figures);   // figure 16, anisotropic samples
 void draw_spectra(FigureSet& figures);              // figure 16
 void draw_mesh_distances(FigureSet& figures);       // figure 21
+void draw_remeshed(FigureSet& figures);             // the survey's Metro table
 void draw_distance_histograms(FigureSet& figures);  // figures 22 to 24 and table 1
 void draw_histogram_floors(FigureSet& figures);     // what remains of the error with many points
 void draw_geodesic_histograms(FigureSet& figures);  // figures 25 and 26

@@ -56,6 +56,7 @@ constexpr FigureName figure_names[] = {
     {"16", draw_spectra},
     {"16-tensor", draw_tensor_differences},
     {"21", draw_mesh_distances},
+    {"metro", draw_remeshed},
     {"22-24", draw_distance_histograms},
     {"24-floor", draw_histogram_floors},
     {"25-26", draw_geodesic_histograms},
@@ -143,10 +144,10 @@ JobFunction add_figures_job(Command& program) {
       program.add_subcommand("figures", "Reproduce the survey's figures: pictures, data and an HTML page");
   auto options = std::make_shared<FiguresOptions>();
   command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
-  command.add_option(
-      "--models", options->models,
-      "Triangle meshes for figures 4, 12 to 14, 16, 22 to 26 and of spaced samples (default: a "
-      "generated torus)");
+  command.add_option("--models", options->models,
+                     "Triangle meshes for figures 4, 12 to 14, 16, 22 to 26, of spaced samples and remeshed "
+                     "surfaces (default: a "
+                     "generated torus)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);

@@ -1,0 +1,364 @@
+// meander remesh: from files to meshes whose vertices are the samples.
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "io/item_id.h"
+#include "io/json_writer.h"
+#include "io/parameters_text.h"
+#include "jobs/exit_status.h"
+#include "jobs/input_options.h"
+#include "jobs/jobs.h"
+#include "jobs/memory_budget.h"
+#include "jobs/output_guard.h"
+#include "jobs/planned_run.h"
+#include "jobs/progress.h"
+#include "jobs/remesh_options.h"
+#include "jobs/remesh_stages.h"
+#include "jobs/remesh_table.h"
+#include "jobs/run_header.h"
+#include "jobs/tensor_options.h"
+#include "jobs/working_process.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds table_interval(10);  // between tables that are written on the way
+
+// Rows of samples are not kept: the meshes are written by the stages.
+class NoRows : public RowSink {
+ public:
+  void begin(std::uint64_t) override {}
+  void write(EncodedRow) override {}
+};
+
+// The names of the meshes: ids with another extension; where that gives one name to several items, it follows
+// their own extension.
+std::vector<std::string> mesh_names(const std::vector<PlanItem>& items, const std::string& extension) {
+  const auto replaced = [&](const PlanItem& item) {
+    return fs::path(item.id).replace_extension(extension).string();
+  };
+  std::map<std::string, int> uses;
+  for (const PlanItem& item : items) ++uses[replaced(item)];
+  std::vector<std::string> names;
+  for (const PlanItem& item : items)
+    names.push_back(uses[replaced(item)] > 1 ? item.id + extension : replaced(item));
+  return names;
+}
+
+FileKind kind_of(MeshFormat format) {
+  return format == MeshFormat::ply   ? FileKind::ply_mesh
+         : format == MeshFormat::off ? FileKind::off_mesh
+                                     : FileKind::obj_mesh;
+}
+
+class RemeshJob {
+ public:
+  RemeshJob(RemeshOptions& options, const StageHook& hook)
+      : options_(options), run_(options.run), folder_(options.run.store), hook_(hook) {}
+
+  int run() {
+    if (!run_.fresh) earlier_ = read_remesh_table(folder_);
+    if (earlier_) run_.collect.remembered_root = earlier_->root;
+    inputs_ = collect_inputs(run_.inputs, run_.collect);
+    print_unread(inputs_.notes);
+    plan_tensor_files(run_.sample.tensor, inputs_.items);
+    if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    header_ = run_header(run_, inputs_, nullptr);
+    run_.model_bytes = memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads);
+    names_ = mesh_names(inputs_.items, extension_of(options_.format));
+    take_earlier_table();
+    check_outputs();
+    fs::create_directories(folder_);
+    const bool stopped = !make_meshes();
+    write_remesh_table(folder_, table_);
+    if (stopped) return exit_stopped;
+    print_summary();
+    return failed() > 0 || !inputs_.notes.unread.empty() ? exit_some_failed : exit_done;
+  }
+
+ private:
+  // Meshes that an earlier process made with these parameters stay, where the input has not changed since.
+  void take_earlier_table() {
+    table_.parameters_json = run_.parameters_json;
+    table_.root = inputs_.root.string();
+    if (!earlier_) return;
+    if (earlier_->parameters_json != table_.parameters_json)
+      throw UsageError(fmt::format(
+          "`{}` was made with other parameters: {} (--fresh makes all meshes anew, or choose another folder)",
+          folder_.string(), parameter_differences(earlier_->parameters_json, table_.parameters_json)));
+    std::uint64_t known = 0;
+    for (std::size_t i = 0; i < inputs_.items.size(); ++i) {
+      const auto found = earlier_->records.find(inputs_.items[i].id);
+      if (found == earlier_->records.end()) continue;
+      ++known;
+      if (found->second.status == Status::ok && found->second.file == names_[i] && is_current(i))
+        table_.records.insert(*found);
+    }
+    vanished_ = earlier_->records.size() - known;
+  }
+
+  fs::path target(std::size_t item) const { return folder_ / names_[item]; }
+
+  bool is_current(std::size_t item) const {
+    std::error_code none;
+    const auto made = fs::last_write_time(target(item), none);
+    if (none) return false;
+    const auto changed = fs::last_write_time(inputs_.items[item].path, none);
+    return !none && changed < made;
+  }
+
+  bool is_made(std::size_t item) const { return table_.records.contains(inputs_.items[item].id); }
+
+  void check_outputs() {
+    OutputGuard guard;
+    guard.protect(input_files(run_.inputs, inputs_.items));
+    guard.check_folder(folder_, "-o");
+    refuse_nested_folder();
+    guard.check(remesh_json_path(folder_), {FileKind::json}, "the table of -o", Existing::replace, true);
+    guard.check(remesh_csv_path(folder_), {FileKind::csv}, "the table of -o", Existing::replace, true);
+    // Without a table of these parameters the files are somebody else's.
+    const Existing existing = run_.fresh || earlier_ ? Existing::replace : Existing::keep;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      const fs::path name(names_[i]);
+      if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end())
+        throw UsageError(fmt::format("the item `{}` names a file outside `{}`: leave it out",
+                                     inputs_.items[i].id, folder_.string()));
+      guard.check(target(i), {kind_of(options_.format)}, "-o", existing, true);
+    }
+  }
+
+  // The next run would find the meshes of this one among its inputs.
+  void refuse_nested_folder() const {
+    std::error_code none;
+    const fs::path own = fs::weakly_canonical(folder_, none);
+    for (const std::string& argument : run_.inputs) {
+      if (!fs::is_directory(argument, none)) continue;
+      const fs::path input = fs::weakly_canonical(argument, none);
+      if (std::mismatch(input.begin(), input.end(), own.begin(), own.end()).first == input.end())
+        throw UsageError(fmt::format(
+            "-o: `{}` lies in the input folder `{}`, so its meshes would be inputs of the next run: give "
+            "another name",
+            folder_.string(), argument));
+    }
+  }
+
+  std::vector<PlanItem> plan() const {
+    std::vector<PlanItem> items;
+    for (std::size_t i = 0; i < inputs_.items.size(); ++i)
+      if (!is_made(i)) items.push_back(inputs_.items[i]);
+    return items;
+  }
+
+  GraphStages stages(const EmbreeDevice* device) {
+    GraphStages list = remesh_stages(
+        run_.sample, device, options_.mesh,
+        [this](const PlanItem& item) {
+          return RemeshTarget{target(item.row), options_.format};
+        },
+        [this](const PlanItem& item, const RemeshReport& report) {
+          const std::lock_guard lock(made_mutex_);
+          made_[item.row] = report;
+        });
+    if (hook_) hook_(list);
+    for (GraphStage& stage : list)
+      stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };
+    return list;
+  }
+
+  // A file that cannot be written stops the job.
+  void run_or_stop(const std::function<void(GraphItem&)>& body, GraphItem& item) {
+    try {
+      body(item);
+    } catch (const RunError&) {
+      stop_for_output();
+    } catch (const fs::filesystem_error&) {
+      stop_for_output();
+    }
+  }
+
+  [[noreturn]] void stop_for_output() {
+    {
+      const std::lock_guard lock(made_mutex_);
+      if (!output_error_) output_error_ = std::current_exception();
+    }
+    *stop_ = true;
+    throw RunCancelled();
+  }
+
+  // False when it was stopped.
+  bool make_meshes() {
+    std::vector<PlanItem> items = plan();
+    if (items.empty()) return true;
+    stop_ = &catch_stop_signals();
+    set_allocator_limits(run_.memory_bytes);
+    const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(run_.threads));
+    const auto start = Clock::now();
+    write_remesh_table(folder_, table_);  // from now on the files here are this command's
+    last_table_ = Clock::now();
+    GraphResult result;
+    {
+      std::optional<EmbreeDevice> device;
+      if (casts_rays(run_.sample)) device.emplace();
+      const GraphParameters parameters = graph_parameters(run_);
+      const std::uint64_t bytes =
+          reserve_memory(items, run_.sample, run_.threads, [this](const MeshEstimate& mesh) {
+            return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit);
+          });
+      Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
+      if (items.size() < inputs_.items.size())
+        progress.note(fmt::format("continuing: {} of {} models are done already",
+                                  inputs_.items.size() - items.size(), inputs_.items.size()));
+      NoRows rows;
+      std::vector<NodeStatistics> nodes;
+      const GraphStages list = stages(device ? &*device : nullptr);
+      result = run_sampling_graph(items, parameters, list, header_, rows, *stop_, nodes,
+                                  [&](const FinishedItem& item) {
+                                    progress.finished(item);
+                                    record(item);
+                                  });
+    }
+    seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+    done_now_ = result.written;
+    if (output_error_) {
+      write_remesh_table(folder_, table_);
+      std::rethrow_exception(output_error_);
+    }
+    if (result.stopped) say_stopped(result);
+    return !result.stopped;
+  }
+
+  void record(const FinishedItem& item) {
+    RemeshRecord& record = table_.records[item.plan.id];
+    record.status = item.report.status;
+    record.message = item.report.reason;
+    record.seconds = item.seconds;
+    if (record.status == Status::ok) {
+      {
+        const std::lock_guard lock(made_mutex_);
+        record.mesh = made_.at(item.plan.row);
+        made_.erase(item.plan.row);
+      }
+      record.message = remesh_message(record.mesh);
+      record.file = names_[item.plan.row];
+      record.samples = header_.samples;
+    } else {  // a mesh of earlier parameters, or of a file that has changed, is none of this one
+      std::error_code none;
+      fs::remove(target(item.plan.row), none);
+    }
+    if (Clock::now() - last_table_ < table_interval) return;
+    write_remesh_table(folder_, table_);
+    last_table_ = Clock::now();
+  }
+
+  void say_stopped(const GraphResult& result) const {
+    fmt::print(stderr, "meander: stopped with {} of {} models done{}; the same command{}{} continues\n",
+               table_.records.size(), inputs_.items.size(),
+               result.too_many_failures ? fmt::format(": {} models failed, more than --max-failures {}",
+                                                      result.failed, run_.max_failures)
+                                        : "",
+               run_.fresh ? " without --fresh" : "",
+               result.too_many_failures ? " with a larger --max-failures" : "");
+  }
+
+  std::uint64_t failed() const {
+    std::uint64_t count = 0;
+    for (const auto& [id, record] : table_.records) count += record.status != Status::ok;
+    return count;
+  }
+
+  void print_summary() const {
+    std::map<Status, std::uint64_t> by_status;
+    RemeshReport sum;
+    std::uint64_t incomplete = 0;
+    for (const auto& [id, record] : table_.records) {
+      ++by_status[record.status];
+      sum.vertices += record.mesh.vertices;
+      sum.faces += record.mesh.faces;
+      sum.line_vertices += record.mesh.line_vertices;
+      sum.kept_vertices += record.mesh.kept_vertices;
+      sum.dropped_components += record.mesh.dropped_components;
+      incomplete += record.mesh.dropped_components > 0;
+    }
+    if (run_.json) return print_json(by_status, sum, incomplete);
+    fmt::print("{}: {} models, {} samples each\n", folder_.string(), table_.records.size(), header_.samples);
+    for (const auto& [status, count] : by_status) fmt::print("  {:<20}{:>10}\n", name_of(status), count);
+    fmt::print("  {} faces, {} vertices: {} beside the samples on boundaries and creases, {} others\n",
+               sum.faces, sum.vertices, sum.line_vertices, sum.kept_vertices);
+    if (incomplete > 0)
+      fmt::print("  {} components without a sample were dropped in {} models (see remesh.csv)\n",
+                 sum.dropped_components, incomplete);
+    if (vanished_ > 0)
+      fmt::print("  {} items of an earlier run have no input any more; their meshes were left\n", vanished_);
+    print_notes(inputs_.notes);
+    if (done_now_ > 0) fmt::print("  {} models in {:.2f} s\n", done_now_, seconds_);
+  }
+
+  void print_json(const std::map<Status, std::uint64_t>& by_status, const RemeshReport& sum,
+                  std::uint64_t incomplete) const {
+    JsonWriter json;
+    json.begin_object();
+    json.member("folder", escape_id(folder_.string()));
+    json.member("items", std::uint64_t{table_.records.size()});
+    json.member("done_now", done_now_);
+    json.member("seconds", seconds_);
+    json.key("statuses");
+    json.begin_object();
+    for (const auto& [status, count] : by_status) json.member(name_of(status), count);
+    json.end_object();
+    json.member("vertices", sum.vertices);
+    json.member("faces", sum.faces);
+    json.member("line_vertices", sum.line_vertices);
+    json.member("kept_vertices", sum.kept_vertices);
+    json.member("dropped_components", sum.dropped_components);
+    json.member("models_with_dropped_components", incomplete);
+    json.member("vanished", vanished_);
+    write_notes(json, inputs_.notes);
+    json.end_object();
+    fmt::print("{}\n", json.text());
+  }
+
+  RemeshOptions& options_;
+  RunOptions& run_;
+  const fs::path folder_;
+  const StageHook& hook_;
+  Inputs inputs_;
+  StoreHeader header_;
+  std::vector<std::string> names_;      // of the meshes, by item
+  std::optional<RemeshTable> earlier_;  // that an earlier process left
+  RemeshTable table_;                   // touched by the serial writer alone while the graph runs
+  std::uint64_t vanished_ = 0, done_now_ = 0;
+  double seconds_ = 0;
+  Clock::time_point last_table_;
+  std::atomic<bool>* stop_ = nullptr;
+  std::mutex made_mutex_;
+  std::map<std::uint64_t, RemeshReport> made_;  // written, not yet recorded; by row
+  std::exception_ptr output_error_;
+};
+
+}  // namespace
+
+JobFunction add_remesh_job(Command& program, StageHook hook) {
+  auto options = std::make_shared<RemeshOptions>();
+  add_remesh_command(program, *options);
+  return [options, hook = std::move(hook)] {
+    resolve_remesh_options(*options);
+    return RemeshJob(*options, hook).run();
+  };
+}
+
+}  // namespace meander

@@ -1,0 +1,103 @@
+#include "jobs/remesh_stages.h"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <utility>
+#include <vector>
+
+#include "io/mesh/mesh_writer.h"
+#include "kernels/sample/point_frames.h"
+#include "pipeline/memory_estimate.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t bytes_per_triangle = 120;         // half-edges, vertices
+constexpr std::uint64_t bytes_per_fitted_triangle = 260;  // one and a half points of the surface to fit to
+constexpr std::uint64_t bytes_per_sample = 320;  // two triangles each, positions, lists, what is written
+
+// The file may be larger than its header says.
+void check_memory(const GraphItem& item, const SampleParameters& parameters, bool fit) {
+  const PolygonMesh& file = item.model.file;
+  MeshEstimate actual;
+  actual.file_bytes = item.file_bytes;
+  actual.vertices = file.vertex_count();
+  const std::size_t corners = file.corners.size(), polygons = file.polygon_count();
+  actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  const int threads = oneapi::tbb::this_task_arena::max_concurrency();
+  const std::uint64_t needed =
+      estimate_bytes(actual, parameters, threads) + remesh_bytes(actual, parameters.place.samples, fit);
+  if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+}
+
+// Vertices that are neither moved nor made here are, bit by bit, where the samples and the file have them.
+void to_file_coordinates(const Model& model, const std::vector<double>& samples, RemeshedSurface& mesh) {
+  const PreparedMesh& surface = model.surface;
+  const std::size_t n = samples.size() / 3;
+  std::vector<std::uint32_t> slot;  // a corner in the file, of the vertices of the surface
+  if (mesh.x.size() > n) {
+    slot.assign(surface.vertex_count(), no_index);
+    for (std::size_t h = 0; h < surface.triangles.size(); ++h)
+      slot[surface.triangles[h]] = surface.corner_slot[h];
+  }
+  for (std::size_t v = 0; v < mesh.x.size(); ++v) {
+    const Vector3 working{mesh.x[v], mesh.y[v], mesh.z[v]};
+    const std::uint32_t origin = v < n ? no_index : mesh.origin[v - n];
+    Vector3 at = to_file(surface, working);
+    if (origin != no_index) {
+      const std::uint32_t corner = model.file.corners[slot[origin]];
+      at = {model.file.x[corner], model.file.y[corner], model.file.z[corner]};
+    } else if (v < n && working.x == samples[3 * v] && working.y == samples[3 * v + 1] &&
+               working.z == samples[3 * v + 2]) {
+      at = file_point(model.row.report, model.row.samples.points, v);
+    }
+    mesh.x[v] = at.x;
+    mesh.y[v] = at.y;
+    mesh.z[v] = at.z;
+  }
+}
+
+RemeshedSurface remesh(Model& model, const RemeshParameters& parameters) {
+  release_charts(model);
+  const Samples& samples = model.row.samples;
+  const std::vector<double> places = working_points(model.row.report, samples.points, model.surface);
+  RemeshedSurface mesh =
+      remesh_surface(model.surface, {samples.triangle, samples.barycentric, places, samples.curve_rank},
+                     model.measure.masses, parameters, model.cancel);
+  to_file_coordinates(model, places, mesh);
+  return mesh;
+}
+
+}  // namespace
+
+std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool fit) {
+  return mesh.triangles * (bytes_per_triangle + (fit ? bytes_per_fitted_triangle : 0)) +
+         std::uint64_t{samples} * bytes_per_sample;
+}
+
+GraphStages remesh_stages(const SampleParameters& parameters, const EmbreeDevice* device,
+                          const RemeshParameters& mesh,
+                          std::function<RemeshTarget(const PlanItem&)> target_of,
+                          std::function<void(const PlanItem&, const RemeshReport&)> done) {
+  GraphStages stages = sampling_stages(parameters, device);
+  stages.front().body = [&parameters, fit = mesh.fit,
+                         read = std::move(stages.front().body)](GraphItem& item) {
+    read(item);
+    check_memory(item, parameters, fit);
+  };
+  stages.push_back(
+      {"remesh_surface", [mesh, target_of = std::move(target_of), done = std::move(done)](GraphItem& item) {
+         const RemeshedSurface made = remesh(item.model, mesh);
+         const RemeshTarget target = target_of(*item.plan);
+         item.model.cancel.check();
+         fs::create_directories(target.path.parent_path());
+         write_mesh(target.path, target.format, made.x, made.y, made.z, made.triangles);
+         done(*item.plan, made.report);
+       }});
+  return stages;
+}
+
+}  // namespace meander

@@ -1,0 +1,83 @@
+// A triangulation that is changed edge by edge: split, flip, collapse.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/vector3.h"
+#include "kernels/mesh/prepared_mesh.h"
+
+namespace meander {
+
+// An oriented 2-manifold with boundary as flat half-edges, numbered as those of PreparedMesh: half-edge
+// h = 3 t + k of triangle t starts at vertex[h]. Removed triangles have no_index for their vertices, removed
+// vertices for their half-edge; numbers of the others never change. Two edges may join the same two vertices,
+// the three vertices of a triangle differ. Everything is O(1) but what walks around a vertex.
+struct EditedMesh {
+  std::vector<Vector3> position;  // W
+  std::vector<std::uint32_t>
+      out;  // W: a half-edge that starts there; of a boundary vertex that of the boundary
+  std::vector<std::uint32_t> vertex;    // 3 T
+  std::vector<std::uint32_t> opposite;  // 3 T, no_index at a boundary
+  std::vector<std::uint8_t> crease;     // 3 T: 1 where the edge is not to be flipped (the same on both sides)
+
+  std::uint32_t start(std::uint32_t h) const { return vertex[h]; }
+  std::uint32_t end(std::uint32_t h) const { return vertex[next_half_edge(h)]; }
+  std::uint32_t apex(std::uint32_t h) const { return vertex[previous_half_edge(h)]; }
+  bool exists(std::uint32_t triangle) const { return vertex[3 * std::size_t{triangle}] != no_index; }
+  bool is_boundary_edge(std::uint32_t h) const { return opposite[h] == no_index; }
+  bool is_boundary_vertex(std::uint32_t v) const { return opposite[out[v]] == no_index; }
+  bool is_line(std::uint32_t h) const { return crease[h] != 0 || opposite[h] == no_index; }
+  std::size_t triangle_count() const { return vertex.size() / 3; }
+  // Twice the area along the normal.
+  Vector3 area_vector(std::uint32_t triangle) const;
+
+  // Calls visit(h) for the half-edges that start at v, counter-clockwise, a boundary vertex's first.
+  template <class Visit>
+  void for_outgoing(std::uint32_t v, const Visit& visit) const {
+    const std::uint32_t first = out[v];
+    std::uint32_t h = first;
+    do {
+      visit(h);
+      h = opposite[previous_half_edge(h)];
+    } while (h != first && h != no_index);
+  }
+  // Calls visit(w, h) for the neighbours of v, with a half-edge of the edge between: one that starts at v,
+  // but for the last neighbour of a boundary vertex.
+  template <class Visit>
+  void for_neighbours(std::uint32_t v, const Visit& visit) const {
+    std::uint32_t last = no_index;
+    for_outgoing(v, [&](std::uint32_t h) {
+      visit(end(h), h);
+      last = previous_half_edge(h);
+    });
+    if (opposite[last] == no_index) visit(start(last), last);
+  }
+  bool are_neighbours(std::uint32_t v, std::uint32_t w) const;
+
+  // A vertex of that position, not yet in any triangle.
+  std::uint32_t add_vertex(Vector3 at);
+  // Cuts triangle t into three around the vertex p, which no triangle has yet.
+  void split_triangle(std::uint32_t t, std::uint32_t p);
+  // Cuts the edge of h, and the triangles beside it, in two at p. h then runs from its start to p.
+  void split_edge(std::uint32_t h, std::uint32_t p);
+  // Turns the edge inside the quadrilateral of its two triangles; h, no boundary, then ends at its old apex.
+  // The caller has made sure that its two apexes are no neighbours.
+  void flip(std::uint32_t h);
+  // Moves v along the edge of h to the other end of it, so that the triangles beside it vanish. The caller
+  // has made sure that the topology stays.
+  void collapse(std::uint32_t h, std::uint32_t v);
+
+ private:
+  std::uint32_t add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+  void glue(std::uint32_t g, std::uint32_t h);
+  // Takes the triangle of h out, whose edges next to h become one. Returns a half-edge on it.
+  std::uint32_t close_triangle(std::uint32_t h);
+  void begin_at_boundary(std::uint32_t v, std::uint32_t h);
+};
+
+// One component, with the numbers of its triangles and vertices counted from 0.
+EditedMesh edited_component(const PreparedMesh& mesh, const Component& component);
+
+}  // namespace meander

@@ -1,0 +1,63 @@
+// A mesh whose vertices are the samples of a surface (docs/REMESH.md).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/prepared_mesh.h"
+#include "kernels/remesh/fit_samples.h"
+#include "kernels/remesh/surface_lines.h"
+
+namespace meander {
+
+struct RemeshParameters {
+  LineParameters lines;
+  bool fit = false;  // flips and heights that bring the mesh nearer to the surface
+  FitParameters fitting;
+};
+
+// N samples of a prepared mesh.
+struct SurfaceSamples {
+  std::span<const std::uint32_t> triangle;  // N
+  std::span<const float> weights;           // 2 N: barycentric weights of corners 1 and 2
+  std::span<const double> position;         // 3 N, working units: where the vertices are
+  std::span<const std::uint32_t> rank;      // N: an order in which neighbours are near
+};
+
+// What became of a surface.
+struct RemeshReport {
+  std::uint32_t components = 0, boundary_loops = 0;  // of the new mesh
+  std::uint64_t vertices = 0, faces = 0;             // of the new mesh
+  std::int64_t euler = 0;                            // vertices - edges + faces: that of the surface, without
+                                                     // the components that were dropped
+  std::uint32_t line_vertices = 0;                   // vertices on boundaries and creases that are no samples
+  std::uint32_t kept_vertices = 0;                   // other vertices of the surface: the topology needs them
+  std::uint32_t dropped_components = 0;              // of the surface: they have no sample
+  double dropped_share = 0;                          // of the area: that of those components
+  std::uint32_t coincident_samples = 0;              // at places of the surface where others are
+  double largest_shift = 0;                          // of a sample by fitting, over the mean edge around it
+};
+
+struct RemeshedSurface {
+  std::vector<double> x, y, z;  // V: the N samples in their order, then the other vertices; working units
+  std::vector<std::uint32_t> triangles;  // 3 F, oriented as the surface
+  std::vector<std::uint32_t> origin;     // V - N: the vertex of the surface, no_index on an edge of a line
+  RemeshReport report;
+};
+
+// Inserts the samples into the triangles they lie on and removes the vertices of the surface, component by
+// component. The result has the topology of the surface: as many components (without those that have no
+// sample), boundary loops and handles; it is a 2-manifold with boundary without two edges between the same
+// vertices, where the surface has none. Boundaries and creases are lines of their own vertices, no farther
+// apart than lines.spacing.
+//   masses: T (MeshMeasure): where samples are denser lines have more vertices; empty: uniform
+// Parallel over components, deterministic for every number of threads. About 2 us a vertex of the surface and
+// 1 us a sample, more with fit; 100 bytes a triangle and 200 a sample. Throws std::invalid_argument for
+// arrays that do not fit, std::logic_error where the topology came out wrong, and what `cancel` throws.
+RemeshedSurface remesh_surface(const PreparedMesh& surface, const SurfaceSamples& samples,
+                               std::span<const double> masses, const RemeshParameters& parameters = {},
+                               const CancelToken& cancel = {});
+
+}  // namespace meander

@@ -1,0 +1,273 @@
+// meander remesh as a user runs it: files, statuses, second runs, kills.
+#include <catch2/catch.hpp>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "io/json/json_reader.h"
+#include "io/mesh/mesh_reader.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "support/collection.h"
+#include "support/meander_program.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+PolygonMesh mesh_of(const fs::path& path) {
+  MeshFormat format{};
+  REQUIRE(mesh_format_of(path, format));
+  const MappedFile file(path);
+  return read_mesh(file.bytes(), format);
+}
+
+// The items of the table: id -> its object.
+std::map<std::string, JsonObject> items_of(const fs::path& folder) {
+  const JsonObject table(read_file(folder / "remesh.json"), "remesh.json");
+  const JsonObject items(table.members().at("items"), "items");
+  std::map<std::string, JsonObject> found;
+  for (const auto& [id, text] : items.members()) found.emplace(id, JsonObject(text, id));
+  return found;
+}
+
+// The meshes below a folder with their bytes: all files but the tables.
+std::map<std::string, std::string> meshes_of(const fs::path& folder) {
+  std::map<std::string, std::string> content;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = fs::relative(entry.path(), folder).string();
+    if (entry.is_regular_file() && !name.starts_with("remesh.")) content[name] = read_file(entry.path());
+  }
+  return content;
+}
+
+void make_models(const fs::path& folder) {
+  fs::create_directories(folder / "a");
+  write_mesh(folder / "a" / "ball.off", icosphere(3));
+  write_mesh(folder / "a" / "ring.obj", torus(30, 12));
+  write_mesh(folder / "sheet.ply", grid_plane(12, 9));
+  write_mesh(folder / "box.stl", cube());
+}
+
+ProcessResult remesh(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "remesh");
+  return meander_with(std::move(arguments));
+}
+
+}  // namespace
+
+TEST_CASE("remesh job: the first vertices of a mesh are the points that run gives") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  const std::vector<std::string> same = {"-n", "120", "--seed", "5", "--sequence", "stratified"};
+  std::vector<std::string> arguments = {models, "-o", out};
+  arguments.insert(arguments.end(), same.begin(), same.end());
+  const ProcessResult made = remesh(arguments);
+  REQUIRE(made.exit_code == 0);
+  CHECK(contains(made.out, "4 models, 120 samples each"));
+  arguments = {"run", models, "-o", (scratch / "s.h5").string()};
+  arguments.insert(arguments.end(), same.begin(), same.end());
+  REQUIRE(meander_with(arguments).exit_code == 0);
+  REQUIRE(meander_with(
+              {"export", (scratch / "s.h5").string(), "-o", (scratch / "points").string(), "--format", "xyz"})
+              .exit_code == 0);
+  const std::map<std::string, std::string> names = {{"a/ball.off", "a/ball.ply"},
+                                                    {"a/ring.obj", "a/ring.ply"},
+                                                    {"sheet.ply", "sheet.ply"},
+                                                    {"box.stl", "box.ply"}};
+  for (const auto& [id, name] : names) {
+    INFO(id);
+    const PolygonMesh mesh = mesh_of(fs::path(out) / name);
+    std::istringstream points(read_file(scratch / ("points/" + id + ".xyz")));
+    REQUIRE(mesh.vertex_count() >= 120);
+    double nx = 0, ny = 0, nz = 0;
+    std::string x, y, z;
+    for (std::size_t i = 0; i < 120; ++i) {
+      points >> x >> y >> z >> nx >> ny >> nz;
+      REQUIRE(std::stod(x) == mesh.x[i]);
+      REQUIRE(std::stod(y) == mesh.y[i]);
+      REQUIRE(std::stod(z) == mesh.z[i]);
+    }
+    const JsonObject record = items_of(out).at(id);
+    CHECK(record.text("status") == "ok");
+    CHECK(record.text("file") == name);
+    CHECK(record.integer("samples") == 120);
+    CHECK(record.integer("vertices") == static_cast<std::int64_t>(mesh.vertex_count()));
+    CHECK(record.integer("faces") == static_cast<std::int64_t>(mesh.polygon_count()));
+  }
+  CHECK(items_of(out).at("a/ring.obj").integer("euler") == 0);
+  CHECK(items_of(out).at("sheet.ply").integer("euler") == 1);
+  CHECK(items_of(out).at("box.stl").integer("euler") == 2);
+}
+
+TEST_CASE("remesh job: every format, the same mesh") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ball.off", icosphere(3));
+  for (const std::string format : {"ply", "off", "obj"})
+    REQUIRE(remesh({(scratch / "ball.off").string(), "-o", (scratch / format).string(), "-n", "60",
+                    "--format", format, "--fit"})
+                .exit_code == 0);
+  const PolygonMesh ply = mesh_of(scratch / "ply/ball.ply");
+  for (const std::string format : {"off", "obj"}) {
+    const PolygonMesh other = mesh_of(scratch / (format + "/ball." + format));
+    CHECK(other.x == ply.x);
+    CHECK(other.z == ply.z);
+    CHECK(other.corners == ply.corners);
+  }
+}
+
+TEST_CASE(
+    "remesh job: a row for every input, the status of a run, the same bytes for any number of threads") {
+  const ScratchFolder scratch;
+  const std::map<std::string, Status> expected = write_collection(scratch / "models");
+  for (const std::string threads : {"1", "4"}) {
+    const ProcessResult result = remesh({(scratch / "models").string(), "-o", (scratch / threads).string(),
+                                         "-n", "40", "-j", threads, "--progress", "none"});
+    CHECK(result.exit_code == 3);
+  }
+  CHECK(meshes_of(scratch / "1") == meshes_of(scratch / "4"));
+  const auto items = items_of(scratch / "1");
+  REQUIRE(items.size() == expected.size());
+  for (const auto& [id, status] : expected) {
+    INFO(id);
+    REQUIRE(items.contains(id));
+    CHECK(items.at(id).text("status") == std::string(name_of(status)));
+    CHECK((status == Status::ok) == fs::is_regular_file(scratch / "1" / items.at(id).text("file").value()));
+    if (status != Status::ok) CHECK(!items.at(id).text("message")->empty());
+  }
+  std::istringstream csv(read_file(scratch / "1/remesh.csv"));
+  std::string line;
+  std::size_t lines = 0;
+  while (std::getline(csv, line)) ++lines;
+  CHECK(lines == expected.size() + 1);
+}
+
+TEST_CASE("remesh job: a second run makes what is new or changed, and refuses other parameters") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  REQUIRE(remesh({models, "-o", out, "-n", "80"}).exit_code == 0);
+  const auto first = meshes_of(out);
+  const auto time = fs::last_write_time(fs::path(out) / "sheet.ply");
+  write_mesh(scratch / "models/late.off", icosphere(2));
+  const ProcessResult second = remesh({models, "-o", out, "-n", "80", "--json"});
+  REQUIRE(second.exit_code == 0);
+  CHECK(JsonObject(second.out, "summary").integer("done_now") == 1);
+  CHECK(JsonObject(second.out, "summary").integer("items") == 5);
+  CHECK(fs::last_write_time(fs::path(out) / "sheet.ply") == time);
+  const ProcessResult other = remesh({models, "-o", out, "-n", "81"});
+  CHECK(other.exit_code == 2);
+  CHECK(contains(other.err, "made with other parameters"));
+  CHECK(contains(other.err, "\"samples\" was 80, now it is 81"));
+  REQUIRE(remesh({models, "-o", out, "-n", "81", "--fresh"}).exit_code == 0);
+  CHECK(meshes_of(out).at("sheet.ply") != first.at("sheet.ply"));
+  // The mesh of an item that fails now is gone.
+  write_file(scratch / "models/sheet.ply", "ply\nformat ascii 1.0\nend_header\n");
+  CHECK(remesh({models, "-o", out, "-n", "81"}).exit_code == 3);
+  CHECK(items_of(out).at("sheet.ply").text("status") == "empty");
+  CHECK(!fs::exists(fs::path(out) / "sheet.ply"));
+}
+
+TEST_CASE("remesh job: files of others are not replaced") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string();
+  fs::create_directories(scratch / "out");
+  write_mesh(scratch / "out/sheet.ply", cube());
+  const std::string before = read_file(scratch / "out/sheet.ply");
+  ProcessResult result = remesh({models, "-o", (scratch / "out").string(), "-n", "50"});
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "exists (--fresh replaces it)"));
+  CHECK(meshes_of(scratch / "out").size() == 1);
+  CHECK(read_file(scratch / "out/sheet.ply") == before);
+  // The folder of the inputs, and one in it.
+  for (const std::string inside : {"models", "models/out"}) {
+    result = remesh({models, "-o", (scratch / inside).string(), "-n", "50", "--fresh"});
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, "lies in the input folder"));
+  }
+  result = remesh({(scratch / "models/sheet.ply").string(), "-o", models, "-n", "50", "--fresh"});
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "would be replaced"));
+  // A table of somebody else.
+  write_file(scratch / "out/remesh.json", "{\"items\":{}}");
+  result = remesh({models, "-o", (scratch / "out").string(), "-n", "50"});
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "is no table of `meander remesh`"));
+}
+
+TEST_CASE("remesh job: models of one name and several formats have meshes of their own") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "models");
+  write_mesh(scratch / "models/a.off", icosphere(2));
+  write_mesh(scratch / "models/a.obj", cube());
+  REQUIRE(remesh({(scratch / "models").string(), "-o", (scratch / "out").string(), "-n", "20"}).exit_code ==
+          0);
+  CHECK(fs::exists(scratch / "out/a.off.ply"));
+  CHECK(fs::exists(scratch / "out/a.obj.ply"));
+}
+
+TEST_CASE("remesh job: options that have no meaning here are refused") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "a.off", cube());
+  const std::string model = (scratch / "a.off").string(), out = (scratch / "out").string();
+  CHECK(remesh({model, "-o", out, "--normalize", "unit-box"}).exit_code == 2);
+  CHECK(remesh({model, "-o", out, "--format", "stl"}).exit_code == 2);
+  CHECK(remesh({model, "-o", out, "--crease-angle", "0"}).exit_code == 2);
+  CHECK(remesh({model, "-o", out, "--certify"}).exit_code == 2);
+  CHECK(!fs::exists(out));
+}
+
+TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same command goes on") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  REQUIRE(remesh({models, "-o", (scratch / "whole").string(), "-n", "90"}).exit_code == 0);
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
+  using std::chrono::milliseconds;
+  const ProcessResult last =
+      run_killed({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options,
+                 {3, 8, milliseconds(5), milliseconds(250)}, 0, [&] { fs::remove_all(out); });
+  REQUIRE(last.exit_code == 0);
+  auto made = meshes_of(out);
+  std::erase_if(made, [](const auto& file) { return contains(file.first, ".tmp"); });
+  CHECK(made == meshes_of(scratch / "whole"));
+  CHECK(items_of(out).size() == 4);
+}
+
+TEST_CASE("remesh job: asked to stop it keeps what is done and goes on later") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "stop:sheet"}};
+  const ProcessResult stopped =
+      run_process({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
+  CHECK(stopped.exit_code == 75);
+  CHECK(contains(stopped.err, "the same command continues"));
+  CHECK(!items_of(out).contains("sheet.ply"));
+  const ProcessResult again = remesh({models, "-o", out, "-n", "90"});
+  CHECK(again.exit_code == 0);
+  CHECK(items_of(out).size() == 4);
+}
+
+TEST_CASE("remesh job: the dirty meshes of the shared folder have the status of a run") {
+  MEANDER_NEEDS_SHARED_DATA();
+  const ScratchFolder scratch;
+  const ProcessResult result = remesh(
+      {shared_data("dirty").string(), "-o", (scratch / "out").string(), "-n", "50", "--progress", "none"});
+  CHECK(result.exit_code == 3);
+  std::size_t ok = 0;
+  const auto items = items_of(scratch / "out");
+  for (const auto& [id, record] : items) {
+    ok += record.text("status") == "ok";
+    CHECK(record.text("status") != "internal");
+  }
+  CHECK(items.size() == 81);
+  CHECK(ok == 71);
+}
