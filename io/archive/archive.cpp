@@ -206,16 +206,17 @@ std::string Archive::unpack_deflated(const InputFile& file, const ArchiveMember&
   }
 }
 
-// A gzip file ends with its unpacked size, modulo 2^32 and of its last part alone: a hint.
+// A gzip file ends with its unpacked size, modulo 2^32 and of its last part alone: a hint, believed as far as
+// meshes are packed.
 std::string Archive::gunzip(const InputFile& file, std::uint64_t most) const {
-  const std::uint64_t limit = most_unpacked(file.bytes());
-  const InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, 0, limit);
+  constexpr std::uint64_t usual_ratio = 16;
+  const InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, 0, most_unpacked(file.bytes()));
   const std::string stated = file.read(file.bytes() - std::min<std::uint64_t>(4, file.bytes()), 4);
   const std::uint64_t hint = stated.size() == 4 ? little_endian(stated, 0, 4) : 0;
   std::string bytes;
   std::size_t done = 0;
   // One byte more, to see that it is the end.
-  auto room = static_cast<std::size_t>(std::min({hint, limit, most}) + 1);
+  auto room = static_cast<std::size_t>(std::min({hint, usual_ratio * file.bytes() + small_bytes, most}) + 1);
   for (;;) {
     bytes.resize(room);
     done += source.next(std::span(bytes).subspan(done));

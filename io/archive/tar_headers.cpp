@@ -151,8 +151,8 @@ class TarPass {
       if (type >= '1' && type <= '6') bytes = 0;
       add_member(header, type, data, bytes);
       extended_ = {};
+      skip(data, bytes);
     }
-    skip(data, bytes);
     at_ = data + (bytes + block - 1) / block * block;
     open_ = nullptr;
     return true;

@@ -119,7 +119,7 @@ TEST_CASE("archives: every kind gives every member, whole and in parts") {
   std::vector<ArchiveEntry> entries = {
       entry("a.off", "OFF"), entry("dir/empty.obj", ""),
       entry("dir/" + std::string(90, 'x') + "/" + std::string(80, 'y') + ".ply", "ply"),
-      entry("large.stl", text_of(3'000'000))};
+      entry("large.stl", text_of(1'200'000))};
   const Lines expected = {"a.off=OFF", "dir/empty.obj=", entries[2].name + "=ply",
                           "large.stl=" + entries[3].content};
   entries[0].deflate = false;
@@ -159,7 +159,8 @@ TEST_CASE("archives: a large .tar.gz is read from its access points, and from fe
     Archive archive(file.path());
     CHECK(archive.index_bytes() > 4 * 32768);
     for (int round = 0; round < 4; ++round) {
-      for (std::size_t i = entries.size(); i-- > 0;) CHECK(archive.unpack(i) == entries[i].content);
+      for (std::size_t i = entries.size(); i > 0; i -= std::min<std::size_t>(i, round == 0 ? 1 : 7))
+        CHECK(archive.unpack(i - 1) == entries[i - 1].content);
       const std::uint64_t before = archive.index_bytes();
       archive.thin_index();
       CHECK(archive.index_bytes() <= before / 2);
@@ -169,13 +170,13 @@ TEST_CASE("archives: a large .tar.gz is read from its access points, and from fe
 }
 
 TEST_CASE("archives: a mesh in a .gz file") {
-  const std::string text = text_of(3'000'000);
+  const std::string text = text_of(1'200'000);
   for (const std::string& bytes :
        {gzip_bytes(text), gzip_bytes(text.substr(0, 77)) + gzip_bytes(text.substr(77))}) {
     const Written file("a.off.gz", bytes);
     CHECK(file.outcome() == Lines{"a.off=" + text});
     check_looks(Archive(file.path()));
-    CHECK_THROWS_AS(Archive(file.path()).unpack(0, 2'000'000), ItemError);
+    CHECK_THROWS_AS(Archive(file.path()).unpack(0, 1'000'000), ItemError);
   }
   CHECK(Written("e.off.gz", gzip_bytes("")).outcome() == Lines{"e.off="});
   const std::string whole = gzip_bytes(text_of(300));
@@ -260,14 +261,18 @@ TEST_CASE("archives: decompression bombs are refused before memory is taken") {
 
 namespace {
 
+// Some file systems write a file that is overwritten to disk at once.
+void write_new(const fs::path& path, const std::string& bytes) {
+  fs::remove(path);
+  write_file(path, bytes);
+}
+
 // What listing and unpacking gives, whatever the bytes are: every member has its content or a status, and
-// where members are missing there is a problem. Returns the number of members that are as they were.
-std::size_t check_named(const fs::path& path, const Lines& whole) {
-  std::size_t same = 0;
+// where members are missing there is a problem.
+void check_named(const fs::path& path, const Lines& whole) {
   try {
     const Archive archive(path);
     const Lines lines = outcome_of(archive);
-    for (const std::string& line : lines) same += std::find(whole.begin(), whole.end(), line) != whole.end();
     if (archive.problem().empty()) CHECK(lines.size() >= whole.size());
     for (std::size_t i = 0; i < archive.members().size(); ++i) {
       try {
@@ -279,13 +284,12 @@ std::size_t check_named(const fs::path& path, const Lines& whole) {
     CHECK(error.status() == Status::unreadable);
     CHECK(std::string(error.what()).size() > 10);
   }
-  return same;
 }
 
 }  // namespace
 
 TEST_CASE("archives: cut at every byte, members and problems are named") {
-  const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(90)), entry("b/c.off", text_of(700, 2))};
+  const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(20)), entry("b/c.off", text_of(50, 2))};
   const ScratchFolder scratch;
   for (const auto& [name, bytes] :
        std::vector<std::pair<std::string, std::string>>{{"x.zip", zip_bytes(entries)},
@@ -295,25 +299,68 @@ TEST_CASE("archives: cut at every byte, members and problems are named") {
     write_file(scratch / name, bytes);
     const Lines whole = outcome_of(Archive(scratch / name));
     for (std::size_t length = 0; length < bytes.size(); ++length) {
-      write_file(scratch / name, bytes.substr(0, length));
+      // Tar archives are cut at every byte below, in memory.
+      if (name == "x.tar" && length % 64 != 63) continue;
+      write_new(scratch / name, bytes.substr(0, length));
       INFO(name << " cut to " << length << " of " << bytes.size());
-      const std::size_t same = check_named(scratch / name, whole);
-      // Of tar archives the last 512 bytes are padding.
-      if (length + 513 < bytes.size() || !name.ends_with(".tar")) {
-        bool complete = false;
-        try {
-          complete = Archive(scratch / name).problem().empty();
-        } catch (const ItemError&) {
-        }
-        CHECK((!complete || name.ends_with(".tar.gz")));
-      }
-      CHECK(same <= whole.size());
+      check_named(scratch / name, whole);
     }
   }
 }
 
+TEST_CASE("read_tar_headers, read_zip_directory: cut at every byte, nothing is lost in silence") {
+  const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(90)), entry("b/c.off", text_of(700, 2))};
+  for (const LongNames names : {LongNames::gnu, LongNames::pax}) {
+    const std::string bytes = tar_bytes(entries, names);
+    for (std::size_t length = 0; length < bytes.size(); ++length) {
+      INFO("cut to " << length << " of " << bytes.size());
+      const std::string part = bytes.substr(0, length);
+      const MemorySource source(part);
+      ArchiveListing listing;
+      try {
+        listing = read_tar_headers(source);
+      } catch (const ItemError& error) {
+        CHECK(error.status() == Status::unreadable);
+        CHECK(length < 512);
+        continue;
+      }
+      // The first of the two blocks of the end mark is enough.
+      CHECK(listing.problem.empty() == (length + 512 >= bytes.size()));
+      for (const ArchiveMember& member : listing.members)
+        CHECK((member.status == Status::ok) == (member.offset + member.bytes <= length));
+    }
+  }
+  const std::string bytes = zip_bytes(entries);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    const std::string part = bytes.substr(0, length);
+    CHECK_THROWS_AS(read_zip_directory(MemorySource(part)), ItemError);
+  }
+}
+
+TEST_CASE("read_tar_headers: reads forwards, so that packed archives are unpacked once") {
+  class Forwards final : public ByteSource {
+   public:
+    explicit Forwards(std::string content) : content_(std::move(content)) {}
+    std::uint64_t bytes() const override { return ~std::uint64_t{0}; }
+    std::string read(std::uint64_t offset, std::size_t count) const override {
+      CHECK(offset >= end_);
+      end_ = offset + count;
+      return offset < content_.size() ? content_.substr(offset, count) : std::string();
+    }
+
+   private:
+    std::string content_;
+    mutable std::uint64_t end_ = 0;
+  };
+  const std::vector<ArchiveEntry> entries = {entry(std::string(150, 'n') + "/a.off", text_of(90)),
+                                             typed("b/", '5'), entry("b/c.off", ""),
+                                             entry("b/d.off", text_of(512))};
+  for (const LongNames names : {LongNames::gnu, LongNames::pax, LongNames::ustar})
+    CHECK(read_tar_headers(Forwards(tar_bytes(entries, names))).members.size() == 3);
+}
+
 TEST_CASE("archives: with flipped bits, no crash, and no other content under a checksum") {
-  const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(60)), entry("b/c.off", text_of(120, 2))};
+  const std::vector<ArchiveEntry> entries = {entry("a.off", text_of(20)), entry("b/c.off", text_of(50, 2))};
   const ScratchFolder scratch;
   for (const auto& [name, bytes] :
        std::vector<std::pair<std::string, std::string>>{{"x.zip", zip_bytes(entries)},
@@ -325,10 +372,10 @@ TEST_CASE("archives: with flipped bits, no crash, and no other content under a c
     const Lines whole = outcome_of(Archive(scratch / name));
     for (std::size_t at = 0; at < bytes.size(); ++at) {
       // Padding of tar, where nothing can go wrong, is passed over quickly.
-      if (name == "x.tar" && bytes[at] == '\0' && at % 16 != 0) continue;
+      if (name == "x.tar" && bytes[at] == '\0' && at % 128 != 0) continue;
       std::string damaged = bytes;
       damaged[at] = static_cast<char>(damaged[at] ^ 1 << at % 8);
-      write_file(scratch / name, damaged);
+      write_new(scratch / name, damaged);
       INFO(name << " with a flipped bit at " << at);
       check_named(scratch / name, whole);
       if (!name.ends_with(".zip")) continue;
