@@ -32,7 +32,7 @@ std::string name_without_packing(const std::filesystem::path& path);
 // folder of the same name.
 //
 // A .tar.gz file is unpacked once when it is listed, and nothing of it is kept but access points, 32 KiB each
-// for every MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it. So no
+// for every half MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it. So no
 // disk is needed, and nothing is left behind by a process that dies; a scratch file would be faster for
 // archives beyond a few GiB, whose points are far apart.
 class Archive {

@@ -36,7 +36,7 @@ class AccessPoints {
 
  private:
   std::vector<AccessPoint> points_;  // ascending
-  std::uint64_t spacing_ = std::uint64_t{1} << 20, next_ = spacing_;
+  std::uint64_t spacing_ = std::uint64_t{1} << 19, next_ = spacing_;
 };
 
 enum class Wrapping : std::uint8_t { gzip, raw };
