@@ -1,4 +1,4 @@
-// meander export: points of a store as files that other programs read, and pictures.
+// meander export: points of a store as files that other programs read.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,6 @@
 #include "jobs/export_descriptors.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
-#include "jobs/laboratory.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 
@@ -28,8 +27,6 @@ struct ExportOptions {
   std::string format = "ply";
   bool pointnet = false;
   std::uint32_t shard_rows = 2048;
-  std::string picture;
-  std::uint32_t picture_models = 24;
   DescriptorExport descriptors;
   bool fresh = false;
 
@@ -90,19 +87,6 @@ int export_points(const StoreReader& store, const ExportOptions& options, Output
   return exit_done;
 }
 
-// Evenly spread over the rows asked for: the first and the last of a sorted collection are seldom typical.
-int export_picture(const StoreReader& store, const ExportOptions& options, const Laboratory& laboratory,
-                   OutputGuard& guard) {
-  guard.check(options.picture, {FileKind::png}, "--picture");
-  const std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
-  if (rows.empty()) throw UsageError("no item of the store has points");
-  std::vector<std::uint64_t> drawn(std::min<std::size_t>(rows.size(), options.picture_models));
-  for (std::size_t i = 0; i < drawn.size(); ++i) drawn[i] = rows[i * rows.size() / drawn.size()];
-  laboratory.draw_models(options.picture, store, drawn);
-  fmt::print("{} models in {}\n", drawn.size(), options.picture);
-  return exit_done;
-}
-
 // All files of an earlier export, whatever their number: those that are not written again are removed.
 void check_pointnet_files(const ExportOptions& options, OutputGuard& guard) {
   guard.check_folder(options.output, "-o");
@@ -126,8 +110,7 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
   return exit_done;
 }
 
-int export_store(const ExportOptions& options, const Laboratory* laboratory) {
-  if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
+int export_store(const ExportOptions& options) {
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
@@ -139,7 +122,6 @@ int export_store(const ExportOptions& options, const Laboratory* laboratory) {
     wanted.existing = options.existing();
     return export_descriptors(store, wanted, guard);
   }
-  if (!options.picture.empty()) return export_picture(store, options, *laboratory, guard);
   if (options.pointnet) {
     return export_shards(store, options, guard);
   }
@@ -148,17 +130,16 @@ int export_store(const ExportOptions& options, const Laboratory* laboratory) {
 
 }  // namespace
 
-JobFunction add_export_job(Command& program, const Laboratory* laboratory) {
+JobFunction add_export_job(Command& program) {
   Command command = program.add_subcommand(
       "export",
-      "Points of a store as PLY, OFF or XYZ files, PointNet shards or a picture; descriptors as CSV, fbin or "
+      "Points of a store as PLY, OFF or XYZ files, or PointNet shards; descriptors as CSV, fbin or "
       "HDF5");
   auto options = std::make_shared<ExportOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
-  const Option output =
-      command.add_option("-o,--output", options->output,
-                         "Output folder, created if missing; with --descriptors the output file");
+  command.add_option("-o,--output", options->output,
+                     "Output folder, created if missing; with --descriptors the output file");
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
@@ -172,25 +153,15 @@ JobFunction add_export_job(Command& program, const Laboratory* laboratory) {
       .show_default()
       .range(1, 1000000)
       .needs(pointnet);
-  const Option picture =
-      command.add_option("--picture", options->picture, "PNG file: a sheet of sampled models")
-          .excludes(format)
-          .excludes(pointnet)
-          .excludes(output);
-  command.add_option("--models", options->picture_models, "Models on the sheet, 1 to 400")
-      .show_default()
-      .range(1, 400)
-      .needs(picture);
-  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export (a picture always is)");
+  command.add_flag("--fresh", options->fresh, "Replace files of an earlier export");
   add_descriptor_export_options(command, options->descriptors);
   add_trust_option(command, options->check);
-  return [options, laboratory] {
+  return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
-    if (options->picture.empty() && options->output.empty())
-      throw UsageError("export needs -o FOLDER or --picture FILE");
+    if (options->output.empty()) throw UsageError("export needs -o FOLDER");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
-    return export_store(*options, laboratory);
+    return export_store(*options);
   };
 }
 

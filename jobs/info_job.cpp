@@ -44,6 +44,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("status", name_of(r.status));
     json.member("reason", r.reason);
     json.member("method", name_of(r.method));
+    json.member("order_reason", name_of(r.order_reason));
     json.member("label", label);
     json.member("label_name", label_name);
     json.member("split", name_of(store.split(row)));
@@ -78,6 +79,8 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   if (label >= 0) fmt::print("  label             {} ({})\n", label_name, label);
   if (store.split(row) != Split::none) fmt::print("  split             {}\n", name_of(store.split(row)));
   fmt::print("  method            {}\n", name_of(r.method));
+  if (r.order_reason != OrderReason::as_asked)
+    fmt::print("  order             {}\n", name_of(r.order_reason));
   fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
   fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
              r.boundaries);
@@ -106,6 +109,9 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   for (std::size_t m = 1; m < method_names.size(); ++m)
     if (summary.by_method[m] > 0)
       fmt::print("  method {:<13}{:>10}\n", method_names[m], summary.by_method[m]);
+  for (std::size_t r = 1; r < order_reason_names.size(); ++r)
+    if (summary.by_order_reason[r] > 0)
+      fmt::print("  order: {:<13}{:>10}\n", order_reason_names[r], summary.by_order_reason[r]);
   for (std::size_t i = 0; i < repair_count; ++i)
     if (summary.by_repair[i] > 0)
       fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
@@ -139,6 +145,11 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   json.key("method");
   json.begin_object();
   for (std::size_t m = 0; m < method_names.size(); ++m) json.member(method_names[m], summary.by_method[m]);
+  json.end_object();
+  json.key("order_reason");
+  json.begin_object();
+  for (std::size_t r = 0; r < order_reason_names.size(); ++r)
+    json.member(order_reason_names[r], summary.by_order_reason[r]);
   json.end_object();
   json.end_object();
   fmt::print("{}\n", json.text());

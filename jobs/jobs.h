@@ -21,7 +21,7 @@ using StageHook = std::function<void(GraphStages&)>;
 JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook = {});
 JobFunction add_verify_job(Command& program);
 JobFunction add_info_job(Command& program);
-JobFunction add_export_job(Command& program, const Laboratory* laboratory);
+JobFunction add_export_job(Command& program);
 JobFunction add_surface_job(Command& program);
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
 JobFunction add_describe_job(Command& program);

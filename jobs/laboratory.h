@@ -23,6 +23,7 @@ class Laboratory {
   // Subcommands, as in jobs.h.
   virtual JobFunction add_measure_job(Command& program) const = 0;
   virtual JobFunction add_figures_job(Command& program) const = 0;
+  virtual JobFunction add_render_job(Command& program) const = 0;
 
   // `run --certify`: why these parameters rule it out (one sentence each), its columns, and its stage, which
   // goes behind all others.
@@ -31,9 +32,6 @@ class Laboratory {
   virtual void add_certificate_stage(GraphStages& stages) const = 0;
 
   // Pictures. A file that is there is replaced; callers have checked that it may be.
-  // PNG: a sheet of the sampled models of these rows, which are ok.
-  virtual void draw_models(const std::filesystem::path& file, const StoreReader& store,
-                           std::span<const std::uint64_t> rows) const = 0;
   // SVG: precision over recall, means and (per_class) every scored class.
   virtual void draw_precision(const std::filesystem::path& file, const std::string& title,
                               const RetrievalBase& base, const RetrievalTask& task,

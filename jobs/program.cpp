@@ -53,12 +53,14 @@ std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* labo
   return {{"run", add_run_job(program, laboratory, std::move(hook))},
           {"verify", add_verify_job(program)},
           {"info", add_info_job(program)},
-          {"export", add_export_job(program, laboratory)},
+          {"export", add_export_job(program)},
           {"surface", add_surface_job(program)},
           {"measure",
            laboratory ? laboratory->add_measure_job(program) : add_missing_command(program, "measure")},
           {"figures",
            laboratory ? laboratory->add_figures_job(program) : add_missing_command(program, "figures")},
+          {"render",
+           laboratory ? laboratory->add_render_job(program) : add_missing_command(program, "render")},
           {"retrieve", add_retrieve_job(program, laboratory)},
           {"describe", add_describe_job(program)}};
 }

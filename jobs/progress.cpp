@@ -114,6 +114,7 @@ void Progress::finished(const FinishedItem& item) {
     json.member("status", name_of(item.report.status));
     json.member("reason", item.report.reason);
     json.member("method", name_of(item.report.method));
+    json.member("order_reason", name_of(item.report.order_reason));
     json.member("vertices", item.report.vertices);
     json.member("faces", item.report.faces);
     json.member("seconds", item.seconds);

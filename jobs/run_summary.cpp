@@ -89,6 +89,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   write_notes(json, outcome.inputs);
   write_counts(json, "status", status_names, summary.by_status);
   write_counts(json, "method", method_names, summary.by_method);
+  write_counts(json, "order_reason", order_reason_names, summary.by_order_reason);
   write_counts(json, "repairs", repair_names, summary.by_repair);
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
     json.member("notice", lacking);
@@ -148,7 +149,10 @@ StoreSummary summarise(const StoreReader& store) {
   for (std::uint64_t row = 0; row < summary.rows; ++row) {
     ItemReport report = store.report(row);
     ++summary.by_status[static_cast<std::size_t>(report.status)];
-    if (report.status == Status::ok) ++summary.by_method[static_cast<std::size_t>(report.method)];
+    if (report.status == Status::ok) {
+      ++summary.by_method[static_cast<std::size_t>(report.method)];
+      ++summary.by_order_reason[static_cast<std::size_t>(report.order_reason)];
+    }
     for (std::size_t r = 0; r < repair_count; ++r) summary.by_repair[r] += report.repairs.counts[r];
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
@@ -184,6 +188,9 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         if (summary.by_method[m] > 0) fmt::print("   {} {}", method_names[m], summary.by_method[m]);
     fmt::print("\n");
   }
+  for (std::size_t r = 1; r < order_reason_names.size(); ++r)
+    if (summary.by_order_reason[r] > 0)
+      fmt::print("  order: {:<13}{:>10}\n", order_reason_names[r], summary.by_order_reason[r]);
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());

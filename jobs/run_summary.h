@@ -18,7 +18,8 @@ namespace meander {
 struct StoreSummary {
   std::uint64_t rows = 0;
   std::array<std::uint64_t, status_names.size()> by_status{};
-  std::array<std::uint64_t, method_names.size()> by_method{};  // of ok rows
+  std::array<std::uint64_t, method_names.size()> by_method{};              // of ok rows
+  std::array<std::uint64_t, order_reason_names.size()> by_order_reason{};  // of ok rows
   std::array<std::uint64_t, repair_names.size()> by_repair{};
   struct Failure {
     std::uint64_t row;

@@ -120,6 +120,8 @@ std::vector<DatasetSpec> make_item_datasets() {
                               static_cast<std::uint64_t>(Status::internal)),
       {"/items/reason", Role::reason, text, 0, 0, "", "one sentence when the status is not ok", ""},
       item_column<&R::method>("method", method, 0, "", "the weakest method any component needed"),
+      item_column<&R::order_reason>("order_reason", order_reason, 0, "",
+                                    "why that method, where another one was asked for", 0, 3),
       item_column<&R::vertices>("vertices", u64, 0, "1", "vertices of the file"),
       item_column<&R::faces>("faces", u64, 0, "1", "polygons of the file"),
       item_column<&R::components>("components", u32, 0, "1", "connected components"),
@@ -187,6 +189,7 @@ std::size_t element_size(ElementType type) {
     case ElementType::status:
     case ElementType::method:
     case ElementType::split:
+    case ElementType::order_reason:
     case ElementType::text:
       return 1;
   }
@@ -194,8 +197,17 @@ std::size_t element_size(ElementType type) {
 }
 
 std::string_view element_name(ElementType type) {
-  constexpr std::array<std::string_view, 10> names = {
-      "f32", "f64", "i32", "u8", "u32", "u64", "enum u8", "enum u8", "enum u8", "UTF-8, fixed width"};
+  constexpr std::array<std::string_view, 11> names = {"f32",
+                                                      "f64",
+                                                      "i32",
+                                                      "u8",
+                                                      "u32",
+                                                      "u64",
+                                                      "enum u8",
+                                                      "enum u8",
+                                                      "enum u8",
+                                                      "enum u8",
+                                                      "UTF-8, fixed width"};
   return names[static_cast<std::size_t>(type)];
 }
 
@@ -215,6 +227,8 @@ std::string fill_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::status) return std::string(name_of(static_cast<Status>(spec.fill)));
   if (spec.type == ElementType::method) return std::string(name_of(static_cast<Method>(spec.fill)));
   if (spec.type == ElementType::split) return std::string(name_of(static_cast<Split>(spec.fill)));
+  if (spec.type == ElementType::order_reason)
+    return std::string(name_of(static_cast<OrderReason>(spec.fill)));
   if (spec.type == ElementType::f32 && spec.fill == not_a_number) return "NaN";
   if (spec.type == ElementType::i32 && spec.fill == all_ones) return "-1";
   return spec.fill == all_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);

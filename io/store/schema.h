@@ -16,9 +16,21 @@
 
 namespace meander::store {
 
-// Little-endian everywhere; status, method and split are 8-bit enums with the names of kernels/core/status.h
-// and kernels/sample/samples.h; text is UTF-8 of fixed width padded with zero bytes.
-enum class ElementType : std::uint8_t { f32, f64, i32, u8, u32, u64, status, method, split, text };
+// Little-endian everywhere; status, method, split and reasons of orders are 8-bit enums with the names of
+// kernels/core/status.h and kernels/sample/samples.h; text is UTF-8 of fixed width padded with zero bytes.
+enum class ElementType : std::uint8_t {
+  f32,
+  f64,
+  i32,
+  u8,
+  u32,
+  u64,
+  status,
+  method,
+  split,
+  order_reason,
+  text
+};
 
 // Where the values of a dataset live in a Row.
 enum class Role : std::uint8_t { samples, descriptor, label, id, split, reason, item };

@@ -23,7 +23,7 @@ enum class Compression : std::uint8_t {
   none
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
-inline constexpr std::uint32_t store_format_version = 2;  // older ones are read, this one is written
+inline constexpr std::uint32_t store_format_version = 3;  // older ones are read, this one is written
 inline constexpr std::uint32_t store_method_version = 5;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the

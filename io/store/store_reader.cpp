@@ -68,7 +68,8 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
     std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
     const auto number = std::to_integer<std::size_t>(value[0]);
     if ((spec.type == ElementType::status && number >= status_names.size()) ||
-        (spec.type == ElementType::method && number >= method_names.size()))
+        (spec.type == ElementType::method && number >= method_names.size()) ||
+        (spec.type == ElementType::order_reason && number >= order_reason_names.size()))
       throw RunError(RunError::Kind::unusable,
                      fmt::format("row {} has the unknown value {} in {}", row, number, spec.path));
     spec.get_item(value.data(), report);

@@ -67,6 +67,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
       return make_enum(method_names);
     case ElementType::split:
       return make_enum(split_names);
+    case ElementType::order_reason:
+      return make_enum(order_reason_names);
     case ElementType::text:
       return make_text_type(dataset.text_width);
   }

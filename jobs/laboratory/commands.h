@@ -7,5 +7,6 @@ namespace meander {
 
 JobFunction add_measure_job(Command& program);
 JobFunction add_figures_job(Command& program);
+JobFunction add_render_job(Command& program);
 
 }  // namespace meander

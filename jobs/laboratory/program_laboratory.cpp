@@ -1,10 +1,8 @@
 // The laboratory as the program knows it.
-#include "io/plot/png_writer.h"
 #include "jobs/laboratory.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/retrieval_pictures.h"
 #include "kernels/analyse/certify_samples.h"
-#include "kernels/render/contact_sheet.h"
 
 namespace meander {
 
@@ -14,6 +12,7 @@ class WholeLaboratory final : public Laboratory {
  public:
   JobFunction add_measure_job(Command& program) const override { return meander::add_measure_job(program); }
   JobFunction add_figures_job(Command& program) const override { return meander::add_figures_job(program); }
+  JobFunction add_render_job(Command& program) const override { return meander::add_render_job(program); }
 
   std::vector<std::string> certificate_problems(const SampleParameters& parameters) const override {
     return meander::certificate_problems(parameters);
@@ -38,19 +37,6 @@ class WholeLaboratory final : public Laboratory {
                         release_charts(item.model);
                         certify_samples(item.model.row, item.model.surface, item.model.cancel);
                       }});
-  }
-
-  void draw_models(const std::filesystem::path& file, const StoreReader& store,
-                   std::span<const std::uint64_t> rows) const override {
-    std::vector<Row> content(rows.size());
-    std::vector<SheetModel> models(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      content[i] = store.read_row(rows[i]);
-      const double scale = content[i].report.scale;
-      models[i] = {content[i].samples.points, content[i].samples.normals,
-                   content[i].report.area / (scale * scale), store.id(rows[i])};
-    }
-    write_png(file, contact_sheet(models));
   }
 
   void draw_precision(const std::filesystem::path& file, const std::string& title, const RetrievalBase& base,

@@ -43,11 +43,34 @@ inline constexpr std::array<std::string_view, 14> status_names = {"ok",
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.
-// Direct: the 3-D Hilbert curve. Balanced: balanced bisection in space. Anisotropic: over charts that are conformal in the metric of a tensor field, or follow its directions.
-enum class Method : std::uint8_t { none = 0, conformal = 1, mean_value = 2, direct = 3, anisotropic = 4, balanced = 5 };
-inline constexpr std::array<std::string_view, 6> method_names = {
-    "none", "conformal", "mean-value", "direct", "anisotropic", "balanced"};
+// Direct: the 3-D Hilbert curve. Balanced: balanced bisection in space. Anisotropic: over charts that are
+// conformal in the metric of a tensor field, or follow its directions.
+enum class Method : std::uint8_t {
+  none = 0,
+  conformal = 1,
+  mean_value = 2,
+  direct = 3,
+  anisotropic = 4,
+  balanced = 5
+};
+inline constexpr std::array<std::string_view, 6> method_names = {"none",   "conformal",   "mean-value",
+                                                                 "direct", "anisotropic", "balanced"};
 constexpr std::string_view name_of(Method method) { return method_names[static_cast<std::size_t>(method)]; }
+
+// Why a model is not ordered over the charts that its method asked for: what was wrong with the conformal map
+// of the component that Method names. The numbers are part of the store format.
+enum class OrderReason : std::uint8_t {
+  as_asked = 0,    // it is ordered as asked
+  flipped = 1,     // triangles that the map turns over stayed so after all repairs
+  winding = 2,     // no triangle is turned over, but the map winds round a vertex more than once
+  not_finite = 3,  // the map could not be solved for, or its coordinates overflow
+  work_limit = 4,  // the bound on the work of a chart came first
+};
+inline constexpr std::array<std::string_view, 5> order_reason_names = {"as_asked", "flipped", "winding",
+                                                                       "not_finite", "work_limit"};
+constexpr std::string_view name_of(OrderReason reason) {
+  return order_reason_names[static_cast<std::size_t>(reason)];
+}
 
 // An item that cannot go on: its status and one sentence that says what is wrong and where. The run goes on.
 class ItemError : public std::runtime_error {

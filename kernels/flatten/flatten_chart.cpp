@@ -190,6 +190,12 @@ MappedCut best_conformal(const MeasuredMesh& surface, CutChart cut, const Flatte
   return best;
 }
 
+// What is wrong with a map that is not sound.
+OrderReason fault_of(const Try& attempt) {
+  if (!attempt.finite) return OrderReason::not_finite;
+  return attempt.scan.flips > 0 ? OrderReason::flipped : OrderReason::winding;
+}
+
 // Whether no more is wrong with a map than may be: the share of bad triangles, by number and by area.
 // Collapsed ones, whose distortion is that of the whole map, are none of those.
 bool is_tolerable(const Try& attempt, const ChartGeometry& geometry, double share) {
@@ -202,12 +208,17 @@ bool is_tolerable(const Try& attempt, const ChartGeometry& geometry, double shar
   return static_cast<double>(attempt.scan.bad.size()) <= allowed && area <= share * geometry.total_area;
 }
 
+struct MapKind {
+  Method method = Method::conformal;
+  OrderReason reason = OrderReason::as_asked;
+};
+
 // A map with bad triangles: they are repaired in place; when that is not enough the intrinsic Delaunay
 // triangulation is tried, and last the mean-value map to the circle. `best` becomes the best of them.
-Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
-                  const FlattenParameters& parameters, Try& best, WorkBudget& budget,
-                  const CancelToken& cancel) {
-  if (is_tolerable(best, geometry, parameters.max_flipped_share)) return Method::conformal;
+MapKind repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartGeometry& geometry,
+                   const FlattenParameters& parameters, Try& best, WorkBudget& budget,
+                   const CancelToken& cancel) {
+  if (is_tolerable(best, geometry, parameters.max_flipped_share)) return {};
   const IntrinsicDisk disk = intrinsic_disk(surface, cut);
   const auto repair = [&](Try& attempt) {
     if (attempt.finite && !attempt.scan.bad.empty()) {
@@ -217,27 +228,29 @@ Method repair_map(const MeasuredMesh& surface, const CutChart& cut, const ChartG
     }
     return is_sound(cut, attempt);
   };
-  if (repair(best)) return Method::conformal;
+  if (repair(best)) return {};
   if (surface.in_space() && !budget.exhausted()) {
     IntrinsicDisk delaunay = disk;
     make_delaunay(delaunay, budget, cancel);
     Try second = try_conformal(surface, cut, std::move(delaunay), budget, cancel);
     if (repair(second)) {
       best = std::move(second);
-      return Method::conformal;
+      return {};
     }
   }
   const double flips_allowed = parameters.max_flipped_share * static_cast<double>(cut.triangle_count());
-  if (best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed) return Method::conformal;
-  if (!budget.spend(work_per_triangle * cut.triangle_count())) return Method::none;
+  if (best.finite && flips_allowed > 0 && best.scan.flips <= flips_allowed) return {};
+  const OrderReason reason = budget.exhausted() ? OrderReason::work_limit : fault_of(best);
+  const MapKind nothing{Method::none, reason}, no_work{Method::none, OrderReason::work_limit};
+  if (!budget.spend(work_per_triangle * cut.triangle_count())) return no_work;
   Try circle;
   circle.finite = flatten_to_circle(disk, circle.u, circle.v, cancel, &budget);
   cancel.check();
-  if (!circle.finite) return Method::none;
+  if (!circle.finite) return budget.exhausted() ? no_work : nothing;
   fit_square(circle.u, circle.v);
   circle.scan = scan_map(geometry, cut.triangles, circle.u, circle.v);
   best = std::move(circle);
-  return is_sound(cut, best) ? Method::mean_value : Method::none;
+  return is_sound(cut, best) ? MapKind{Method::mean_value, reason} : nothing;
 }
 
 }  // namespace
@@ -256,9 +269,11 @@ FlatChart flatten_chart(const MeasuredMesh& surface, CutChart chart, const Flatt
   Try& best = found.map;
   const ChartGeometry geometry = chart_geometry(surface, cut);
   FlatChart flat;
-  flat.report.method = best.scan.bad.empty() && is_sound(cut, best)
-                           ? Method::conformal
-                           : repair_map(surface, cut, geometry, parameters, best, budget, cancel);
+  MapKind kind;
+  if (!best.scan.bad.empty() || !is_sound(cut, best))
+    kind = repair_map(surface, cut, geometry, parameters, best, budget, cancel);
+  flat.report.method = kind.method;
+  flat.report.reason = kind.reason;
   flat.report.extra_seams = found.extra_seams;
   flat.report.repaired_triangles = best.repaired;
   flat.u = std::move(best.u);

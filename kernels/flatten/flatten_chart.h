@@ -29,7 +29,8 @@ WorkBudget flatten_budget(std::size_t triangles, double effort);
 // What the map does, measured against MeasuredMesh::length (in space, unless a metric is given); weights are
 // areas, triangles of no area do not count.
 struct ChartReport {
-  Method method = Method::none;  // conformal or mean_value; none when nothing worked
+  Method method = Method::none;                // conformal or mean_value; none when nothing worked
+  OrderReason reason = OrderReason::as_asked;  // why the map is not conformal
   std::uint32_t triangles = 0;
   std::uint32_t flips =
       0;               // triangles whose UV orientation is not positive (exact sign), zero-area ones left out

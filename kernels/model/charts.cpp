@@ -41,7 +41,12 @@ void report_charts(std::span<const Component> components, std::span<const FlatCh
     const double area = components[c].area;
     if (!(area > 0)) continue;
     const ChartReport& chart = charts[c].report;
-    weakest = std::max(weakest, weakness(chart.method));
+    if (const Method method = weakness(chart.method); method > weakest) {
+      weakest = method;
+      report.order_reason = chart.reason;
+    } else if (method == weakest) {
+      report.order_reason = std::max(report.order_reason, chart.reason);
+    }
     anisotropic |= chart.method == Method::anisotropic;
     if (chart.method == Method::none) continue;
     report.flips += chart.flips;

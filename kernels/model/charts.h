@@ -22,8 +22,8 @@ std::vector<CutChart> cut_components(const MeasuredMesh& surface, const CutParam
 std::vector<FlatChart> flatten_components(const MeasuredMesh& surface, std::vector<CutChart> cuts,
                                           const FlattenParameters& parameters, const CancelToken& cancel);
 
-// What a row says of its charts: the weakest method (direct for charts with Method::none), sums of flips, and
-// means by area.
+// What a row says of its charts: the weakest method (direct for charts with Method::none) and why, sums of
+// flips, and means by area.
 void report_charts(std::span<const Component> components, std::span<const FlatChart> charts,
                    ItemReport& report);
 

@@ -1,11 +1,14 @@
 // A picture as plain bytes.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace meander {
+
+using SrgbColour = std::array<std::uint8_t, 3>;
 
 // height rows from top to bottom of width pixels from left to right, three bytes each: red, green, blue
 // (sRGB).

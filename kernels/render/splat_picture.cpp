@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 #include "kernels/render/shading.h"
@@ -66,15 +67,17 @@ bool place_camera(Camera& camera, std::span<const float> points, double area,
   return true;
 }
 
-// Every fine pixel: depth (towards the eye), brightness, and 1 where a bead lies, 0 for the discs below.
+// Every fine pixel: depth (towards the eye), brightness, and the number of the bead there plus one, 0 for the
+// discs below.
 struct Canvas {
   std::int64_t size = 0;
-  std::vector<float> depth, light, bead;
+  std::vector<float> depth, light;
+  std::vector<std::uint32_t> bead;
 };
 
 // A round spot perpendicular to `normal` (unit, facing the eye). `bend`: how far the normals of a bead lean
 // outwards at its rim, 0 for a flat disc.
-void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double bend) {
+void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double bend, std::uint32_t bead) {
   // Spots seen edge-on keep a thin outline: a slope of more than 4 would leave gaps at contours.
   normal.z = std::max(normal.z, 0.25);
   normal = unit_vector(normal);
@@ -96,14 +99,20 @@ void draw_spot(Canvas& canvas, Vector3 at, Vector3 normal, double radius, double
       canvas.depth[i] = depth;
       const double lean = bend / radius;
       canvas.light[i] = light_on(unit_vector(normal + Vector3{lean * dx, lean * dy, lean * dz}));
-      canvas.bead[i] = bend > 0 ? 1.0f : 0.0f;
+      canvas.bead[i] = bead;
     }
 }
 
-RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size) {
-  // Linear colours: beads from the nearest to the farthest, and the discs below them.
-  constexpr std::array<float, 3> near_colour = {0.80f, 0.16f, 0.03f}, far_colour = {0.05f, 0.16f, 0.48f};
-  constexpr std::array<float, 3> disc_colour = {0.80f, 0.79f, 0.76f};
+using LinearColour = std::array<float, 3>;
+
+RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size,
+                 std::span<const SrgbColour> colours) {
+  // Beads without colours from the nearest to the farthest, and the discs below them.
+  constexpr LinearColour near_colour = {0.80f, 0.16f, 0.03f}, far_colour = {0.05f, 0.16f, 0.48f};
+  constexpr LinearColour disc_colour = {0.80f, 0.79f, 0.76f};
+  std::vector<LinearColour> own(colours.size());
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) own[i][k] = linear_light(colours[i][k]);
   RgbImage image(size, size);
   const auto range = static_cast<float>(std::max(camera.near - camera.far, 1e-9));
   for (std::uint32_t y = 0; y < size; ++y)
@@ -115,11 +124,14 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
         const bool empty = canvas.depth[i] == empty_depth;
         const float t =
             empty ? 0 : std::clamp((static_cast<float>(camera.near) - canvas.depth[i]) / range, 0.0f, 1.0f);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const float bead = near_colour[k] + t * (far_colour[k] - near_colour[k]);
-          const float colour = disc_colour[k] + canvas.bead[i] * (bead - disc_colour[k]);
-          sum[k] += empty ? 1.0f : canvas.light[i] * colour;
+        LinearColour colour = disc_colour;
+        if (canvas.bead[i] > 0 && !own.empty()) {
+          colour = own[own.size() == 1 ? 0 : canvas.bead[i] - 1];
+        } else if (canvas.bead[i] > 0) {
+          for (std::size_t k = 0; k < 3; ++k)
+            colour[k] = near_colour[k] + t * (far_colour[k] - near_colour[k]);
         }
+        for (std::size_t k = 0; k < 3; ++k) sum[k] += empty ? 1.0f : canvas.light[i] * colour[k];
       }
       for (std::size_t k = 0; k < 3; ++k)
         image.pixel(x, y)[k] = srgb_byte(sum[k] / (oversampling * oversampling));
@@ -130,7 +142,9 @@ RgbImage resolve(const Canvas& canvas, const Camera& camera, std::uint32_t size)
 }  // namespace
 
 RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
-                       const SplatParameters& parameters) {
+                       const SplatParameters& parameters, std::span<const SrgbColour> colours) {
+  if (colours.size() > 1 && colours.size() != points.size() / 3)
+    throw std::invalid_argument("one colour per point is needed, one for all, or none");
   Camera camera;
   if (!place_camera(camera, points, area, parameters)) return RgbImage(parameters.size, parameters.size);
   const std::size_t count = points.size() / 3;
@@ -141,7 +155,7 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
   canvas.size = static_cast<std::int64_t>(parameters.size) * oversampling;
   canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), empty_depth);
   canvas.light.assign(canvas.depth.size(), 0.0f);
-  canvas.bead.assign(canvas.depth.size(), 0.0f);
+  canvas.bead.assign(canvas.depth.size(), 0);
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3 p = vector_at(points, i), n = vector_at(normals, i);
     if (!finite(p)) continue;
@@ -154,12 +168,12 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     if (facing.z < 0) facing = -1.0 * facing;
     facing = unit_vector(facing);
     // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.
-    if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0);
-    draw_spot(canvas, at, facing, bead, 0.7);
+    if (disc > 0) draw_spot(canvas, at - Vector3{0, 0, 0.45 * camera.spacing}, facing, disc, 0, 0);
+    draw_spot(canvas, at, facing, bead, 0.7, static_cast<std::uint32_t>(i + 1));
   }
   // Background counts as a little behind the model: contours stay bright.
   darken_hollows(canvas.depth, canvas.light, canvas.size, static_cast<float>(camera.far));
-  return resolve(canvas, camera, parameters.size);
+  return resolve(canvas, camera, parameters.size, colours);
 }
 
 }  // namespace meander

@@ -24,8 +24,9 @@ struct SplatParameters {
 // Colditz, Deussen 2006), coloured by depth; white background; 3 x 3 supersampling. points, normals: 3 n
 // floats, any units; area: of the surface in those units squared (what it is wrong by changes only the size
 // of the beads; 0 or less, or few samples: a radius from the size of the model). Points that are not finite
-// are left out; no point gives a white picture. O(n r^2 + size^2). Pure, deterministic.
+// are left out; no point gives a white picture. colours: n of the beads, one for all, or none: by depth. O(n
+// r^2 + size^2). Pure, deterministic. Throws std::invalid_argument when the colours do not fit.
 RgbImage splat_picture(std::span<const float> points, std::span<const float> normals, double area,
-                       const SplatParameters& parameters = {});
+                       const SplatParameters& parameters = {}, std::span<const SrgbColour> colours = {});
 
 }  // namespace meander

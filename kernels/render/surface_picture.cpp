@@ -74,6 +74,7 @@ PixelRange pixels_around(const Canvas& canvas, double x0, double x1, double y0, 
       std::max<std::int64_t>(0, clamped(std::ceil(y0))), std::min(canvas.size - 1, clamped(std::floor(y1)))};
 }
 
+// The normals are on the side of the triangle that faces the eye; at a contour they may lean away from it.
 void draw_triangle(Canvas& canvas, const std::array<Vector3, 3>& p, const std::array<Vector3, 3>& normal,
                    SrgbColour colour) {
   const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
@@ -94,7 +95,7 @@ void draw_triangle(Canvas& canvas, const std::array<Vector3, 3>& p, const std::a
       const auto i = static_cast<std::size_t>(y * canvas.size + x);
       if (depth <= canvas.depth[i]) continue;
       Vector3 n = w0 * normal[0] + w1 * normal[1] + w2 * normal[2];
-      if (n.z < 0) n = -1.0 * n;
+      n.z = std::max(n.z, 0.0);
       const double length = norm(n);
       n = length > 1e-12 ? (1 / length) * n : Vector3{0, 0, 1};
       canvas.depth[i] = depth;
@@ -121,11 +122,12 @@ void draw_mesh(Canvas& canvas, const View& view, const SurfaceScene& scene, doub
     const double length = norm(face_normal[f]);
     if (!(length > 0) || !std::isfinite(length)) continue;
     const Vector3 flat = (1 / length) * face_normal[f];
+    const double side = flat.z < 0 ? -1 : 1;
     std::array<Vector3, 3> normal;
     for (std::size_t k = 0; k < 3; ++k) {
       const double mean_length = norm(mean[c[k]]);
       const bool smooth = mean_length > 0 && dot(flat, mean[c[k]]) >= crease * mean_length;
-      normal[k] = smooth ? (1 / mean_length) * mean[c[k]] : flat;
+      normal[k] = side * (smooth ? (1 / mean_length) * mean[c[k]] : flat);
     }
     draw_triangle(canvas, {at[c[0]], at[c[1]], at[c[2]]}, normal,
                   scene.face_colours.empty() ? pale : scene.face_colours[f]);

@@ -38,9 +38,10 @@ struct Samples {
 // One row of /items: everything known about an input, whatever its status. Lengths in file units.
 struct ItemReport {
   Status status = Status::internal;
-  std::string reason;                     // empty when ok
-  Method method = Method::none;           // the weakest method that any component of positive area needed
-  std::uint64_t vertices = 0, faces = 0;  // of the file
+  std::string reason;            // empty when ok
+  Method method = Method::none;  // the weakest method that any component of positive area needed
+  OrderReason order_reason = OrderReason::as_asked;  // why it was needed
+  std::uint64_t vertices = 0, faces = 0;             // of the file
   std::uint32_t components = 0, genus = 0, boundaries = 0;
   double area = 0, measure = 0;  // area; area x density; NaN-free, 0 when unknown
   std::array<double, 6> bbox{};  // min x, y, z, max x, y, z

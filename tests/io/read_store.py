@@ -20,6 +20,7 @@ STATUSES = ["ok", "empty", "unreadable", "unsupported_format", "non_finite", "in
             "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal", "missing_attribute"]
 SPLITS = ["none", "train", "test", "validation"]
 METHODS = ["none", "conformal", "mean-value", "direct", "anisotropic", "balanced"]
+ORDER_REASONS = ["as_asked", "flipped", "winding", "not_finite", "work_limit"]
 
 
 def layout_table(page):
@@ -41,7 +42,8 @@ def expected_shape(text, rows, samples, width):
 
 def check_type(dataset, kind, path):
     if kind == "enum u8":
-        names = {"status": STATUSES, "method": METHODS, "split": SPLITS}[path.rsplit("/", 1)[1]]
+        names = {"status": STATUSES, "method": METHODS, "split": SPLITS,
+                 "order_reason": ORDER_REASONS}[path.rsplit("/", 1)[1]]
         assert h5py.check_enum_dtype(dataset.dtype) == {name: i for i, name in enumerate(names)}, path
     elif kind == "UTF-8, fixed width":
         info = h5py.check_string_dtype(dataset.dtype)
@@ -60,6 +62,8 @@ def check_fill(dataset, text, path):
         assert fill == STATUSES.index(text), path
     elif path.endswith("method"):
         assert fill == METHODS.index(text), path
+    elif path.endswith("order_reason"):
+        assert fill == ORDER_REASONS.index(text), path
     elif path.endswith("split"):
         assert fill == SPLITS.index(text), path
     else:
@@ -112,7 +116,7 @@ def check_rows(file, lines, samples):
 def check_attributes(file, rows, samples, compression):
     attributes = dict(file.attrs)
     assert attributes.pop("tool_version").count(".") == 2
-    assert attributes == {"format": "meander", "format_version": 2, "method_version": 5, "content": "meshes", "seed": 7, "samples": samples,
+    assert attributes == {"format": "meander", "format_version": 3, "method_version": 5, "content": "meshes", "seed": 7, "samples": samples,
                           "rows": rows, "compression": compression,
                           "parameters": '{"density":"uniform","describe":["d2"],"method":"conformal"}'}, attributes
     assert file["points"].attrs["order"] == "progressive"

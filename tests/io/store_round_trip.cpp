@@ -144,6 +144,7 @@ TEST_CASE("reader: a store of format version 1 is whole and lacks what came late
     CHECK(reader.split(i) == Split::none);
     CHECK(header.split(i) == Split::none);
     CHECK(reader.report(i).file_bytes == 0);
+    CHECK(reader.report(i).order_reason == OrderReason::as_asked);
   }
   // What is made from it is a store of this version with the same rows.
   const ScratchFolder folder;

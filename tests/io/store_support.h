@@ -82,6 +82,7 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   const bool ok = report.status == Status::ok;
   if (!ok) report.reason = "row " + std::to_string(row) + " is " + std::string(name_of(report.status));
   report.method = ok ? static_cast<Method>(1 + random() % 3) : Method::none;
+  report.order_reason = static_cast<OrderReason>(row % order_reason_names.size());
   report.file_bytes = random() % (std::uint64_t{1} << 40);
   report.vertices = 1 + random() % 100000;
   report.faces = 1 + random() % 100000;
@@ -159,10 +160,11 @@ inline std::string store_bytes(const StoreHeader& header) {
 }
 
 inline bool same(const ItemReport& a, const ItemReport& b) {
-  return a.status == b.status && a.reason == b.reason && a.method == b.method && a.vertices == b.vertices &&
-         a.faces == b.faces && a.components == b.components && a.genus == b.genus &&
-         a.boundaries == b.boundaries && a.area == b.area && a.measure == b.measure && a.bbox == b.bbox &&
-         a.loc == b.loc && a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
+  return a.status == b.status && a.reason == b.reason && a.method == b.method &&
+         a.order_reason == b.order_reason && a.vertices == b.vertices && a.faces == b.faces &&
+         a.components == b.components && a.genus == b.genus && a.boundaries == b.boundaries &&
+         a.area == b.area && a.measure == b.measure && a.bbox == b.bbox && a.loc == b.loc &&
+         a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
          a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
          a.repairs.counts == b.repairs.counts && a.file_bytes == b.file_bytes &&
          a.content_sha256 == b.content_sha256;

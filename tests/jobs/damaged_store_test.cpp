@@ -50,7 +50,7 @@ struct Sampled {
         {"info", damaged, "--failed"},
         {"export", damaged, "-o", out + "/points"},
         {"export", damaged, "0", "-o", out + "/one", "--format", "xyz"},
-        {"export", damaged, "--picture", out + "/sheet.png"},
+        {"render", "sheet", damaged, "-o", out + "/sheet.png"},
         {"export", damaged, "--pointnet", "-o", out + "/pointnet"},
         {"export", damaged, "--descriptors", "d2", "--format", "csv", "-o", out + "/d2.csv"},
         {"retrieve", "query", damaged, "0", "--csv", out + "/query.csv"},

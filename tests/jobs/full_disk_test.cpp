@@ -44,7 +44,7 @@ struct Exports {
     return {{"export", store, "ball.off", "--format", "ply", "-o", out, "--fresh"},
             {"export", store, "ball.off", "--format", "xyz", "-o", out, "--fresh"},
             {"export", store, "--pointnet", "-o", out, "--fresh"},
-            {"export", store, "--picture", out + "/p.png"},
+            {"render", "sheet", store, "-o", out + "/p.png"},
             descriptors("csv"),
             descriptors("fbin"),
             descriptors("ann-hdf5")};

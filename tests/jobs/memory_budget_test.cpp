@@ -8,6 +8,7 @@
 #include "support/collection.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -18,12 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string program = MEANDER_PROGRAM;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 ProcessResult run(const fs::path& input, const std::string& store, const std::vector<std::string>& more,
                   const ProcessOptions& options = {}) {

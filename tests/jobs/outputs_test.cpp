@@ -57,7 +57,7 @@ TEST_CASE("outputs: surface replaces a store by a store and nothing else") {
   place.refuses({"surface", "torus", "-n", "16", "-o", place.path("s.h5")}, "--fresh replaces it");
   place.refuses({"surface", place.path("no.nurbs"), "-n", "16", "-o", place.path("s.h5"), "--fresh"},
                 "there is no `");
-  place.does({"export", place.path("s.h5"), "--picture", place.path("height.png")});
+  place.does({"render", "sheet", place.path("s.h5"), "-o", place.path("height.png")});
   fs::create_hard_link(place.path("height.png"), place.path("other.png"));
   place.refuses({"surface", place.path("height.png"), "-n", "16", "-o", place.path("other.png"), "--fresh"},
                 "is an input of this command");
@@ -133,11 +133,12 @@ TEST_CASE("outputs: describe writes over its store or another, never over what i
 TEST_CASE("outputs: pictures replace pictures") {
   const Place place;
   const std::string store = place.path("s.h5");
-  place.refuses({"export", store, "--picture", place.path("m.off")}, "is an OFF mesh");
-  place.refuses({"export", store, "--picture", store}, "is the store itself");
-  place.refuses({"export", store, "--picture", place.path("none/p.png")}, "does not exist: create it first");
-  place.does({"export", store, "--picture", place.path("p.png")});
-  place.does({"export", store, "torus", "--picture", place.path("p.png")});
+  fs::create_hard_link(place.path("m.off"), place.path("mesh.png"));
+  place.refuses({"render", "sheet", store, "-o", place.path("m.off")}, "should end in .png");
+  place.refuses({"render", "sheet", store, "-o", place.path("mesh.png")}, "is an OFF mesh");
+  place.refuses({"render", "sheet", store, "-o", place.path("none/p.png")}, "does not exist: create it first");
+  place.does({"render", "sheet", store, "-o", place.path("p.png")});
+  place.does({"render", "sheet", store, "-o", place.path("p.png"), "--item", "torus"});
 }
 
 TEST_CASE("outputs: point files of export need --fresh, and one that may not go keeps all others") {

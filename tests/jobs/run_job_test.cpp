@@ -397,7 +397,7 @@ TEST_CASE("info, verify and export: a store can be looked at and taken apart") {
   REQUIRE(run_process({program, "export", store, "--pointnet", "-o", (scratch / "pn").string()}).exit_code ==
           0);
   CHECK(std::filesystem::exists(scratch / "pn/ply_data_train0.h5"));
-  REQUIRE(run_process({program, "export", store, "--picture", (scratch / "p.png").string()}).exit_code == 0);
+  REQUIRE(run_process({program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code == 0);
   CHECK(std::filesystem::file_size(scratch / "p.png") > 10000);
   std::string bytes = read_file(store);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);

@@ -96,7 +96,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
   CHECK(samples.normals.size() == 2400);
 }
 
-TEST_CASE("figures: discrepancy and differences of anisotropic samples") {
+TEST_CASE("figures: discrepancy and differences of anisotropic samples", "[statistics]") {
   const ScratchFolder scratch;
   write_mesh(scratch / "ring.off", torus(48, 24));
   const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",

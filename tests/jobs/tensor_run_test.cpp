@@ -171,7 +171,7 @@ TEST_CASE("run --method anisotropic: info, verify and export read the store") {
   }
   REQUIRE(run_process({program, "export", store, "--pointnet", "-o", (scratch / "pn").string()}).exit_code ==
           0);
-  REQUIRE(run_process({program, "export", store, "--picture", (scratch / "p.png").string()}).exit_code == 0);
+  REQUIRE(run_process({program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code == 0);
   CHECK(std::filesystem::file_size(scratch / "p.png") > 1000);
   std::string bytes = read_file(store);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);

@@ -70,7 +70,7 @@ TEST_CASE("without the laboratory: what needs it is a usage error that says so")
   place.lacks({"run", place.path("models"), "-o", store, "--certify"}, "--certify", "s.h5");
   place.does(
       {"run", place.path("models"), "-o", store, "-n", "64", "--label-from-folder", "--describe", "d2"});
-  place.lacks({"export", store, "--picture", place.path("p.png")}, "--picture", "p.png");
+  place.lacks({"render", "sheet", store, "-o", place.path("p.png")}, "render", "p.png");
   place.lacks({"retrieve", "evaluate", store, "--picture", place.path("p.svg")}, "--picture", "p.svg");
   place.lacks({"retrieve", "evaluate", store, "--confusion", place.path("c.png")}, "--confusion", "c.png");
   place.lacks({"measure", "spacing", store, "--surface", "plane", "--csv", place.path("m.csv")}, "measure",

@@ -109,17 +109,22 @@ TEST_CASE("bounded charts: a folded chart of needles ends without a map, a good 
   const PreparedMesh ball = prepare_mesh(spiked_ball(24, 30));
   const FlatChart bounded = flatten(ball, 1);
   CHECK(bounded.report.method == Method::none);
+  CHECK(bounded.report.reason == OrderReason::work_limit);
   CHECK(bounded.cut.triangle_count() == ball.triangle_count());
   // With far more work there is a map, if a bad one.
-  CHECK(flatten(ball, 1000).report.method == Method::mean_value);
+  const FlatChart unbounded = flatten(ball, 1000);
+  CHECK(unbounded.report.method == Method::mean_value);
+  CHECK(unbounded.report.reason == OrderReason::flipped);
   // No work at all: not even a first map.
   const PreparedMesh sphere = prepare_mesh(icosphere(3));
   const FlatChart none = flatten(sphere, 1e-6);
   CHECK(none.report.method == Method::none);
+  CHECK(none.report.reason == OrderReason::work_limit);
   CHECK(none.u.empty());
   // A bound that is met while seams are tried: the maps before it stand.
   const FlatChart few = flatten(sphere, 2.5 / 64), all = flatten(sphere, 1);
   CHECK(few.report.method == Method::conformal);
+  CHECK(few.report.reason == OrderReason::as_asked);
   CHECK(few.report.extra_seams <= all.report.extra_seams);
   const FlatChart ten_times = flatten(sphere, 10);
   CHECK(all.u == ten_times.u);
@@ -142,6 +147,7 @@ TEST_CASE("bounded charts: their component is sampled in the order of space, oth
   const Row row = sample(mesh, "conformal", 1000);
   CHECK(row.report.status == Status::ok);
   CHECK(row.report.method == Method::direct);
+  CHECK(row.report.order_reason == OrderReason::work_limit);
   CHECK(row.samples.count() == 1000);
   CHECK(row.samples.points.size() == 3000);
   CHECK(row.report.distortion > 1);  // that of the sphere's chart alone
@@ -162,6 +168,7 @@ TEST_CASE("bounded charts: under a tensor nothing is lost, and halves get charts
   CHECK(row.report.status == Status::ok);
   CHECK(row.samples.count() == 500);
   CHECK(row.report.method == Method::anisotropic);
+  CHECK(row.report.order_reason == OrderReason::as_asked);
 }
 
 TEST_CASE("bounded charts: the same samples with 1, 2 and 8 threads") {

@@ -5,9 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels/render/bitmap_font.h"
-#include "kernels/render/contact_sheet.h"
-#include "kernels/render/picture_row.h"
+#include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
 #include "kernels/render/surface_picture.h"
 
@@ -118,114 +116,6 @@ TEST_CASE("splat_picture: empty, one point, not finite") {
   CHECK(painted(splat_picture(bad.points, bad.normals, 1, parameters)) > 0);
 }
 
-TEST_CASE("bitmap_font: widths and shortening") {
-  CHECK(text_width("") == 0);
-  CHECK(text_width("a") == 5);
-  CHECK(text_width("ab") == 11);
-  CHECK(text_width("\xC3\xA4") == 5);  // one character of two bytes
-  CHECK(shortened_text("bunny.off", 1000) == "bunny.off");
-  CHECK(shortened_text("abcdefghij", 10 * 6 - 1) == "abcdefghij");
-  CHECK(shortened_text("abcdefghij", 8 * 6 - 1) == "abc..hij");
-  CHECK(shortened_text("abcdefghij", 7) == ".");
-  CHECK(shortened_text("abcdefghij", 0).empty());
-  CHECK(shortened_text("\xC3\xA4\xC3\xB6\xC3\xBC\xC3\xA9\xC3\xA8", 4 * 6) == "\xC3\xA4..\xC3\xA8");
-}
-
-TEST_CASE("bitmap_font: every printable character has its own glyph") {
-  std::vector<std::vector<std::uint8_t>> seen;
-  for (char c = 32; c < 127; ++c) {
-    RgbImage image(glyph_width, glyph_height);
-    draw_text(image, std::string(1, c), 0, 0, 1, 0);
-    CHECK((painted(image) == 0) == (c == ' '));
-    CHECK(std::find(seen.begin(), seen.end(), image.pixels) == seen.end());
-    seen.push_back(image.pixels);
-  }
-}
-
-TEST_CASE("bitmap_font: letters at the border are cut off") {
-  RgbImage image(12, 9);
-  draw_text(image, "MMM", -3, -2, 2, 10);
-  draw_text(image, "MMM", 8, 6, 2, 10);
-  CHECK(painted(image) > 0);
-  CHECK(image.pixels.size() == 12 * 9 * 3);
-}
-
-TEST_CASE("draw_smooth_text: ink where it should be, every character its own, nothing outside") {
-  const auto drawn = [](const std::string& text, double size) {
-    RgbImage image(200, 60);
-    draw_smooth_text(image, text, 8, 8, size, {0, 0, 0});
-    return image;
-  };
-  // A bar of 7 cells: as long as 6 cells and as wide as the pen, with round ends.
-  const RgbImage bar = drawn("|", 5);
-  double ink = 0;
-  for (std::size_t i = 0; i < bar.pixels.size(); i += 3) ink += (255 - bar.pixels[i]) / 255.0;
-  const double radius = 0.42 * 5;
-  CHECK(ink == Approx(2 * radius * 30 + 3.14159 * radius * radius).epsilon(0.05));
-  CHECK(bar.pixel(8, 20)[0] == 0);
-  CHECK(white(bar, 14, 20));
-  std::vector<std::vector<std::uint8_t>> seen;
-  for (char c = 33; c < 127; ++c) {
-    seen.push_back(drawn(std::string(1, c), 4).pixels);
-    CHECK(std::count(seen.begin(), seen.end(), seen.back()) == 1);
-    CHECK(smooth_text_width(std::string(1, c), 4) <= 16);
-  }
-  // A ring has no hole in its line: going round it, ink all the way.
-  const RgbImage ring = drawn("o", 8);
-  CHECK(white(ring, 8 + 16, 8 + 32));
-  CHECK(ring.pixel(8, 8 + 32)[0] < 40);
-  CHECK(ring.pixel(8 + 32, 8 + 32)[0] < 40);
-  // Cut off at every border, and in a picture without pixels.
-  RgbImage small(10, 10), none;
-  draw_smooth_text(small, "Meander", -20, -5, 3, {0, 0, 0});
-  draw_smooth_text(none, "Meander", 0, 0, 3, {0, 0, 0});
-  CHECK(painted(small) > 0);
-  CHECK(smooth_text_width("", 3) == 0);
-}
-
-TEST_CASE("picture_row: pictures beside each other, texts below and not wider than their room") {
-  CaptionedPicture black{RgbImage(40, 30), "A", {"one", "a line that is much wider than its picture"}};
-  std::fill(black.image.pixels.begin(), black.image.pixels.end(), std::uint8_t{0});
-  const std::vector<CaptionedPicture> pictures = {black, {RgbImage(20, 10), "", {}}, black};
-  PictureRowParameters look;
-  look.gap = 10;
-  const RgbImage row = picture_row(pictures, look);
-  CHECK(row.width == 10 + 50 + 30 + 50);
-  CHECK(row.height > 10 + 30 + 3 * 12);
-  CHECK_FALSE(white(row, 10, 10));
-  CHECK_FALSE(white(row, 49, 39));
-  CHECK(white(row, 9, 20));
-  CHECK(white(row, 50, 20));
-  CHECK_FALSE(white(row, 90, 10));
-  // Below the picture without texts there is nothing, below the others something.
-  std::size_t first = 0, second = 0;
-  for (std::uint32_t y = 42; y < row.height; ++y) {
-    for (std::uint32_t x = 8; x < 52; ++x) first += !white(row, x, y);
-    for (std::uint32_t x = 56; x < 84; ++x) second += !white(row, x, y);
-  }
-  CHECK(first > 50);
-  CHECK(second == 0);
-  CHECK(picture_row({}).width == 0);
-}
-
-TEST_CASE("contact_sheet: lays out cells and labels") {
-  const Cloud cloud = sphere(300);
-  ContactSheetParameters parameters;
-  parameters.splat.size = 64;
-  parameters.gap = 8;
-  std::vector<SheetModel> models(5, SheetModel{cloud.points, cloud.normals, sphere_area, "x"});
-  models[4].label = "a very long name that cannot fit";
-  const RgbImage sheet = contact_sheet(models, parameters);
-  // Five models: three columns, two rows; a label takes 14 + 6 pixels.
-  CHECK(sheet.width == 8 + 3 * 72);
-  CHECK(sheet.height == 8 + 2 * (64 + 20 + 8));
-  for (std::uint32_t i = 0; i < 6; ++i)
-    CHECK(white(sheet, 8 + i % 3 * 72 + 32, 8 + i / 3 * 92 + 32) == (i == 5));
-  for (std::uint32_t x = 0; x < sheet.width; ++x) CHECK(white(sheet, x, 0));
-  CHECK(contact_sheet(models, parameters).pixels == sheet.pixels);
-  CHECK(painted(contact_sheet({}, parameters)) == 0);
-}
-
 namespace {
 
 // The square [-1, 1]^2 at a height, seen along z.
@@ -331,4 +221,48 @@ TEST_CASE("surface_picture: what is not finite is left out, what does not fit is
   scene.face_colours.clear();
   scene.faces = wrong;
   CHECK_THROWS_AS(surface_picture(scene, from_above(64)), std::invalid_argument);
+}
+
+TEST_CASE("splat_picture: beads have the colours that they are given") {
+  Cloud cloud;
+  cloud.add(-1, 0, 0, 0, 0, 1);
+  cloud.add(1, 0, 0, 0, 0, 1);
+  SplatParameters parameters;
+  parameters.size = 100;
+  parameters.view = {0, 0, 1};
+  const std::array<SrgbColour, 2> colours = {SrgbColour{250, 0, 0}, SrgbColour{0, 0, 250}};
+  const RgbImage image = splat_picture(cloud.points, cloud.normals, 1, parameters, colours);
+  std::size_t red_left = 0, blue_right = 0, wrong = 0;
+  for (std::uint32_t y = 0; y < 100; ++y)
+    for (std::uint32_t x = 0; x < 100; ++x) {
+      const std::uint8_t* const p = image.pixel(x, y);
+      const bool red = p[0] > p[2] + 60, blue = p[2] > p[0] + 60;
+      red_left += red && x < 50;
+      blue_right += blue && x >= 50;
+      wrong += (red && x >= 50) || (blue && x < 50);
+    }
+  CHECK(red_left > 10);
+  CHECK(blue_right > 10);
+  CHECK(wrong == 0);
+  CHECK_THROWS_AS(splat_picture(cloud.points, cloud.normals, 1, parameters, std::array<SrgbColour, 3>{}),
+                  std::invalid_argument);
+}
+
+TEST_CASE("sampled_surface_picture: discs have their area and lie on the side that is seen") {
+  Plate plate;
+  plate.add(1, 0);
+  const std::array<double, 6> points = {-0.5, 0, 0, 0.5, 0, 0};
+  std::array<float, 6> normals = {0, 0, 1, 0, 0, -1};  // either sense
+  const std::array<SrgbColour, 1> red = {SrgbColour{220, 20, 20}};
+  const std::array<double, 1> radius = {0.3};
+  const SampledSurface sampled{plate.positions, plate.faces, points, normals, red, radius};
+  const RgbImage image = sampled_surface_picture(sampled, from_above(200));
+  // Two discs of radius 0.3 of a square of side 2 that takes 0.9 of the width.
+  const double unit = 0.9 * 200 / 2;
+  CHECK(static_cast<double>(red_pixels(image)) == Approx(2 * 3.14159265 * 0.09 * unit * unit).epsilon(0.05));
+  SampledSurface wrong = sampled;
+  wrong.normals = std::span<const float>(normals).first(3);
+  CHECK_THROWS_AS(sampled_surface_picture(wrong, from_above(64)), std::invalid_argument);
+  const SampledSurface none{plate.positions, plate.faces, {}, {}, {}, {}};
+  CHECK(red_pixels(sampled_surface_picture(none, from_above(64))) == 0);
 }

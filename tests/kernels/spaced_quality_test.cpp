@@ -81,7 +81,7 @@ TEST_CASE("spaced samples: nearer to each other nowhere, and of less error than 
       }
 }
 
-TEST_CASE("spaced samples: nearly unbiased") {
+TEST_CASE("spaced samples: nearly unbiased", "[statistics]") {
   const std::uint64_t seeds = 300;
   const auto bias = [&](const PolygonMesh& mesh, SequenceKind sequence, OrderKind order) {
     SampledModel model(mesh, "auto", sequence, order);

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <memory>
 
+#include "io/plot/picture_row.h"
 #include "jobs/laboratory/figures/figure_models.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/figures/radial_figures.h"
 #include "jobs/laboratory/figures/spaced_sets.h"
 #include "kernels/analyse/differential_domain.h"
 #include "kernels/analyse/spectrum.h"
-#include "kernels/render/picture_row.h"
 
 namespace meander {
 
@@ -20,7 +20,7 @@ namespace {
 PictureRowParameters row_look() {
   PictureRowParameters look;
   look.gap = 10;
-  look.title_size = 1.6;
+  look.title_size = 13;
   return look;
 }
 

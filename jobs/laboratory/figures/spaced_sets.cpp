@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
-#include "kernels/render/picture_row.h"
-#include "kernels/render/surface_picture.h"
+#include "io/plot/picture_row.h"
+#include "kernels/render/sampled_surface.h"
 
 namespace meander {
 
@@ -16,28 +18,21 @@ namespace {
 
 // Small discs painted on the surface, in parts of sqrt(area / n).
 constexpr double disc_radius = 0.22;
-constexpr SrgbColour disc_colour = {196, 62, 28}, clay = {226, 224, 219};
+constexpr SrgbColour disc_colour = {196, 62, 28};
 
 RgbImage set_picture(const FigureMesh& mesh, const PreparedMesh& surface, const ComparedSet& set,
                      std::uint32_t size) {
-  SurfaceScene scene{mesh.positions, mesh.faces, std::vector<SrgbColour>(mesh.faces.size() / 3, clay)};
   const std::size_t count = set.points.size() / 3;
   const double radius =
       disc_radius * surface.unit * std::sqrt(surface.total_area / static_cast<double>(count));
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto at = [&](const std::vector<double>& values) {
-      return Vector3{values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-    };
-    const Vector3 normal = at(set.normals);
-    const Vector3 beside = std::abs(normal.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
-    Vector3 first = cross(normal, beside);
-    first = radius / norm(first) * first;
-    scene.ellipses.push_back(
-        {surface.centre + surface.unit * at(set.points), first, cross(normal, first), disc_colour});
-  }
+  const std::array<double, 3> centre = {surface.centre.x, surface.centre.y, surface.centre.z};
+  std::vector<double> points(3 * count);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = centre[i % 3] + surface.unit * set.points[i];
+  const std::vector<float> normals(set.normals.begin(), set.normals.end());
   SurfacePictureParameters look;
   look.size = size;
-  return surface_picture(scene, look);
+  return sampled_surface_picture(
+      {mesh.positions, mesh.faces, points, normals, std::span(&disc_colour, 1), std::span(&radius, 1)}, look);
 }
 
 // Pictures of one view cut to what is painted in any of them.
@@ -92,8 +87,8 @@ void draw_on(FigureSet& figures, const FigureMesh& mesh) {
   trim(pictures);
   PictureRowParameters look;
   look.gap = 30;
-  look.title_size = 3;
-  look.line_size = 2.3;
+  look.title_size = 24;
+  look.line_size = 17;
   const std::string stem = "spaced_sets_" + mesh.name;
   figures.picture(stem, picture_row(pictures, look), fmt::format("{} points on {}", count, mesh.name));
   figures.table(stem, fmt::format("Means of {} sets: the first of each is drawn", sets), table);

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/plot/picture_sheet.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "kernels/analyse/discrepancy_sphere.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/pointset/sphere_points.h"
-#include "kernels/render/contact_sheet.h"
+#include "kernels/render/splat_picture.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface.h"
 
@@ -121,7 +122,10 @@ void draw_surfaces(FigureSet& figures) {
       {"eight", 10000, SurfaceDensityKind::mean, "eight mean curvature"},
   };
   std::vector<SurfaceSamples> samples;
-  std::vector<SheetModel> models;
+  std::vector<SheetCell> cells;
+  SplatParameters look;
+  look.up = {0, 0, 1};
+  look.view = {1, 0.6, 0.8};
   for (const Case& c : cases) {
     SurfaceSampleParameters parameters;
     parameters.samples = c.samples;
@@ -131,12 +135,12 @@ void draw_surfaces(FigureSet& figures) {
     samples.push_back(sample_surface(*make_surface(c.name), parameters));
   }
   for (std::size_t i = 0; i < samples.size(); ++i)
-    models.push_back({samples[i].points, samples[i].normals, samples[i].area, cases[i].label});
-  ContactSheetParameters sheet;
+    cells.push_back(
+        {splat_picture(samples[i].points, samples[i].normals, samples[i].area, look), cases[i].label, ""});
+  SheetLook sheet;
+  sheet.cell = look.size;
   sheet.columns = 4;
-  sheet.splat.up = {0, 0, 1};
-  sheet.splat.view = {1, 0.6, 0.8};
-  figures.picture("figure06_surfaces", contact_sheet(models, sheet), "Every sample is a bead");
+  figures.picture("figure06_surfaces", picture_sheet(cells, {}, sheet), "Every sample is a bead");
   figures.text("Measured",
                "Samples of one-patch surfaces, uniform and by curvature, in shifted sequence; seams, poles "
                "and the pinch of the eight show neither gaps nor crowds.");

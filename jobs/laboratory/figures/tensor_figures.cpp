@@ -9,13 +9,13 @@
 #include <set>
 
 #include "io/plot/coloured_ply.h"
+#include "io/plot/text_painter.h"
 #include "io/table/csv_writer.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/figures/staged_model.h"
 #include "kernels/analyse/curve_chains.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/model/sampler.h"
-#include "kernels/render/bitmap_font.h"
 #include "kernels/render/surface_picture.h"
 #include "kernels/tensor/singularities.h"
 
@@ -33,19 +33,18 @@ SrgbColour ratio_colour(double ratio, double most) {
 
 // What the colours mean, in the lower left corner.
 void draw_ratio_scale(RgbImage& image, double most) {
-  const std::uint32_t scale = image.width >= 700 ? 2 : 1, width = image.width / 4, height = 6 * scale;
-  const std::uint32_t left = image.width / 40, top = image.height - left - height - 10 * scale;
+  const std::uint32_t size = image.width >= 700 ? 16 : 11, width = image.width / 4, height = 3 * size / 4;
+  const std::uint32_t left = image.width / 40, top = image.height - left - height - 5 * size / 4;
   for (std::uint32_t x = 0; x < width; ++x) {
     const SrgbColour colour = ratio_colour(std::pow(most, (x + 0.5) / width), most);
     for (std::uint32_t y = 0; y < height; ++y)
       std::copy(colour.begin(), colour.end(), image.pixel(left + x, top + y));
   }
-  draw_text(image, "1", left, top + height + 3 * scale, scale, 40);
-  const std::string end = fmt::format("{:g}", most);
-  draw_text(image, end, left + width - text_width(end) * scale, top + height + 3 * scale, scale, 40);
-  const std::string middle = "s1/s2";
-  draw_text(image, middle, left + (width - text_width(middle) * scale) / 2, top + height + 3 * scale, scale,
-            40);
+  const TextStyle style{static_cast<double>(size), false, {40, 40, 40}};
+  const double baseline = top + height + 1.1 * size;
+  paint_text(image, "1", left, baseline, style);
+  paint_text(image, fmt::format("{:g}", most), left + width, baseline, style, TextAlign::right);
+  paint_text(image, "s1/s2", left + 0.5 * width, baseline, style, TextAlign::centre);
 }
 
 SurfacePictureParameters picture_of(const FigureSet& figures) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "io/plot/heat_map.h"
+#include "io/plot/picture_sheet.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/figures/staged_model.h"
 #include "kernels/analyse/discrepancy_anisotropic.h"
@@ -14,7 +15,6 @@
 #include "kernels/analyse/pair_density.h"
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/locate/embree_locator.h"
-#include "kernels/render/bitmap_font.h"
 
 namespace meander {
 
@@ -142,27 +142,12 @@ RgbImage map_picture(const MapPair& maps, const Dip& dip) {
   return image;
 }
 
-struct LabelledMap {
-  std::string label;
-  RgbImage image;
-};
-
 // Maps row by row, each with its label below. Rows: as many columns in each.
-RgbImage map_sheet(const std::vector<LabelledMap>& maps, std::uint32_t columns) {
-  constexpr std::uint32_t gap = 16, text = 2, label_height = 2 * gap;
-  const std::uint32_t side = maps.front().image.width;
-  const auto rows = static_cast<std::uint32_t>((maps.size() + columns - 1) / columns);
-  RgbImage sheet(columns * (side + gap) + gap, rows * (side + gap + label_height) + gap);
-  for (std::uint32_t i = 0; i < maps.size(); ++i) {
-    const std::uint32_t left = gap + (i % columns) * (side + gap),
-                        top = gap + (i / columns) * (side + gap + label_height);
-    for (std::uint32_t y = 0; y < side; ++y)
-      std::copy_n(maps[i].image.pixels.begin() + std::ptrdiff_t{3} * y * side, 3 * side,
-                  sheet.pixel(left, top + y));
-    const std::string label = shortened_text(maps[i].label, side / text);
-    draw_text(sheet, label, left + (side - text_width(label) * text) / 2, top + side + gap / 2, text, 20);
-  }
-  return sheet;
+RgbImage map_sheet(const std::vector<SheetCell>& maps, std::uint32_t columns) {
+  SheetLook look;
+  look.cell = maps.front().picture.width;
+  look.columns = columns;
+  return picture_sheet(maps, {}, look);
 }
 
 Table dip_table(const char* first_column) {
@@ -190,11 +175,11 @@ std::string dip_label(const std::string& name, const Dip& dip) {
 }
 
 // On a mesh of side x side squares: adds to the table, and returns the maps.
-std::vector<LabelledMap> draw_constant_fields(FigureSet& figures, const EmbreeDevice& device,
-                                              std::uint32_t side, Table& table) {
+std::vector<SheetCell> draw_constant_fields(FigureSet& figures, const EmbreeDevice& device,
+                                            std::uint32_t side, Table& table) {
   const FigureMesh square = made_square(side);
   const std::uint32_t sets = figures.quick ? 3 : 10, count = figures.quick ? 1000 : 5000;
-  std::vector<LabelledMap> area_maps, spacing_maps;
+  std::vector<SheetCell> area_maps, spacing_maps;
   for (const double ratio : plane_ratios) {
     figures.note(fmt::format("  {} triangles, ratio {}", 2 * side * side, ratio));
     SampleParameters parameters = anisotropic_parameters(SequenceKind::shifted);
@@ -216,9 +201,9 @@ std::vector<LabelledMap> draw_constant_fields(FigureSet& figures, const EmbreeDe
       }
     const Dip area_dip = dip_of(area), spacing_dip = dip_of(spacings);
     add_dips(table, 2 * side * side, static_cast<double>(sets) * count, ratio, area_dip, spacing_dip);
-    area_maps.push_back({dip_label(fmt::format("area, {:g}", ratio), area_dip), map_picture(area, area_dip)});
+    area_maps.push_back({map_picture(area, area_dip), dip_label(fmt::format("area, {:g}", ratio), area_dip)});
     spacing_maps.push_back(
-        {dip_label(fmt::format("spacings, {:g}", ratio), spacing_dip), map_picture(spacings, spacing_dip)});
+        {map_picture(spacings, spacing_dip), dip_label(fmt::format("spacings, {:g}", ratio), spacing_dip)});
   }
   area_maps.insert(area_maps.end(), spacing_maps.begin(), spacing_maps.end());
   return area_maps;
@@ -227,7 +212,7 @@ std::vector<LabelledMap> draw_constant_fields(FigureSet& figures, const EmbreeDe
 void draw_plane(FigureSet& figures, const EmbreeDevice& device) {
   Table table = dip_table("triangles");
   constexpr std::uint32_t fine = 128, coarse = 32;
-  const std::vector<LabelledMap> maps = draw_constant_fields(figures, device, fine, table);
+  const std::vector<SheetCell> maps = draw_constant_fields(figures, device, fine, table);
   draw_constant_fields(figures, device, coarse, table);
   figures.picture("figure16_tensor_plane", map_sheet(maps, 4),
                   "Constant fields of ratio 1, 2, 4 and 8 in the plane, in units of area (above) and of "
@@ -267,16 +252,16 @@ struct ClassMaps {
   }
 
   void draw(FigureSet& figures, const std::string& stem, const std::string& name) {
-    std::vector<LabelledMap> above, below;
+    std::vector<SheetCell> above, below;
     Table table = dip_table("ratios");
     const Dip all = dip_of(spacings);
     for (std::size_t c = 0; c < area.size(); ++c) {
       if (counted[c] < 300) continue;
       const Dip dip = dip_of(area[c]), own = dip_of(own_spacings[c]);
       const double mean = ratio_sum[c] / counted[c];
-      above.push_back({dip_label(fmt::format("area, {:.1f}", mean), dip), map_picture(area[c], dip)});
+      above.push_back({map_picture(area[c], dip), dip_label(fmt::format("area, {:.1f}", mean), dip)});
       below.push_back(
-          {dip_label(fmt::format("spacings, {:.1f}", mean), own), map_picture(own_spacings[c], own)});
+          {map_picture(own_spacings[c], own), dip_label(fmt::format("spacings, {:.1f}", mean), own)});
       add_dips(table, class_names[c], counted[c], mean, dip, own);
     }
     const auto columns = static_cast<std::uint32_t>(above.size());

@@ -1,0 +1,209 @@
+#include "jobs/laboratory/model_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "io/digest.h"
+#include "io/file/mapped_file.h"
+#include "io/mesh/mesh_reader.h"
+#include "kernels/core/parallel.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/render/sampled_surface.h"
+#include "kernels/render/splat_picture.h"
+
+namespace meander {
+
+namespace {
+
+constexpr SrgbColour plain_colour = {196, 62, 28};
+constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
+// surface_picture: nine fine pixels of depth, light, normal, colour and nearest disc.
+constexpr std::uint64_t bytes_per_pixel = 9 * 28, bytes_per_triangle = 500, bytes_per_drawn_sample = 250;
+
+SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
+
+std::size_t drawn_count(const Row& row, const ModelLook& look) {
+  const std::size_t count = row.samples.count();
+  return look.points == 0 ? count : std::min<std::size_t>(count, look.points);
+}
+
+SrgbColour normal_colour(const float* normal) {
+  SrgbColour colour;
+  for (std::size_t k = 0; k < 3; ++k)
+    colour[k] = static_cast<std::uint8_t>(std::lround(127.5 * (1 + std::clamp(normal[k], -1.0f, 1.0f))));
+  return colour;
+}
+
+std::vector<SrgbColour> colours_of(const Row& row, const DensityRange& range, const ModelLook& look) {
+  const Samples& samples = row.samples;
+  const std::size_t count = drawn_count(row, look);
+  if (look.colour == SampleColour::plain) return {plain_colour};
+  if (look.colour == SampleColour::label)
+    return {row.label < 0 ? SrgbColour{110, 110, 110}
+                          : srgb(palette_colour(static_cast<std::size_t>(row.label)))};
+  std::vector<SrgbColour> colours(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (look.colour == SampleColour::normal) {
+      colours[i] = normal_colour(&samples.normals[3 * i]);
+      continue;
+    }
+    const double t = look.colour == SampleColour::rank
+                         ? samples.curve_rank[i] / std::max(1.0, static_cast<double>(samples.count()) - 1)
+                         : (samples.density[i] - range.least) / std::max(range.largest - range.least, 1e-300);
+    colours[i] = srgb(map_colour(ColourMap::lagoon, t));
+  }
+  return colours;
+}
+
+// Discs shrink where the samples are denser.
+std::vector<double> radii_of(const Row& row, double area, const ModelLook& look) {
+  const std::size_t count = drawn_count(row, look);
+  const double mean_density = row.report.area > 0 ? row.report.measure / row.report.area : 1;
+  const double plain = look.disc * std::sqrt(area / static_cast<double>(std::max<std::size_t>(count, 1)));
+  std::vector<double> radii(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double relative = row.samples.density[i] / mean_density;
+    radii[i] = plain / std::sqrt(std::isfinite(relative) && relative > 0 ? relative : 1.0);
+  }
+  return radii;
+}
+
+SurfacePictureParameters surface_look(const ModelLook& look) {
+  SurfacePictureParameters parameters;
+  parameters.size = look.size;
+  parameters.view = look.view;
+  parameters.up = look.up;
+  return parameters;
+}
+
+// In working coordinates: those of the file may be beyond what a picture can be computed in.
+RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
+                      const ModelLook& look) {
+  const PreparedMesh mesh = prepare_mesh(file);
+  std::vector<double> positions(3 * mesh.vertex_count()), points(3 * drawn_count(row, look));
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    positions[3 * v] = mesh.x[v];
+    positions[3 * v + 1] = mesh.y[v];
+    positions[3 * v + 2] = mesh.z[v];
+  }
+  const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = (row.report.loc[i % 3] - centre[i % 3]) / mesh.unit +
+                row.report.scale / mesh.unit * static_cast<double>(row.samples.points[i]);
+  const std::vector<SrgbColour> colours = colours_of(row, range, look);
+  const std::vector<double> radii = radii_of(row, mesh.total_area, look);
+  return sampled_surface_picture({positions, mesh.triangles, points,
+                                  std::span(row.samples.normals).first(points.size()), colours, radii},
+                                 surface_look(look));
+}
+
+RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook& look) {
+  SplatParameters parameters;
+  parameters.size = look.size;
+  parameters.view = look.view;
+  parameters.up = look.up;
+  const std::size_t values = 3 * drawn_count(row, look);
+  const double area = row.report.area / (row.report.scale * row.report.scale);
+  const std::vector<SrgbColour> colours = colours_of(row, range, look);
+  return splat_picture(std::span(row.samples.points).first(values),
+                       std::span(row.samples.normals).first(values), area, parameters, colours);
+}
+
+// The mesh of a row, or why there is none.
+std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
+  if (!model.file) return "points only: no mesh in the INPUT";
+  try {
+    const MappedFile file(model.file->path);
+    if (sha256(file.bytes()) != row.report.content_sha256) return "points only: the mesh has changed";
+    mesh = read_mesh(file.bytes(), model.file->format);
+  } catch (const ItemError& error) {
+    return fmt::format("points only: {}", error.what());
+  }
+  return {};
+}
+
+void draw_cell(const PicturedModel& model, const Row& row, const DensityRange& range, const ModelLook& look,
+               SheetCell& cell) {
+  if (row.report.status != Status::ok) {
+    cell.failure = fmt::format("{}: {}", name_of(row.report.status), row.report.reason);
+    return;
+  }
+  PolygonMesh mesh;
+  const std::string lacking = read_surface(model, row, mesh);
+  if (lacking.empty()) {
+    cell.picture = draw_surface(mesh, row, range, look);
+    return;
+  }
+  cell.picture = draw_points(row, range, look);
+  if (!look.surfaces) return;
+  cell.note = lacking;
+  cell.note_colour = warning_note;
+}
+
+}  // namespace
+
+DensityRange density_range(const StoreReader& store, std::span<const PicturedModel> models,
+                           const ModelLook& look) {
+  if (look.colour != SampleColour::density) return {};
+  DensityRange range{std::numeric_limits<double>::infinity(), 0};
+  for (const PicturedModel& model : models) {
+    const Row row = store.read_row(model.row);
+    if (row.report.status != Status::ok) continue;
+    for (std::size_t i = 0; i < drawn_count(row, look); ++i) {
+      const double density = row.samples.density[i];
+      range.least = std::min(range.least, density);
+      range.largest = std::max(range.largest, density);
+    }
+  }
+  return range.least <= range.largest ? range : DensityRange{};
+}
+
+std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model, const ModelLook& look) {
+  std::uint64_t bytes = std::uint64_t{look.size} * look.size * bytes_per_pixel +
+                        std::uint64_t{store.samples()} * bytes_per_drawn_sample;
+  if (!model.file || !model.file->known_format) return bytes;
+  try {
+    const MeshEstimate mesh = peek_mesh(model.file->path, model.file->format);
+    bytes += mesh.file_bytes + mesh.triangles * bytes_per_triangle;
+  } catch (const ItemError&) {  // read_surface says so
+  }
+  return bytes;
+}
+
+std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const PicturedModel> models,
+                                   const DensityRange& range, const ModelLook& look) {
+  std::vector<Row> rows;
+  std::vector<SheetCell> cells(models.size());
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    rows.push_back(store.read_row(models[i].row));
+    cells[i].title = store.id(models[i].row);
+    cells[i].note_colour = quiet_note;
+    if (rows[i].label >= 0) cells[i].note = store.label_names()[static_cast<std::size_t>(rows[i].label)];
+  }
+  parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
+  return cells;
+}
+
+std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {
+  switch (look.colour) {
+    case SampleColour::plain:
+      return {};
+    case SampleColour::density:
+      return SheetLegend{"density", ColourMap::lagoon, fmt::format("{:.3g}", range.least),
+                         fmt::format("{:.3g}", range.largest)};
+    case SampleColour::rank:
+      return SheetLegend{"position along the curve", ColourMap::lagoon, "first", "last"};
+    case SampleColour::normal:
+      return SheetLegend{"colour: the unit normal, red x, green y, blue z", {}, "", ""};
+    case SampleColour::label:
+      return SheetLegend{"colour: the class", {}, "", ""};
+  }
+  return {};
+}
+
+}  // namespace meander

@@ -1,0 +1,226 @@
+// meander render: pictures of sampled models.
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+
+#include "io/plot/png_writer.h"
+#include "jobs/command_line.h"
+#include "jobs/described_meshes.h"
+#include "jobs/exit_status.h"
+#include "jobs/input_options.h"
+#include "jobs/inputs.h"
+#include "jobs/laboratory/commands.h"
+#include "jobs/laboratory/model_pictures.h"
+#include "jobs/output_guard.h"
+#include "jobs/store_items.h"
+#include "jobs/units.h"
+
+namespace meander {
+
+namespace {
+
+struct RenderOptions {
+  std::string store, output, colour = "plain", up = "y", view, memory = "4G";
+  std::vector<std::string> inputs, items;
+  std::uint32_t models = 24;
+  int threads = 0;
+  InputOptions collect;
+  SheetLook sheet;
+  ModelLook look;
+  StoreCheck check = StoreCheck::every_byte;
+};
+
+Vector3 axis(const std::string& name) {
+  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
+}
+
+// "x,y,z": three numbers.
+Vector3 parse_direction(const std::string& text) {
+  std::array<double, 3> value{};
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t used = 0;
+    try {
+      value[k] = std::stod(text.substr(at), &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    at += used;
+    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
+    if (used == 0 || !ends || !std::isfinite(value[k]))
+      throw UsageError(
+          fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
+    ++at;
+  }
+  return {value[0], value[1], value[2]};
+}
+
+ModelLook look_of(const RenderOptions& options) {
+  ModelLook look = options.look;
+  const auto named =
+      std::find(std::begin(sample_colour_names), std::end(sample_colour_names), options.colour);
+  look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
+  look.size = options.sheet.cell;
+  look.surfaces = !options.inputs.empty();
+  look.up = axis(options.up);
+  // Turned with the axis, so that the default view is from the front, the right and above for each.
+  look.view = options.up == "y"   ? Vector3{0.55, 0.42, 1}
+              : options.up == "z" ? Vector3{0.55, -1, 0.42}
+                                  : Vector3{0.42, 0.55, 1};
+  if (!options.view.empty()) look.view = parse_direction(options.view);
+  if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
+    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
+  return look;
+}
+
+// Evenly spread over the rows: the first and the last of a sorted collection are seldom typical.
+std::vector<PicturedModel> chosen_models(const StoreReader& store, const RenderOptions& options) {
+  std::vector<PicturedModel> models;
+  for (const std::string& item : options.items) models.push_back({find_item(store, item), {}});
+  if (!models.empty()) return models;
+  const std::uint64_t count = std::min<std::uint64_t>(store.rows(), options.models);
+  for (std::uint64_t i = 0; i < count; ++i) models.push_back({i * store.rows() / count, {}});
+  return models;
+}
+
+void find_meshes(const StoreReader& store, const RenderOptions& options, std::vector<PicturedModel>& models,
+                 OutputGuard& guard) {
+  if (options.inputs.empty()) return;
+  std::vector<std::string> ids;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) ids.push_back(store.id(row));
+  const DescribedMeshes meshes(options.store, ids, options.inputs, options.collect);
+  guard.protect(meshes.files_read());
+  for (PicturedModel& model : models) {
+    PlanItem item;
+    item.row = model.row;
+    if (meshes.add_file(item)) model.file = std::move(item);
+  }
+}
+
+// As many pictures at once as threads and memory allow; a model that is too large for it is drawn as points.
+std::vector<SheetCell> draw_cells(const StoreReader& store, std::vector<PicturedModel> models,
+                                  const DensityRange& range, const ModelLook& look, std::uint64_t memory,
+                                  std::size_t threads) {
+  std::vector<SheetCell> cells;
+  for (std::size_t begin = 0; begin < models.size();) {
+    std::uint64_t taken = 0;
+    std::size_t end = begin;
+    std::vector<std::size_t> too_large;
+    while (end < models.size() && end - begin < threads) {
+      std::uint64_t bytes = picture_bytes(store, models[end], look);
+      if (bytes > memory && models[end].file) {
+        models[end].file.reset();
+        too_large.push_back(end - begin);
+        bytes = picture_bytes(store, models[end], look);
+      }
+      if (end > begin && taken + bytes > memory) break;
+      taken += bytes;
+      ++end;
+    }
+    std::vector<SheetCell> drawn =
+        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
+    for (const std::size_t i : too_large)
+      if (i < drawn.size() && drawn[i].picture.width > 0)
+        drawn[i].note = "points only: the mesh needs more than --memory";
+    std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
+    begin = end;
+  }
+  return cells;
+}
+
+int render_sheet(const RenderOptions& options) {
+  const ModelLook look = look_of(options);
+  const std::uint64_t memory = parse_bytes(options.memory);
+  const StoreReader store(options.store, options.check);
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  if (std::filesystem::path(options.output).extension() != ".png")
+    throw UsageError(fmt::format("-o: `{}` should end in .png, the format of sheets", options.output));
+  std::vector<PicturedModel> models = chosen_models(store, options);
+  if (models.empty()) throw UsageError(fmt::format("`{}` has no rows", options.store));
+  find_meshes(store, options, models, guard);
+  guard.check(options.output, {FileKind::png}, "-o");
+  const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  const DensityRange range = density_range(store, models, look);
+  const std::vector<SheetCell> cells =
+      draw_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
+  write_png(options.output, picture_sheet(cells, legend_of(range, look), options.sheet));
+  std::size_t alone = 0, failed = 0;
+  for (const SheetCell& cell : cells) {
+    failed += cell.picture.width == 0;
+    alone += cell.note.starts_with("points only");
+  }
+  fmt::print("{}: {} models", options.output, cells.size());
+  if (alone > 0) fmt::print(", {} without a surface", alone);
+  if (failed > 0) fmt::print(", {} without points", failed);
+  fmt::print("\n");
+  if (options.inputs.empty())
+    fmt::print(stderr,
+               "meander: a store holds no surfaces: give the INPUT of its run as well to draw them\n");
+  return exit_done;
+}
+
+JobFunction add_sheet(Command& render) {
+  Command command =
+      render.add_subcommand("sheet", "A PNG sheet of sampled models, their samples on the surfaces");
+  auto options = std::make_shared<RenderOptions>();
+  command.add_option("STORE", options->store, "The store").required();
+  command.add_option(
+      "INPUT", options->inputs,
+      "Where its meshes are, as given to its run (default: samples are drawn without surfaces)");
+  command.add_option("-o,--output", options->output, "The picture, a .png file").required();
+  command.add_option("--item", options->items,
+                     "Ids or row numbers of the models (default: --models of all rows)");
+  command
+      .add_option("--models", options->models, "Models on the sheet, evenly spread over the rows, 1 to 400")
+      .show_default()
+      .range(1, 400);
+  command.add_option("--size", options->sheet.cell, "Pixels of a model's picture, 64 to 2048")
+      .show_default()
+      .range(64, 2048);
+  command
+      .add_option("--columns", options->sheet.columns, "Pictures in a row (default: a sheet of about 4 : 3)")
+      .range(1, 400);
+  command.add_option("--points", options->look.points, "Draw only the first so many samples of each model")
+      .range(1, 100000000);
+  command.add_option("--colour,--color", options->colour, "What the colour of a sample says")
+      .show_default()
+      .one_of({std::begin(sample_colour_names), std::end(sample_colour_names)});
+  command.add_option("--up", options->up, "The axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option(
+      "--view", options->view,
+      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
+  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
+      .show_default();
+  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  add_list_options(command, options->collect);
+  add_trust_option(command, options->check);
+  return [options] { return render_sheet(*options); };
+}
+
+}  // namespace
+
+JobFunction add_render_job(Command& program) {
+  Command command = program.add_subcommand("render", "Pictures of sampled models");
+  command.require_subcommand();
+  JobFunction sheet = add_sheet(command);
+  return [command, sheet] {
+    if (command.chose("sheet")) return sheet();
+    throw std::logic_error("a subcommand of render without a job");
+  };
+}
+
+}  // namespace meander

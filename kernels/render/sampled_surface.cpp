@@ -1,0 +1,33 @@
+#include "kernels/render/sampled_surface.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace meander {
+
+RgbImage sampled_surface_picture(const SampledSurface& sampled, const SurfacePictureParameters& parameters) {
+  const std::size_t count = sampled.points.size() / 3;
+  const auto fits = [&](std::size_t values) { return values == 1 || values == count; };
+  if (sampled.normals.size() != 3 * count ||
+      (count > 0 && (!fits(sampled.colours.size()) || !fits(sampled.radii.size()))))
+    throw std::invalid_argument("normals, colours or radii are not as many as the samples");
+  constexpr SrgbColour clay = {226, 224, 219};
+  SurfaceScene scene{sampled.positions, sampled.faces,
+                     std::vector<SrgbColour>(sampled.faces.size() / 3, clay)};
+  scene.ellipses.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3 normal{sampled.normals[3 * i], sampled.normals[3 * i + 1], sampled.normals[3 * i + 2]};
+    const Vector3 beside = std::abs(normal.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
+    const Vector3 across = cross(normal, beside);
+    const double radius = sampled.radii[sampled.radii.size() == 1 ? 0 : i];
+    const Vector3 first = radius / norm(across) * across;
+    scene.ellipses.push_back({{sampled.points[3 * i], sampled.points[3 * i + 1], sampled.points[3 * i + 2]},
+                              first,
+                              cross(normal, first),
+                              sampled.colours[sampled.colours.size() == 1 ? 0 : i]});
+  }
+  return surface_picture(scene, parameters);
+}
+
+}  // namespace meander

@@ -1,0 +1,129 @@
+// meander render: sheets of sampled models, with and without their meshes.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "support/mesh_files.h"
+#include "support/run_process.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string program = MEANDER_PROGRAM;
+
+// Two models and one that cannot be read.
+struct Place {
+  Place() {
+    fs::create_directories(scratch / "in/ball");
+    fs::create_directories(scratch / "in/ring");
+    write_mesh(scratch / "in/ball/a.off", icosphere(3));
+    write_mesh(scratch / "in/ring/b.ply", torus(24, 12));
+    write_file(scratch / "in/ring/c.off", "OFF\n7 8");
+    const ProcessResult run =
+        run_process({program, "run", path("in"), "-o", path("s.h5"), "-n", "256", "--label-from-folder"});
+    REQUIRE(run.exit_code == 3);
+  }
+  std::string path(std::string_view name) const { return (scratch / name).string(); }
+  ProcessResult sheet(std::vector<std::string> more, bool with_input = true) const {
+    std::vector<std::string> words = {program, "render", "sheet", path("s.h5")};
+    if (with_input) words.push_back(path("in"));
+    words.insert(words.end(), more.begin(), more.end());
+    return run_process(words);
+  }
+  std::string refusal(const std::vector<std::string>& more, bool with_input = true) const {
+    const ProcessResult result = sheet(more, with_input);
+    CHECK(result.exit_code == 2);
+    CHECK(result.out.empty());
+    return result.err;
+  }
+
+  ScratchFolder scratch;
+};
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one thread and two") {
+  const Place place;
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult result =
+        place.sheet({"-o", place.path(std::string(threads) + ".png"), "-j", threads});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(has(result.out, "3 models, 1 without points"));
+    CHECK(result.err.empty());
+  }
+  const std::string bytes = read_file(place.path("1.png"));
+  CHECK(bytes.starts_with("\x89PNG"));
+  CHECK(bytes.size() > 20000);
+  CHECK(bytes == read_file(place.path("2.png")));
+  // Solid surfaces and lone points differ; without INPUT the program says what is missing.
+  const ProcessResult alone = place.sheet({"-o", place.path("3.png")}, false);
+  CHECK(alone.exit_code == 0);
+  CHECK(has(alone.err, "a store holds no surfaces: give the INPUT of its run"));
+  CHECK(bytes != read_file(place.path("3.png")));
+}
+
+TEST_CASE("render sheet: every colour, prefix, axis and size makes another picture") {
+  const Place place;
+  std::vector<std::string> pictures;
+  const std::vector<std::vector<std::string>> looks = {{},
+                                                       {"--colour", "density"},
+                                                       {"--colour", "rank"},
+                                                       {"--colour", "normal"},
+                                                       {"--color", "label"},
+                                                       {"--points", "64"},
+                                                       {"--up", "z"},
+                                                       {"--up", "x"},
+                                                       {"--view", "1,0.2,-3"},
+                                                       {"--size", "200"},
+                                                       {"--columns", "1"},
+                                                       {"--models", "2"},
+                                                       {"--item", "ball/a.off", "2"}};
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const std::string file = place.path("p" + std::to_string(i) + ".png");
+    std::vector<std::string> words = {"-o", file};
+    words.insert(words.end(), looks[i].begin(), looks[i].end());
+    const ProcessResult result = place.sheet(words);
+    INFO(i << " " << result.err);
+    REQUIRE(result.exit_code == 0);
+    pictures.push_back(read_file(file));
+    for (std::size_t j = 0; j < i; ++j) CHECK(pictures[j] != pictures[i]);
+  }
+}
+
+TEST_CASE("render sheet: meshes that are missing, changed or too large are named, their points drawn") {
+  const Place place;
+  write_mesh(place.path("in/ball/a.off"), icosphere(2));
+  fs::remove(place.path("in/ring/b.ply"));
+  const ProcessResult result = place.sheet({"-o", place.path("p.png")});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(has(result.out, "3 models, 2 without a surface, 1 without points"));
+  const Place other;
+  const ProcessResult little = other.sheet({"-o", other.path("p.png"), "--memory", "100K"});
+  CHECK(has(little.out, "3 models, 2 without a surface, 1 without points"));
+}
+
+TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
+  const Place place;
+  const std::string out = place.path("p.png");
+  CHECK(has(place.refusal({"-o", place.path("p.jpg")}), "should end in .png"));
+  CHECK(has(place.refusal({"-o", out, "--view", "1,2"}), "give three numbers"));
+  CHECK(has(place.refusal({"-o", out, "--view", "1,2,x"}), "give three numbers"));
+  CHECK(has(place.refusal({"-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
+  CHECK(has(place.refusal({"-o", out, "--view", "0,0,0"}), "must not lie along the axis"));
+  CHECK(has(place.refusal({"-o", out, "--colour", "rnak"}), "rank"));
+  CHECK(has(place.refusal({"-o", out, "--item", "ball/b.off"}), "ball/b.off"));
+  CHECK(has(place.refusal({"-o", out, "--models", "0"}), "--models"));
+  CHECK(has(place.refusal({"-o", out, "--memory", "much"}), "much"));
+  CHECK(has(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
+  CHECK(run_process({program, "render"}).exit_code == 2);
+  CHECK_FALSE(fs::exists(out));
+}
