@@ -8,8 +8,8 @@
 #include <limits>
 #include <span>
 
+#include "io/archive/model_bytes.h"
 #include "io/digest.h"
-#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -118,7 +118,7 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
 std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
   if (!model.file) return "points only: no mesh in the INPUT";
   try {
-    const MappedFile file(model.file->path);
+    const ModelBytes file(model.file->path, model.file->packed);
     if (sha256(file.bytes()) != row.report.content_sha256) return "points only: the mesh has changed";
     mesh = read_mesh(file.bytes(), model.file->format);
   } catch (const ItemError& error) {

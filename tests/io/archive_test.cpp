@@ -150,11 +150,11 @@ TEST_CASE("archives: every kind gives every member, whole and in parts") {
 
 TEST_CASE("archives: a large .tar.gz is read from its access points, and from fewer of them") {
   std::vector<ArchiveEntry> entries;
-  for (int i = 0; i < 40; ++i)
+  for (int i = 0; i < 24; ++i)
     entries.push_back(entry("m" + std::to_string(i), text_of(150'000 + 1000u * i, i)));
   const std::string tar = tar_bytes(entries);
   for (const std::string& bytes :
-       {gzip_bytes(tar), gzip_bytes(tar.substr(0, 2'500'000)) + gzip_bytes(tar.substr(2'500'000))}) {
+       {gzip_bytes(tar), gzip_bytes(tar.substr(0, 1'700'000)) + gzip_bytes(tar.substr(1'700'000))}) {
     const Written file("x.tar.gz", bytes);
     Archive archive(file.path());
     CHECK(archive.index_bytes() > 4 * 32768);
@@ -245,8 +245,8 @@ TEST_CASE("archives: decompression bombs are refused before memory is taken") {
   const Lines lines = zip.outcome();
   CHECK_THAT(lines[0], Contains("bomb.off unreadable: ") && Contains("bytes unpack to 67108865 or more"));
   CHECK(lines[1] == "ok.off=x");
-  CHECK_THAT(Written("x.off.gz", gzip_bytes(zeros)).outcome().front(), Contains("decompression bomb"));
-  const Archive tar(Written("x.tar.gz", gzip_bytes(tar_bytes({entry("a.off", zeros)}))).path());
+  CHECK_THAT(Written("x.off.gz", gzip_bytes(zeros, 1)).outcome().front(), Contains("decompression bomb"));
+  const Archive tar(Written("x.tar.gz", gzip_bytes(tar_bytes({entry("a.off", zeros)}), 1)).path());
   CHECK_THAT(tar.problem(), Contains("decompression bomb"));
   // Many members of one place.
   std::vector<ArchiveEntry> same = {entry("a.off", text_of(500)), entry("b.off", text_of(500))};

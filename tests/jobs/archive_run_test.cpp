@@ -6,6 +6,7 @@
 #include "support/archive_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -16,12 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Ids = std::vector<std::string>;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 ProcessResult run(const Ids& inputs, const fs::path& store, const Ids& more = {},
                   const ProcessOptions& options = {}) {

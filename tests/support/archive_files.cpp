@@ -142,7 +142,7 @@ std::string zip_bytes(const std::vector<ArchiveEntry>& entries, bool zip64, std:
   for (const ArchiveEntry& entry : entries) {
     Written w;
     w.offset = bytes.size();
-    w.data = entry.deflate ? packed(entry.content, -15, 6) : entry.content;
+    w.data = entry.deflate ? packed(entry.content, -15, 1) : entry.content;
     w.bytes = entry.stated_bytes.value_or(entry.content.size());
     w.crc = entry.stated_crc.value_or(static_cast<std::uint32_t>(::crc32(
         0, reinterpret_cast<const Bytef*>(entry.content.data()), static_cast<uInt>(entry.content.size()))));
