@@ -222,22 +222,25 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
 
 TEST_CASE("info: an unfinished run says what it is and what continues it") {
   const ScratchFolder scratch;
-  put_mesh(scratch / "in/a.off");
-  write_file(scratch / "in/b.off", "OFF");
+  // The largest model comes first, and others are left.
+  const std::string broken = "OFF\n" + std::string(1 << 20, 'x');
+  for (const char* name : {"a.off", "c.off", "d.off"}) put_mesh(scratch / "in" / name);
+  write_file(scratch / "in/b.off", broken);
   const std::string store = scratch / "s.h5";
   REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
   const ProcessResult unfinished = meander_with({"info", store});
   CHECK(unfinished.exit_code == 2);
   CHECK_THAT(unfinished.err, Contains("the store `" + store + "` is not finished: `" + store +
-                                      ".run` holds an unfinished run over 2 models, begun to sample: the "
+                                      ".run` holds an unfinished run over 4 models, begun to sample: the "
                                       "command that began it continues it"));
   REQUIRE(run({scratch / "in"}, store).exit_code == 3);
   CHECK(meander_with({"info", store}).err.empty());
-  write_file(scratch / "in/c.off", "OFF");
-  REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0"}).exit_code == 75);
+  write_file(scratch / "in/e.off", broken);
+  for (const char* name : {"f.off", "g.off", "h.off"}) put_mesh(scratch / "in" / name);
+  REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
   const ProcessResult update = meander_with({"info", store});
   CHECK(update.exit_code == 0);
-  CHECK_THAT(update.err, Contains("holds an unfinished run over 3 models, begun to update the store"));
+  CHECK_THAT(update.err, Contains("holds an unfinished run over 8 models, begun to update the store"));
   CHECK_THAT(meander_with({"info", scratch / "none.h5"}).err, Contains("does not exist"));
 }
 
