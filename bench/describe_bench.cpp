@@ -12,6 +12,7 @@
 #include "bench/bench_shapes.h"
 #include "kernels/describe/curved_samples.h"
 #include "kernels/describe/distance_histogram.h"
+#include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_functions.h"
 #include "kernels/describe/shape_moments.h"
 
@@ -49,6 +50,34 @@ void distances(benchmark::State& state) {
 }
 BENCHMARK(distances)
     ->ArgsProduct({{2048, 8192, 32768}, {32, 1024}, {0, 1}, {1, 2, 3}})
+    ->Unit(benchmark::kMillisecond);
+
+// Arguments: points, sense of the normals, instructions.
+void oriented_pairs(benchmark::State& state) {
+  const std::vector<float> points = points_of(state.range(0));
+  std::vector<float> normals;  // from the middle of the box
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    const Vector3 from = {points[i] - 0.5, points[i + 1] - 0.5, points[i + 2] - 0.5};
+    const Vector3 normal = (1 / norm(from)) * from;
+    for (const double value : {normal.x, normal.y, normal.z}) normals.push_back(static_cast<float>(value));
+  }
+  OrientedPairParameters parameters;
+  parameters.sense = static_cast<NormalSense>(state.range(1));
+  parameters.instructions = static_cast<InstructionSet>(state.range(2));
+  if (!is_available(parameters.instructions)) {
+    state.SkipWithError("not on this processor");
+    return;
+  }
+  OrientedPairHistogram histogram;
+  for ([[maybe_unused]] auto _ : state) {
+    histogram = oriented_pair_histogram(points, normals, parameters);
+    benchmark::DoNotOptimize(histogram.counts.data());
+  }
+  count_items(state, "pair", static_cast<double>(histogram.pairs));
+  check_sum(state, name_of(parameters.instructions).data(), histogram.counts);
+}
+BENCHMARK(oriented_pairs)
+    ->ArgsProduct({{1024, 2048, 8192}, {0, 1}, {1, 2, 3}})
     ->Unit(benchmark::kMillisecond);
 
 void weighted_distances(benchmark::State& state) {

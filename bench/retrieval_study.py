@@ -3,10 +3,12 @@
 
     retrieval_study.py MEANDER DATA [-n 1024] [--seeds 20] [--json result.json]
     retrieval_study.py MEANDER DATA --sequences spaced,shifted,random --descriptors d2,a3
+    retrieval_study.py MEANDER DATA --descriptors d2,pairs,pairs-unsigned --turned
 
 DATA holds retrieval/CLASS/MODEL and dirty/soup_CLASS_NAME.obj (a folder without soups is studied without
-them). Every seed samples all models with each of the sequences, and scores every combination of the histogram
-descriptors with `retrieve select`, on retrieval/ alone and with the soups as further classes. Tables: mean +-
+them), or CLASS/MODEL itself. With --turned every other model of a class is turned inside out first: its faces
+run the other way round. Every seed samples all models with each of the sequences, and scores every combination
+of the histogram descriptors with `retrieve select`, on retrieval/ alone and with the soups as further classes. Tables: mean +-
 standard deviation over the seeds; the first sequence less each of the others, seed by seed; the choice leaving
 one class out. Interrupted (SIGINT), it prints the tables of the seeds that are done.
 Python's standard library only. Exit status 1 when a run failed.
@@ -26,8 +28,9 @@ from pathlib import Path
 
 EXTENSIONS = {".off", ".obj", ".ply", ".stl"}
 SCORES = ["NN", "1st tier", "2nd tier", "E-measure", "DCG", "mAP"]
-DESCRIPTORS = ["d2", "a3", "d1", "d3", "d4", "geodesic"]
-COMBINATIONS = ["d2", "geodesic", "d2+geodesic", "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
+DESCRIPTORS = ["d2", "a3", "d1", "d3", "d4", "geodesic", "pairs", "pairs-unsigned"]
+COMBINATIONS = ["d2", "pairs", "pairs-unsigned", "d2+pairs", "geodesic", "d2+geodesic",
+                "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
 CHOSEN = "chosen, one class left out"
 SEQUENCES = ["shifted", "random", "stratified", "regular", "spaced"]
 
@@ -48,13 +51,14 @@ def run_process(command):
 def classes_of(data):
     """{class: files} of retrieval/ and of the soups, whose class is the middle of their name."""
     clean, soups = {}, {}
-    for path in sorted((data / "retrieval").glob("*/*")):
+    models = data / "retrieval" if (data / "retrieval").is_dir() else data
+    for path in sorted(models.glob("*/*")):
         if path.suffix.lower() in EXTENSIONS:
             clean.setdefault(path.parent.name, []).append(path)
     for path in sorted((data / "dirty").glob("soup_*_*.obj")):
         soups.setdefault("soup-" + path.name.split("_")[1], []).append(path)
     if len(clean) < 2:
-        raise Failure(f"{data}/retrieval: fewer than two folders of models")
+        raise Failure(f"{models}: fewer than two folders of models")
     names = [path.stem for files in [*clean.values(), *soups.values()] for path in files]
     if len(set(names)) != len(names):
         raise Failure("two models of one name: a .cla file could not tell them apart")
@@ -67,6 +71,54 @@ def write_classification(path, classes):
     for name, files in classes.items():
         lines += ["", f"{name} 0 {len(files)}", *(file.stem for file in files)]
     path.write_text("\n".join(lines) + "\n")
+
+
+# ---- models turned inside out ---------------------------------------------------------------------------------
+
+def turned_off(lines):
+    vertices, faces = (int(n) for n in lines[1].split()[:2])
+    for i in range(2 + vertices, 2 + vertices + faces):
+        count, *rest = lines[i].split()
+        corners = rest[:int(count)]
+        lines[i] = " ".join([count, *reversed(corners), *rest[int(count):]])
+    return lines
+
+
+def turned_obj(lines):
+    return [" ".join(["f", *reversed(line.split()[1:])]) if line.startswith("f ") else line for line in lines]
+
+
+def turned_ply(content):
+    """Of binary little-endian files whose vertices are three floats and whose faces are lists uchar int."""
+    end = content.index(b"end_header\n") + len(b"end_header\n")
+    header = content[:end].decode("ascii").split("\n")
+    properties = [line for line in header if line.startswith("property")]
+    if header[1] != "format binary_little_endian 1.0" or [p.split()[1] for p in properties] != ["float"] * 3 + ["list"]:
+        raise Failure("a PLY file of another layout cannot be turned inside out")
+    vertices, faces = (int(line.split()[2]) for line in header if line.startswith("element"))
+    at = end + 12 * vertices
+    parts = [content[:at]]
+    for _ in range(faces):
+        count = content[at]
+        corners = [content[k:k + 4] for k in range(at + 1, at + 1 + 4 * count, 4)]
+        parts += [content[at:at + 1], *reversed(corners)]
+        at += 1 + 4 * count
+    return b"".join([*parts, content[at:]])
+
+
+def turned_inside_out(path, folder):
+    """A copy of the model in the folder, of the same name, whose faces run the other way round."""
+    copy = folder / path.parent.name / path.name
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() == ".ply":
+        copy.write_bytes(turned_ply(path.read_bytes()))
+        return copy
+    turn = {".off": turned_off, ".obj": turned_obj}.get(path.suffix.lower())
+    if turn is None:
+        raise Failure(f"{path}: only OFF, OBJ and PLY files are turned inside out")
+    lines = path.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    copy.write_text("\n".join(turn(lines)) + "\n", encoding="utf-8", errors="surrogateescape")
+    return copy
 
 
 # ---- the study -----------------------------------------------------------------------------------------------
@@ -138,7 +190,8 @@ def summary_of(values, arguments):
 
 def print_tables(base, models, summary, arguments):
     print(f"\n{base}: {models} models, n = {arguments.samples}, {arguments.bins} bins, {arguments.distance}, "
-          f"{arguments.seeds} seeds; mean ± standard deviation over seeds\n")
+          f"{arguments.seeds} seeds{', every other model inside out' if arguments.turned else ''}; "
+          "mean ± standard deviation over seeds\n")
     print("| descriptor | samples | " + " | ".join(SCORES) + " |\n|---|---|" + "---|" * len(SCORES))
     for name, entry in summary.items():
         for sequence in arguments.sequences:
@@ -154,19 +207,23 @@ def study(arguments):
     with tempfile.TemporaryDirectory(prefix="meander-study-", dir=arguments.scratch) as folder:
         scratch = Path(folder)
         bases = {}
-        for base, classes in {"retrieval": clean, "retrieval and soups": {**clean, **soups}}.items():
-            if base != "retrieval" and not soups:
+        groups = [*clean.values(), *soups.values()]
+        name = groups[0][0].parent.parent.name
+        for base, classes in {name: clean, f"{name} and soups": {**clean, **soups}}.items():
+            if base != name and not soups:
                 continue
             classification = scratch / f"{base.replace(' ', '_')}.cla"
             write_classification(classification, classes)
             bases[base] = (classification, sum(len(files) for files in classes.values()))
-        files = [file for group in [*clean.values(), *soups.values()] for file in group]
+        files = [turned_inside_out(file, scratch / "turned") if arguments.turned and i % 2 == 1 else file
+                 for group in groups for i, file in enumerate(group)]
         start = time.perf_counter()
         values, scored, arguments.seeds = measure(arguments, bases, files, scratch)
         seconds = time.perf_counter() - start
     context = {"meander": run_process([arguments.meander, "--version"]).strip(), "cores": os.cpu_count(),
                "system": platform.platform(), "samples": arguments.samples, "bins": arguments.bins,
-               "distance": arguments.distance, "criterion": arguments.criterion, "seeds": arguments.seeds,
+               "distance": arguments.distance, "turned": arguments.turned,
+               "criterion": arguments.criterion, "seeds": arguments.seeds,
                "seconds": seconds}
     print(f"{context['meander']}; {len(files)} files, "
           f"{len(arguments.sequences) * arguments.seeds} runs and their scores in {seconds:.0f} s")
@@ -188,8 +245,9 @@ def main():
     parser.add_argument("--seeds", type=int, default=20, help="seeds 1, 2, ... (default 20)")
     parser.add_argument("--sequences", default="shifted,random",
                         help=f"the first is compared with the others (default shifted,random), of {', '.join(SEQUENCES)}")
-    parser.add_argument("--descriptors", default=",".join(DESCRIPTORS),
-                        help="histograms that are made and combined (default all six)")
+    parser.add_argument("--descriptors", default=",".join(DESCRIPTORS[:6]),
+                        help=f"histograms that are made and combined, of {', '.join(DESCRIPTORS)} (default the first six)")
+    parser.add_argument("--turned", action="store_true", help="turn every other model of a class inside out")
     parser.add_argument("--distance", default="l1", help="of the fixed combinations (default l1)")
     parser.add_argument("--criterion", default="nn+ft", help="of the choice (default nn+ft)")
     parser.add_argument("--json", metavar="FILE", help="all scores of all seeds as JSON")

@@ -246,6 +246,7 @@ std::string_view describe(FileKind kind) {
                                 "an OBJ mesh"sv,
                                 "an STL mesh"sv,
                                 "an fbin file"sv,
+                                "a numpy array"sv,
                                 "a matrix of distances"sv,
                                 "a text file"sv,
                                 "a file of unknown content"sv};
@@ -260,6 +261,7 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   if (bytes.starts_with("meander store\n")) return FileKind::store;
   if (is_hdf5(bytes)) return FileKind::hdf5;
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
+  if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_kind(bytes);
   if (const auto off = off_kind(head)) return *off;
   return is_text(head) ? text_kind(head) : binary_kind(head);

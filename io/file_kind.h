@@ -25,6 +25,7 @@ enum class FileKind : std::uint8_t {
   obj_mesh,
   stl_mesh,
   fbin,             // number of rows, width, then that many float32
+  npy,              // an array of numpy
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
   unknown

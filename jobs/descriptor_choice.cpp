@@ -79,6 +79,11 @@ namespace {
 DescriptorSchema schema_of(const DescriptorGroup& group, const DescribeParameters& parameters) {
   DescriptorSchema schema{
       std::string(group.name), parameters.bins, {{"value", std::string(group.value)}}, "descriptors"};
+  if (group.fixed_bins.count > 0) {
+    schema.width = group.fixed_bins.count;
+    schema.attributes.emplace_back("bins", std::string(group.fixed_bins.text));
+    return schema;
+  }
   if (!group.has_bins) {
     schema.width = static_cast<std::uint32_t>(group.columns.size());
     schema.attributes.emplace_back(columns_attribute, fmt::format("{}", fmt::join(group.columns, ",")));

@@ -151,12 +151,31 @@ void write_ids(const StoreReader& store, const DescribedRows& table, const std::
   }
 }
 
-void write_fbin(const StoreReader& store, const DescribedRows& table, const std::string& path) {
+std::string fbin_header(const DescribedRows& table) {
   if (table.rows().size() > std::numeric_limits<std::uint32_t>::max())
     throw UsageError("fbin holds at most 2^32 - 1 rows");
-  AtomicFile file(path), ids(ids_path(path));
   const std::uint32_t header[2] = {static_cast<std::uint32_t>(table.rows().size()), table.width()};
-  file.append(std::as_bytes(std::span(header)));
+  return {reinterpret_cast<const char*>(header), sizeof header};
+}
+
+// Version 1.0 of the format; the values begin at a multiple of 64 bytes.
+std::string npy_header(const DescribedRows& table) {
+  std::string text = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
+                                 table.rows().size(), table.width());
+  constexpr std::size_t before = 10, alignment = 64;
+  text.resize((before + text.size() + alignment) / alignment * alignment - before - 1, ' ');
+  text += '\n';
+  std::string header("\x93NUMPY\x01\x00", 8);
+  header += static_cast<char>(text.size() & 0xFF);
+  header += static_cast<char>(text.size() >> 8);
+  return header + text;
+}
+
+// The header, then all values row by row, little-endian; and the list of the rows.
+void write_values(const StoreReader& store, const DescribedRows& table, const std::string& header,
+                  const std::string& path) {
+  AtomicFile file(path), ids(ids_path(path));
+  file.append(header);
   table.visit_blocks([&](std::span<const std::uint64_t>, std::span<const float> values) {
     file.append(std::as_bytes(values));
   });
@@ -267,14 +286,14 @@ void write_ann(const StoreReader& store, const DescribedRows& table, const Descr
 }  // namespace
 
 bool is_descriptor_format(const std::string& format) {
-  return format == "csv" || format == "fbin" || format == "ann-hdf5";
+  return format == "csv" || format == "fbin" || format == "npy" || format == "ann-hdf5";
 }
 
 void add_descriptor_export_options(const Command& whole, DescriptorExport& options) {
   const auto given = [&options] { options.shapes_split = true; };
   Command command = whole.under("Descriptors");
   command.add_option("--descriptors", options.descriptors,
-                     "Write these descriptors, NAME or NAME+NAME, with --format csv, fbin or ann-hdf5");
+                     "Write these descriptors, NAME or NAME+NAME, with --format npy, csv, fbin or ann-hdf5");
   const Option share =
       command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
           .show_default()
@@ -303,7 +322,7 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
       throw UsageError("--format " + format + " holds descriptors: name them with --descriptors");
     if (output.empty()) throw UsageError("export of descriptors needs -o FILE");
   } else if (!options.descriptors.empty()) {
-    throw UsageError("--descriptors needs --format csv, fbin or ann-hdf5");
+    throw UsageError("--descriptors needs --format npy, csv, fbin or ann-hdf5");
   }
   if (options.shapes_split && format != "ann-hdf5")
     throw UsageError("--test-share, --queries, --neighbours and --distance apply to --format ann-hdf5 only");
@@ -312,6 +331,7 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
 int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard) {
   const FileKind kind = options.format == "csv"    ? FileKind::csv
                         : options.format == "fbin" ? FileKind::fbin
+                        : options.format == "npy"  ? FileKind::npy
                                                    : FileKind::hdf5;
   guard.check(options.output, {kind}, "-o", options.existing);
   if (kind != FileKind::csv)
@@ -320,7 +340,9 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
   if (options.format == "csv") {
     write_csv(store, table, options.output);
   } else if (options.format == "fbin") {
-    write_fbin(store, table, options.output);
+    write_values(store, table, fbin_header(table), options.output);
+  } else if (options.format == "npy") {
+    write_values(store, table, npy_header(table), options.output);
   } else {
     write_ann(store, table, options);
   }

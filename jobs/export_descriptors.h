@@ -1,4 +1,4 @@
-// Descriptors of a store as one file: CSV, fbin, or the HDF5 file of ANN-benchmarks.
+// Descriptors of a store as one file: CSV, fbin, npy, or the HDF5 file of ANN-benchmarks.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ class Command;
 
 struct DescriptorExport {
   std::string descriptors;  // names joined by `+`
-  std::string format;       // csv, fbin, ann-hdf5
+  std::string format;       // csv, fbin, npy, ann-hdf5
   std::string output;
   Existing existing = Existing::keep;  // of the file and of its list
   std::vector<std::uint64_t> rows;     // those asked for; empty: all
@@ -34,7 +34,7 @@ void add_descriptor_export_options(const Command& command, DescriptorExport& opt
 void check_descriptor_export(const DescriptorExport& options, const std::string& format,
                              const std::string& output);
 
-// Writes the file, whole or not at all, and for fbin and ann-hdf5 the list of its rows beside it
+// Writes the file, whole or not at all, and for all but csv the list of its rows beside it
 // (FILE.ids.csv), when the guard lets both through. Rows that are not ok or lack a descriptor are left out
 // and counted. Memory: one block of rows; for ann-hdf5 the vectors once. Returns the exit code.
 int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard);

@@ -133,7 +133,7 @@ int export_store(const ExportOptions& options) {
 JobFunction add_export_job(Command& program) {
   Command command = program.add_subcommand(
       "export",
-      "Points of a store as PLY, OFF or XYZ files, or PointNet shards; descriptors as CSV, fbin or "
+      "Points of a store as PLY, OFF or XYZ files, or PointNet shards; descriptors as CSV, fbin, npy or "
       "HDF5");
   auto options = std::make_shared<ExportOptions>();
   command.add_option("STORE", options->store, "The store").required();
@@ -143,7 +143,7 @@ JobFunction add_export_job(Command& program) {
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
-          .one_of({"ply", "off", "xyz", "csv", "fbin", "ann-hdf5"});
+          .one_of({"ply", "off", "xyz", "csv", "fbin", "npy", "ann-hdf5"});
   const Option pointnet = command
                               .add_flag("--pointnet", options->pointnet,
                                         "HDF5 shards for PointNet-style loaders: all ok rows with a class, "

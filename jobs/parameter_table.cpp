@@ -2,16 +2,38 @@
 
 #include <algorithm>
 
+#include "io/json/json_reader.h"
+
 namespace meander {
 
 Option ParameterTable::add(Command& command, const char* name, const char* option, bool& variable,
                            const std::string& help) {
   record(name, variable);
+  set_by(name, option);
   return command.add_flag(option, variable, help);
+}
+
+void ParameterTable::set_by(const char* name, std::string_view option) {
+  options_[name] = option.substr(option.rfind(',') + 1);  // of "-n,--samples" the long one
+}
+
+std::vector<std::string> ParameterTable::arguments(const std::map<std::string, std::string>& members) const {
+  std::vector<std::string> arguments;
+  for (const auto& [name, value] : members) {
+    const auto option = options_.find(name);
+    if (option == options_.end() || value == "false") continue;
+    arguments.push_back(option->second);
+    if (value == "true") continue;
+    arguments.push_back(value.starts_with('"')
+                            ? *JsonObject("{\"value\":" + value + "}", "the parameters").text("value")
+                            : value);
+  }
+  return arguments;
 }
 
 void ParameterTable::append(const ParameterTable& other) {
   members_.insert(members_.end(), other.members_.begin(), other.members_.end());
+  options_.insert(other.options_.begin(), other.options_.end());
 }
 
 std::string ParameterTable::json() const {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -22,6 +24,7 @@ class ParameterTable {
   Option add(Command& command, const char* name, const char* option, Value& variable,
              const std::string& help) {
     record(name, variable);
+    set_by(name, option);
     return command.add_option(option, variable, help).show_default();
   }
   // A flag.
@@ -31,6 +34,7 @@ class ParameterTable {
   Option add(Command& command, const char* name, const char* option, Enum& variable,
              const Word<Enum> (&words)[N], const std::string& help) {
     compute(name, [&variable, &words] { return text_of(words, variable); });
+    set_by(name, option);
     return command
         .add_option(
             option, [&variable, &words](const std::string& text) { variable = value_of(words, text); }, help)
@@ -50,8 +54,14 @@ class ParameterTable {
     members_.emplace_back(name,
                           [name, value = std::move(value)](JsonWriter& json) { json.member(name, value()); });
   }
+  // The option that sets a member which is recorded otherwise.
+  void set_by(const char* name, std::string_view option);
   // Adds the members of another table.
   void append(const ParameterTable& other);
+
+  // The arguments of a command line that give these members (names and values as in the JSON) by their
+  // options; members without one are left out. Throws RunError(unusable) for a text that is not JSON.
+  std::vector<std::string> arguments(const std::map<std::string, std::string>& members) const;
 
   // One line, the members in the order that stores have had so far: by name, `_` after the letters.
   std::string json() const;
@@ -59,6 +69,7 @@ class ParameterTable {
  private:
   using Member = std::pair<std::string, std::function<void(JsonWriter&)>>;
   std::vector<Member> members_;
+  std::map<std::string, std::string> options_;  // by member
 };
 
 }  // namespace meander

@@ -12,6 +12,8 @@
 #include "jobs/classification.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
+#include "jobs/option_words.h"
+#include "jobs/store_items.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -54,8 +56,9 @@ void require_fitting(const DescriptorSchema& schema, DistanceKind distance) {
                   schema.name, distance == DistanceKind::emd ? "emd" : "chi2"));
 }
 
-// Every column to mean 0 and standard deviation 1; a column of equal values to 0.
-void standardise(std::vector<float>& values, std::size_t width) {
+// Mean and standard deviation of every column; deviation 0 for a column of equal values.
+std::vector<ColumnScale> column_scales(std::span<const float> values, std::size_t width) {
+  std::vector<ColumnScale> scales(width);
   const std::size_t rows = values.size() / width;
   for (std::size_t column = 0; column < width; ++column) {
     double sum = 0, squares = 0;
@@ -68,10 +71,16 @@ void standardise(std::vector<float>& values, std::size_t width) {
     const double deviation = std::sqrt(squares / static_cast<double>(rows));
     // Rounding alone makes 1e-7 of the values.
     const bool constant = !(deviation > 1e-6 * std::abs(mean));
-    for (std::size_t row = 0; row < rows; ++row) {
-      float& value = values[row * width + column];
-      value = constant ? 0.0f : static_cast<float>((value - mean) / deviation);
-    }
+    scales[column] = {mean, constant ? 0 : deviation};
+  }
+  return scales;
+}
+
+// Every column to mean 0 and standard deviation 1; a column of equal values to 0.
+void standardise(std::span<float> values, std::span<const ColumnScale> scales) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto& [mean, deviation] = scales[k % scales.size()];
+    values[k] = deviation > 0 ? static_cast<float>((values[k] - mean) / deviation) : 0.0f;
   }
 }
 
@@ -80,7 +89,8 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
                         const std::vector<std::uint64_t>& candidates,
                         const std::vector<std::uint32_t>& labels) {
   RetrievalBase result;
-  const std::vector<DescriptorSchema> schemas = chosen_descriptors(store, descriptor);
+  result.schemas = chosen_descriptors(store, descriptor);
+  const std::vector<DescriptorSchema>& schemas = result.schemas;
   std::vector<std::vector<float>> values;
   for (const DescriptorSchema& schema : schemas) {
     require_fitting(schema, distance);
@@ -113,7 +123,11 @@ RetrievalBase make_base(const StoreReader& store, const std::string& descriptor,
     for (const std::uint64_t row : result.rows)
       kept.insert(kept.end(), values[d].begin() + static_cast<std::ptrdiff_t>(row * width),
                   values[d].begin() + static_cast<std::ptrdiff_t>((row + 1) * width));
-    if (!is_histogram(schemas[d])) standardise(kept, width);
+    std::vector<ColumnScale>& scales = result.columns.emplace_back();
+    if (!is_histogram(schemas[d])) {
+      scales = column_scales(kept, width);
+      standardise(kept, scales);
+    }
     values[d] = std::move(kept);
     blocks.push_back({values[d], schemas[d].width});
   }
@@ -163,6 +177,33 @@ std::vector<std::uint32_t> miscellaneous(const std::vector<std::string>& classes
 }
 
 }  // namespace
+
+DistanceKind CompareOptions::kind() const { return value_of(distance_words, distance); }
+
+void add_compare_options(Command& command, CompareOptions& options) {
+  command.add_option("STORE", options.store, "The store").required();
+  command.add_option("--descriptor", options.descriptor,
+                     "Descriptor by its name in the store; several as a+b, each scaled by its mean distance "
+                     "(default: the first of the store)");
+  command.add_option("--distance", options.distance, "Distance between descriptors")
+      .show_default()
+      .one_of(all_words(distance_words));
+  command.add_flag("--json", options.json, "Print the results as JSON");
+  command.add_option("--csv", options.csv, "Also write the table to this CSV file");
+  add_trust_option(command, options.check);
+}
+
+std::optional<DescriptorQuery> query_of(const RetrievalBase& base, std::span<const float> values) {
+  std::vector<float> row(values.begin(), values.end());
+  std::span<float> rest = row;
+  for (std::size_t d = 0; d < base.schemas.size(); ++d) {
+    const std::span<float> block = rest.first(base.schemas[d].width);
+    if (!is_described(base.schemas[d], block)) return std::nullopt;
+    if (!base.columns[d].empty()) standardise(block, base.columns[d]);
+    rest = rest.subspan(block.size());
+  }
+  return make_descriptor_query(base.base, row);
+}
 
 RetrievalBase load_base(const StoreReader& store, const std::string& descriptor, DistanceKind distance) {
   std::vector<std::uint64_t> all;

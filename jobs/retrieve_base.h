@@ -2,18 +2,38 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/json_writer.h"
 #include "io/store/store.h"
+#include "jobs/command_line.h"
 #include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/retrieve/retrieval_scores.h"
 
 namespace meander {
 
+// What every comparison of models is told.
+struct CompareOptions {
+  std::string store, descriptor, distance = "l1", csv;
+  bool json = false;
+  StoreCheck check = StoreCheck::every_byte;
+
+  DistanceKind kind() const;
+};
+void add_compare_options(Command& command, CompareOptions& options);
+
+// Of a column of separate values: (value - mean) / deviation is compared; 0 where the deviation is 0.
+struct ColumnScale {
+  double mean = 0, deviation = 0;
+};
+
 struct RetrievalBase {
-  std::vector<std::string> descriptors;  // names, as combined
+  std::vector<std::string> descriptors;           // names, as combined
+  std::vector<DescriptorSchema> schemas;          // of these
+  std::vector<std::vector<ColumnScale>> columns;  // of each; empty for a histogram
   DescriptorBase base;
   std::vector<std::uint64_t> rows;  // of the store, in the order of the base
   // Rows left out, each counted once: with no samples at all; with a descriptor that is not finite or that
@@ -42,6 +62,10 @@ RetrievalBase load_labelled_base(const StoreReader& store, const std::string& de
 // The rules of scoring a labelled base. Throws UsageError when no class can be scored.
 RetrievalTask labelled_task(const RetrievalBase& base, bool psb_compat);
 const char* rules_text(bool psb_compat);
+
+// A row that the store does not have, as a query. values: of all descriptors, one after the other. Empty
+// where one of them could not be made.
+std::optional<DescriptorQuery> query_of(const RetrievalBase& base, std::span<const float> values);
 
 std::string joined(const std::vector<std::string>& names);  // "a+b"
 // "3 not ok, 1 without a class"; empty when every row is there.

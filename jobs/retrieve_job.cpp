@@ -16,13 +16,11 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
-#include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
+#include "jobs/retrieve_query.h"
 #include "jobs/retrieve_select.h"
-#include "jobs/store_items.h"
 #include "kernels/core/parallel.h"
-#include "kernels/retrieve/nearest_rows.h"
 #include "kernels/retrieve/retrieval_scores.h"
 
 namespace meander {
@@ -31,17 +29,12 @@ namespace {
 
 constexpr std::size_t most_drawn_classes = 1024;
 
-struct RetrieveOptions {
-  std::string store, item, descriptor, distance = "l1", classes;
-  std::uint32_t k = 10;
-  bool psb_compat = false, per_class = false, json = false;
-  std::string csv, matrix, picture, confusion;
-  StoreCheck check = StoreCheck::every_byte;
-
-  DistanceKind kind() const { return value_of(distance_words, distance); }
+struct EvaluateOptions : CompareOptions {
+  std::string classes, matrix, picture, confusion;
+  bool psb_compat = false, per_class = false;
 };
 
-void check_outputs(const RetrieveOptions& options) {
+void check_outputs(const EvaluateOptions& options) {
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   guard.protect(options.classes);
@@ -50,51 +43,6 @@ void check_outputs(const RetrieveOptions& options) {
   guard.check(options.picture, {FileKind::svg}, "--picture");
   guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
               "--confusion");
-}
-
-// ---- query -----------------------------------------------------------------------------------------------
-
-int query(const RetrieveOptions& options) {
-  check_outputs(options);
-  const StoreReader store(options.store, options.check);
-  const std::uint64_t row = find_item(store, options.item);
-  const ItemReport report = store.report(row);
-  if (report.status != Status::ok)
-    throw UsageError(
-        fmt::format("`{}` has no descriptors: {}: {}", options.item, name_of(report.status), report.reason));
-  const RetrievalBase base = load_base(store, options.descriptor, options.kind());
-  const auto at = std::lower_bound(base.rows.begin(), base.rows.end(), row);
-  if (at == base.rows.end() || *at != row)
-    throw UsageError(
-        fmt::format("`{}` has no usable descriptor: its values are not finite or all 0", options.item));
-  const std::vector<NearRow> found =
-      nearest_rows(base.base, static_cast<std::size_t>(at - base.rows.begin()), options.k);
-  Table table{{{"rank"}, {"row"}, {"id"}, {"class"}, {"distance"}}, {}};
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::uint64_t other = base.rows[found[i].row];
-    const std::int32_t label = store.label(other);
-    table.rows.push_back(
-        {i + 1, other, store.id(other),
-         label >= 0 ? TableCell(store.label_names().at(static_cast<std::size_t>(label))) : TableCell(),
-         static_cast<double>(found[i].distance)});
-  }
-  if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
-  if (!options.json) {
-    fmt::print("{}", text_table(table));
-    return exit_done;
-  }
-  JsonWriter json;
-  json.begin_object();
-  json.member("store", options.store);
-  json.member("item", store.id(row));
-  json.member("descriptor", joined(base.descriptors));
-  json.member("distance", options.distance);
-  write_left_out(json, base);
-  json.key("results");
-  write_table(json, table);
-  json.end_object();
-  fmt::print("{}\n", json.text());
-  return exit_done;
 }
 
 // ---- evaluate --------------------------------------------------------------------------------------------
@@ -148,7 +96,7 @@ void write_precision(JsonWriter& json, const char* name, const RetrievalScores& 
   json.end_array();
 }
 
-void print_json(const RetrieveOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
+void print_json(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalSummary& summary,
                 const Table& table) {
   JsonWriter json;
   json.begin_object();
@@ -173,7 +121,7 @@ void print_json(const RetrieveOptions& options, const RetrievalBase& base, const
   fmt::print("{}\n", json.text());
 }
 
-int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
+int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
   if (!options.confusion.empty()) require_laboratory(laboratory, "--confusion");
   if (!options.picture.empty() && !options.picture.ends_with(".svg"))
@@ -208,19 +156,6 @@ int evaluate(const RetrieveOptions& options, const Laboratory* laboratory) {
   return exit_done;
 }
 
-void add_common_options(Command& command, RetrieveOptions& options) {
-  command.add_option("STORE", options.store, "The store").required();
-  command.add_option("--descriptor", options.descriptor,
-                     "Descriptor by its name in the store; several as a+b, each scaled by its mean distance "
-                     "(default: the first of the store)");
-  command.add_option("--distance", options.distance, "Distance between descriptors")
-      .show_default()
-      .one_of(all_words(distance_words));
-  command.add_flag("--json", options.json, "Print the results as JSON");
-  command.add_option("--csv", options.csv, "Also write the table to this CSV file");
-  add_trust_option(command, options.check);
-}
-
 }  // namespace
 
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
@@ -228,16 +163,11 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "retrieve",
       "Search a store for similar models by their descriptors, and evaluate the search by classes");
   command.require_subcommand();
-  auto options = std::make_shared<RetrieveOptions>();
-  Command ask = command.add_subcommand("query", "List the models most similar to a model of the store");
-  add_common_options(ask, *options);
-  ask.add_option("ITEM", options->item, "An id or a row number").required();
-  ask.add_option("-k,--count", options->k, "Number of models to list, 1 to 1000000")
-      .show_default()
-      .range(1, 1000000);
+  const JobFunction query = add_query_command(command);
+  auto options = std::make_shared<EvaluateOptions>();
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
-  add_common_options(judge, *options);
+  add_compare_options(judge, *options);
   judge.add_option("--classes", options->classes,
                    "Princeton .cla file (default: the labels of the store); it orders the rows of --matrix");
   judge.add_flag(
@@ -251,8 +181,8 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
   const JobFunction select = add_select_command(command);
-  return [options, laboratory, command, select] {
-    if (command.chose("query")) return query(*options);
+  return [options, laboratory, command, query, select] {
+    if (command.chose("query")) return query();
     return command.chose("evaluate") ? evaluate(*options, laboratory) : select();
   };
 }

@@ -88,6 +88,9 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
                   "hilbert or balanced")
       .one_of(all_words(order_of_elements_words));
   table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
+  table.set_by("curve", "--curve");
+  table.set_by("curved", "--curved");
+  table.set_by("spacing", "--spacing");
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
   table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
             "Stored coordinates (loc and scale undo it)");

@@ -1,11 +1,15 @@
 #include "jobs/store_items.h"
 
 #include <charconv>
+#include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "io/item_id.h"
 #include "io/parameters_text.h"
 #include "jobs/command_line.h"
 #include "jobs/inputs.h"
+#include "kernels/core/spelling.h"
 
 namespace meander {
 
@@ -17,14 +21,34 @@ void add_trust_option(Command& command, StoreCheck& check) {
       "values or crash");
 }
 
+namespace {
+
+// The first id whose file has that name, with or without its extension; else the nearest in spelling, among
+// not too many. Empty where there is none.
+std::string near_id(const StoreReader& store, const std::string& item) {
+  constexpr std::uint64_t most_spelt = 10000;
+  std::vector<std::string> ids;
+  for (std::uint64_t row = 0; row < store.rows(); ++row) {
+    std::string id = store.id(row);
+    const std::filesystem::path path(id);
+    if (path.filename() == item || path.stem() == item) return id;
+    if (row < most_spelt) ids.push_back(std::move(id));
+  }
+  return nearest(item, ids);
+}
+
+}  // namespace
+
 std::uint64_t find_item(const StoreReader& store, const std::string& item) {
   if (const auto row = store.find(item)) return *row;
   if (const auto row = store.find(escape_id(item))) return *row;
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), number);
   if (error == std::errc() && end == item.data() + item.size() && number < store.rows()) return number;
+  const std::string near = near_id(store, item);
   throw UsageError("no item `" + item + "` (neither an id nor a row number below " +
-                   std::to_string(store.rows()) + ")");
+                   std::to_string(store.rows()) + ")" +
+                   (near.empty() ? "" : ", did you mean `" + near + "`?"));
 }
 
 std::string made_otherwise(const StoreReader& store, const StoreHeader& header) {

@@ -76,6 +76,7 @@ void add_tensor_options(const Command& command, ParameterTable& table, TensorOpt
       .show_default()
       .on_given(note("--tensor"));
   table.compute("tensor", [&tensor] { return tensor_text(tensor); });
+  table.set_by("tensor", "--tensor");
   table
       .add(options, "tensor_form", "--tensor-form", tensor.form, form_words,
            "Six numbers are spacings S, or a metric G = S^-2")

@@ -20,11 +20,8 @@ double encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-Rgb lagoon(double t) {
-  const double s = 2 * t - 1;
-  const double lightness = 0.28 + 0.64 * t;
-  const double chroma = 0.094 + s * s * (0.065 + 0.025 * s);
-  const double hue = (305 + (108 - 305) * t) * std::numbers::pi / 180;
+// hue: radians. Colours outside sRGB are clamped.
+Rgb from_oklab(double lightness, double chroma, double hue) {
   const double a = chroma * std::cos(hue), b = chroma * std::sin(hue);
   // OKLab to the cubes of cone responses to linear sRGB (matrices of Ottosson 2020).
   const auto cube = [](double v) { return v * v * v; };
@@ -34,6 +31,20 @@ Rgb lagoon(double t) {
   return {byte_of(encoded(4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * n)),
           byte_of(encoded(-1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * n)),
           byte_of(encoded(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * n))};
+}
+
+Rgb lagoon(double t) {
+  const double s = 2 * t - 1;
+  const double chroma = 0.094 + s * s * (0.065 + 0.025 * s);
+  return from_oklab(0.28 + 0.64 * t, chroma, (305 + (108 - 305) * t) * std::numbers::pi / 180);
+}
+
+// Hues in steps of the golden angle, which never come near an earlier one soon, in three lightnesses.
+Rgb further_colour(std::size_t index) {
+  constexpr std::array<double, 3> lightness = {0.52, 0.70, 0.38};
+  const double turn = static_cast<double>(index) * (3 - std::sqrt(5.0)) / 2;
+  return from_oklab(lightness[index % lightness.size()], 0.11,
+                    2 * std::numbers::pi * (turn - std::floor(turn)));
 }
 
 }  // namespace
@@ -53,7 +64,7 @@ Rgb palette_colour(std::size_t index) {
                                                           {0x33, 0x22, 0x88},
                                                           {0x88, 0x22, 0x55},
                                                           {0x8C, 0x51, 0x0A}}};
-  return palette[index % palette.size()];
+  return index < palette.size() ? palette[index] : further_colour(index - palette.size());
 }
 
 Rgb map_colour(ColourMap map, double t) {

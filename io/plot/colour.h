@@ -19,7 +19,8 @@ std::string hex_colour(Rgb colour);
 // Ten colours that stay apart for readers with protanopia and deuteranopia (simulated after Machado et al.
 // 2009, any two are at least 0.076 apart in OKLab): those of Okabe and Ito (2008, "Color Universal Design")
 // without yellow, which is too pale for lines on white, then indigo and wine of Tol (2021, SRON technical
-// note) and brown of ColorBrewer (Harrower and Brewer 2003). Indices wrap around.
+// note) and brown of ColorBrewer (Harrower and Brewer 2003). From the eleventh on hues in steps of the golden
+// angle in three lightnesses: no two of the first 200 are equal, but not all are told apart at a glance.
 inline constexpr std::size_t palette_size = 10;
 Rgb palette_colour(std::size_t index);
 

@@ -24,12 +24,21 @@ double name_width(const std::vector<std::string>& names, double size) {
 
 }  // namespace
 
+Rgb share_colour(double share) {
+  const auto mix = [&](double dark) {
+    return static_cast<std::uint8_t>(std::lround(255 + share * (dark - 255)));
+  };
+  return {mix(8), mix(48), mix(107)};
+}
+
+Rgb share_text_colour(double share) { return share > 0.5 ? Rgb{255, 255, 255} : Rgb{34, 34, 34}; }
+
 std::string svg_matrix(const NamedMatrix& matrix) {
   const std::size_t rows = matrix.rows.size(), columns = matrix.columns.size();
   if (matrix.values.size() != rows * columns)
     throw std::invalid_argument("a matrix does not fit the names of its rows and columns");
   const double cell =
-      std::clamp(480 / static_cast<double>(std::max<std::size_t>({rows, columns, 1})), 6.0, 36.0);
+      std::clamp(1600 / static_cast<double>(std::max<std::size_t>({rows, columns, 1})), 6.0, 36.0);
   const double size = std::clamp(cell * 0.6, 5.0, 12.0);
   const double title = matrix.title.empty() ? 0 : 24, row_label = matrix.row_label.empty() ? 0 : 20,
                column_label = matrix.column_label.empty() ? 0 : 20;
@@ -57,18 +66,13 @@ std::string svg_matrix(const NamedMatrix& matrix) {
       if (!std::isfinite(value)) continue;
       const double share = std::clamp(value, 0.0, 1.0), x = left + cell * static_cast<double>(j);
       if (share <= 0) continue;
-      // From white to a dark blue, linear in sRGB; shares below one still leave a mark.
-      const auto mix = [&](double dark) {
-        return static_cast<std::uint8_t>(std::lround(255 + share * (dark - 255)));
-      };
-      out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>\n", svg::number(x),
-                         svg::number(y), svg::number(cell), svg::number(cell),
-                         hex_colour({mix(8), mix(48), mix(107)}));
+      out +=
+          fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>\n", svg::number(x),
+                      svg::number(y), svg::number(cell), svg::number(cell), hex_colour(share_colour(share)));
       if (cell >= 18 && share >= 0.005)
-        write(fmt::format("{}", std::lround(100 * share)), x + cell / 2, base_line,
-              {.size = std::min(size, 10.0),
-               .anchor = TextAnchor::middle,
-               .colour = share > 0.5 ? Rgb{255, 255, 255} : Rgb{34, 34, 34}});
+        write(
+            fmt::format("{}", std::lround(100 * share)), x + cell / 2, base_line,
+            {.size = std::min(size, 10.0), .anchor = TextAnchor::middle, .colour = share_text_colour(share)});
     }
   }
   out +=

@@ -1,10 +1,6 @@
 #include "jobs/laboratory/retrieval_pictures.h"
 
-#include <algorithm>
-#include <cstdint>
-
 #include "io/file/atomic_file.h"
-#include "io/plot/heat_map.h"
 #include "io/plot/png_writer.h"
 #include "io/plot/svg_matrix.h"
 #include "io/plot/svg_plot.h"
@@ -64,14 +60,7 @@ void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBas
     replace_file(file, svg_matrix(matrix));
     return;
   }
-  HeatMapParameters look;
-  look.colours = ColourMap::inverse;
-  look.lower = 0;
-  look.upper = 1;
-  look.pixels = std::clamp<std::uint32_t>(
-      static_cast<std::uint32_t>(512 / std::max<std::size_t>(across.size(), 1)), 1, 64);
-  write_png(file, heat_map(matrix.values, static_cast<std::uint32_t>(across.size()),
-                           static_cast<std::uint32_t>(matrix.rows.size()), look));
+  write_png(file, matrix_image(matrix));
 }
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/describe/heat_geodesics.h"
+#include "kernels/describe/outward_normals.h"
 #include "kernels/describe/shape_functions.h"
 
 namespace meander {
@@ -76,6 +77,18 @@ std::vector<std::vector<float>> basics(const DescriptorInput& input) {
   values[1] = std::abs(values[1]);
   values.push_back(moments.closed ? 1.0f : 0.0f);
   return {values};
+}
+
+std::vector<std::vector<float>> pairs(const DescriptorInput& input) {
+  const OutwardNormals outward = outward_normals(input.mesh, input.samples.triangle);
+  return {oriented_pair_histogram(input.samples.points, outward.normals).roots,
+          {static_cast<float>(outward.unoriented_share)}};
+}
+
+std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input) {
+  return {oriented_pair_histogram(input.samples.points, input.samples.normals,
+                                  {.sense = NormalSense::either_side})
+              .roots};
 }
 
 }  // namespace descriptor_makers

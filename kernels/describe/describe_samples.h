@@ -10,6 +10,7 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 #include "kernels/describe/distance_histogram.h"
+#include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_moments.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/sample/samples.h"
@@ -18,8 +19,9 @@ namespace meander {
 
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
-// histogram. The numbers are places in descriptor_groups.
-enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics };
+// histogram. pairs: distances and angles of all pairs of samples with outward normals; pairs_unsigned: with
+// the stored normals, whatever their sense. The numbers are places in descriptor_groups.
+enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics, pairs, pairs_unsigned };
 
 // basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
 // has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
@@ -54,12 +56,19 @@ struct CompanionRow {
   std::span<const std::string_view> columns;  // their names
 };
 
+// Bins that no parameter shapes.
+struct FixedBins {
+  std::uint32_t count = 0;
+  std::string_view text;  // what they are
+};
+
 // Everything that the program knows of a descriptor.
 struct DescriptorGroup {
   Descriptor descriptor;
   std::string_view name;         // on the command line and in stores
   std::string_view value;        // what its values are, or, of a histogram, what it counts
   bool has_bins = true;          // a histogram, shaped by DescribeParameters::bins
+  FixedBins fixed_bins = {};     // a histogram of other bins; else, without any, separate values
   bool takes_scale = false;      // and by ::scale; else its bins end at `range` or at 3 x the mean
   std::string_view range = {};   // a fixed one
   bool takes_sources = false;    // shaped by DescribeParameters::geodesic_sources
@@ -80,12 +89,21 @@ std::vector<std::vector<float>> d3(const DescriptorInput& input);
 std::vector<std::vector<float>> d4(const DescriptorInput& input);
 std::vector<std::vector<float>> geodesic(const DescriptorInput& input);
 std::vector<std::vector<float>> basics(const DescriptorInput& input);
+std::vector<std::vector<float>> pairs(const DescriptorInput& input);
+std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input);
 }  // namespace descriptor_makers
 
 inline constexpr std::array<std::string_view, 1> disconnected_columns = {"share"};
 inline constexpr std::array<CompanionRow, 1> geodesic_companions = {
     {{"geodesic_disconnected", "share of the pairs of samples that no path along the surface joins",
       disconnected_columns}}};
+
+inline constexpr std::array<std::string_view, 1> unoriented_columns = {"share"};
+inline constexpr std::array<CompanionRow, 1> pairs_companions = {
+    {{"pairs_unoriented",
+      "share of the samples on components with a boundary, which have no outside: they face away from the "
+      "centroid of the surface",
+      unoriented_columns}}};
 
 // The one table of descriptors: a new one is a maker and a line here.
 inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
@@ -127,7 +145,33 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
       .has_bins = false,
       .needs_mesh = true,
       .columns = basics_names,
-      .make = descriptor_makers::basics}});
+      .make = descriptor_makers::basics},
+     {.descriptor = Descriptor::pairs,
+      .name = "pairs",
+      .value = "all pairs of samples with outward normals: distance, angles of the normals with the line "
+               "between the samples, angle between the normals",
+      .has_bins = false,
+      .fixed_bins =
+          {oriented_pair_bins,
+           "square roots of shares; 8 equal bins of distance from 0 to 2.5 x the mean (larger ones "
+           "count in the last) x 4 of the lesser and 4 of the greater angle with the line (edges 84, "
+           "96, 126 degrees) x 4 of the angle between the normals (33, 83, 128), the last fastest"},
+      .needs_mesh = true,
+      .needs_triangles = true,
+      .companions = pairs_companions,
+      .make = descriptor_makers::pairs},
+     {.descriptor = Descriptor::pairs_unsigned,
+      .name = "pairs-unsigned",
+      .value =
+          "all pairs of samples, their normals without a sense: distance, angles of the normals with the "
+          "line between the samples, angle between the normals",
+      .has_bins = false,
+      .fixed_bins =
+          {oriented_pair_bins,
+           "square roots of shares; 8 equal bins of distance from 0 to 2.5 x the mean (larger ones "
+           "count in the last) x 4 of the lesser and 4 of the greater angle with the line (edges 36, "
+           "60, 84 degrees) x 4 of the angle between the normals (33, 57, 83), the last fastest"},
+      .make = descriptor_makers::pairs_unsigned}});
 
 static_assert([] {
   for (std::size_t i = 0; i < descriptor_groups.size(); ++i)
@@ -165,11 +209,11 @@ constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples);
 
-// The rows of the descriptors asked for, in that order (geodesic has a second one): basics, or a histogram of
-// `bins` shares of sum 1 (a geodesic one without any connected pair is all 0). The mesh may be
-// empty unless a descriptor needs_mesh; geodesic needs Samples::triangle too. Randomness is a pure function
-// of the key. Cost: see the kernels. Needs at least 4 samples. Throws what they throw; deterministic for
-// every thread count.
+// The rows of the descriptors asked for, in that order, each followed by its companions: basics; a histogram
+// of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); or, of pairs, the roots of
+// shares. The mesh may be empty unless a descriptor needs_mesh; some need Samples::triangle too. Randomness
+// is a pure function of the key. Cost: see the kernels. Needs at least 4 samples. Throws what they throw;
+// deterministic for every thread count.
 std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters,
                                             const CancelToken& cancel = {});

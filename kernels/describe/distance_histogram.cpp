@@ -9,15 +9,12 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
-#include "kernels/describe/pair_tiles.h"
+#include "kernels/describe/pair_points.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t tile_rows = 64;
-constexpr std::size_t task_pairs = std::size_t{1} << 19;  // at least, about 0.2 ms
-constexpr std::size_t most_tasks = 1024;
 constexpr double mean_range = 3;  // range of the bins over the mean distance
 
 void check_parameters(const DistanceHistogramParameters& parameters) {
@@ -26,103 +23,11 @@ void check_parameters(const DistanceHistogramParameters& parameters) {
                                 std::to_string(parameters.bins));
   if (!(parameters.range >= 0) || !std::isfinite(parameters.range))
     throw std::invalid_argument("the range of a distance histogram is 0 or a positive number");
-  if (!is_available(parameters.instructions))
-    throw std::invalid_argument("this processor has no " + std::string(name_of(parameters.instructions)));
-}
-
-template <class Number>
-void check_finite(std::span<const Number> values, const char* what) {
-  for (const Number value : values)
-    if (!std::isfinite(value)) throw std::invalid_argument(std::string(what) + " that is not finite");
+  require_available(parameters.instructions);
 }
 
 const PairLoops& loops_of(InstructionSet set) {
-  switch (set == InstructionSet::automatic ? best_instruction_set() : set) {
-    case InstructionSet::avx512:
-      return avx512_pair_loops;
-    case InstructionSet::avx2:
-      return avx2_pair_loops;
-    default:
-      return scalar_pair_loops;
-  }
-}
-
-// The points twice, coordinates apart, times a power of two that brings the box's longest side into [1/2, 1):
-// exact (but for numbers 2^-126 of the box), and no square overflows or vanishes.
-struct PairPoints {
-  std::vector<float> x, y, z;
-  std::size_t count = 0;
-  double unit = 1;  // units of the points per working unit
-
-  PairPoints() = default;
-  explicit PairPoints(std::span<const float> points) {
-    double longest = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      float low = points[k], high = points[k];
-      for (std::size_t i = k; i < points.size(); i += 3) {
-        low = std::min(low, points[i]);
-        high = std::max(high, points[i]);
-      }
-      longest = std::max(longest, static_cast<double>(high) - static_cast<double>(low));
-    }
-    int exponent = 0;
-    if (longest > 0) std::frexp(longest, &exponent);
-    unit = std::ldexp(1.0, exponent);
-    const double factor = std::ldexp(1.0, -exponent);
-    for (std::size_t i = 0; i < points.size(); i += 3) {
-      x.push_back(static_cast<float>(points[i] * factor));
-      y.push_back(static_cast<float>(points[i + 1] * factor));
-      z.push_back(static_cast<float>(points[i + 2] * factor));
-    }
-    repeat();
-  }
-
-  // To be called once, when all points are in.
-  void repeat() {
-    count = x.size();
-    for (auto* coordinates : {&x, &y, &z}) {
-      coordinates->resize(2 * count + pair_lanes);
-      std::copy_n(coordinates->begin(), count, coordinates->begin() + static_cast<std::ptrdiff_t>(count));
-    }
-  }
-
-  PairTile tile(std::size_t row_begin, std::size_t row_end, std::size_t offset_begin,
-                std::size_t offset_end) const {
-    return {x.data(), y.data(), z.data(), row_begin, row_end, offset_begin, offset_end};
-  }
-};
-
-// Rows per task: enough pairs to be worth a task, not so many tasks that their results need much
-// memory, and fewer than 2^31 pairs, which a counter holds. Depends on n only.
-std::size_t rows_per_task(std::size_t n) {
-  const std::size_t offsets = std::max<std::size_t>(1, n / 2);
-  const std::size_t rows = std::max(task_pairs / offsets, n / most_tasks);
-  return std::max<std::size_t>(1, std::min(rows, (std::size_t{1} << 31) / offsets));
-}
-
-// Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once.
-template <class Body>
-void for_each_tile(const PairPoints& points, const PairLoops& loops, std::size_t begin, std::size_t end,
-                   const Body& body) {
-  const std::size_t n = points.count, offsets = (n - 1) / 2 + 1;
-  for (std::size_t row = begin; row < end; row += tile_rows) {
-    const std::size_t row_end = std::min(end, row + tile_rows);
-    for (std::size_t s = 1; s < offsets; s += pair_offsets)
-      body(loops, points.tile(row, row_end, s, std::min(offsets, s + pair_offsets)));
-    if (n % 2 == 0 && row < n / 2)
-      body(scalar_pair_loops, points.tile(row, std::min(row_end, n / 2), n / 2, n / 2 + 1));
-  }
-}
-
-// result[task] = task_result(first row, last row + 1) for all tasks, in parallel.
-template <class Result, class TaskResult>
-std::vector<Result> results_of_tasks(std::size_t n, const TaskResult& task_result) {
-  const std::size_t rows = rows_per_task(n);
-  std::vector<Result> results((n + rows - 1) / rows);
-  parallel_tasks(results.size(), [&](std::size_t task) {
-    results[task] = task_result(task * rows, std::min(n, (task + 1) * rows));
-  });
-  return results;
+  return loops_of(set, scalar_pair_loops, avx2_pair_loops, avx512_pair_loops);
 }
 
 // The points that can be an end of a longest pair: with r the distances from the box's centre, those with
@@ -167,24 +72,13 @@ double largest_distance(const PairPoints& points, const PairLoops& loops) {
   const PairPoints far = far_points(points);
   const auto largest = results_of_tasks<float>(far.count, [&](std::size_t begin, std::size_t end) {
     float squared = 0;
-    for_each_tile(far, loops, begin, end, [&](const PairLoops& with, const PairTile& tile) {
-      squared = std::max(squared, with.largest(tile));
-    });
+    for_each_tile(far, loops, scalar_pair_loops, begin, end,
+                  [&](const PairLoops& with, const PairTile& tile) {
+                    squared = std::max(squared, with.largest(tile));
+                  });
     return squared;
   });
   return std::sqrt(static_cast<double>(*std::max_element(largest.begin(), largest.end())));
-}
-
-double mean_distance(const PairPoints& points, const PairLoops& loops, std::uint64_t pairs) {
-  const auto sums = results_of_tasks<std::uint64_t>(points.count, [&](std::size_t begin, std::size_t end) {
-    std::uint64_t sum = 0;
-    for_each_tile(points, loops, begin, end,
-                  [&](const PairLoops& with, const PairTile& tile) { sum += with.sum(tile); });
-    return sum;
-  });
-  double sum = 0;
-  for (const std::uint64_t part : sums) sum += static_cast<double>(part);
-  return sum / static_cast<double>(pairs) / distance_unit;
 }
 
 // Adds the counts of a table, over its copies and, where it is joint, along rows and columns.
@@ -215,7 +109,7 @@ void count_pairs(const PairPoints& points, const PairLoops& loops, double range,
         std::vector<std::uint32_t> table(pair_copies * counter.copy_stride);
         PairCounter own = counter;
         own.table = table.data();
-        for_each_tile(points, loops, begin, end,
+        for_each_tile(points, loops, scalar_pair_loops, begin, end,
                       [&](const PairLoops& with, const PairTile& tile) { with.count(tile, own); });
         std::vector<std::uint64_t> counts(bins);
         add_counts(own, counts);
@@ -266,6 +160,20 @@ std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& 
 
 }  // namespace
 
+double mean_distance(const PairPoints& points, InstructionSet instructions) {
+  const PairLoops& loops = loops_of(instructions);
+  const auto sums = results_of_tasks<std::uint64_t>(points.count, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t sum = 0;
+    for_each_tile(points, loops, scalar_pair_loops, begin, end,
+                  [&](const PairLoops& with, const PairTile& tile) { sum += with.sum(tile); });
+    return sum;
+  });
+  const double pairs = 0.5 * static_cast<double>(points.count) * static_cast<double>(points.count - 1);
+  double sum = 0;
+  for (const std::uint64_t part : sums) sum += static_cast<double>(part);
+  return sum / pairs / distance_unit;
+}
+
 DistanceHistogram distance_histogram(std::span<const float> points,
                                      const DistanceHistogramParameters& parameters) {
   check_parameters(parameters);
@@ -279,7 +187,7 @@ DistanceHistogram distance_histogram(std::span<const float> points,
   histogram.counts.resize(parameters.bins);
   const bool by_mean = parameters.scale == HistogramScale::mean;
   const double scale =
-      by_mean ? mean_distance(working, loops, histogram.pairs) : largest_distance(working, loops);
+      by_mean ? mean_distance(working, parameters.instructions) : largest_distance(working, loops);
   const double range =
       parameters.range > 0 ? parameters.range / working.unit : (by_mean ? mean_range : 1) * scale;
   count_pairs(working, loops, range, histogram);

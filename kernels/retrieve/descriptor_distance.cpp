@@ -20,12 +20,11 @@ constexpr std::size_t most_block_queries = 256;
 constexpr std::size_t scale_pairs = 32768;
 
 // The kind is chosen outside the loop over rows.
-void row_distances(const DescriptorBase& base, const DescriptorBase::Block& block, std::size_t query,
+void row_distances(const DescriptorBase& base, const DescriptorBase::Block& block, const float* query,
                    std::size_t begin, std::span<float> out) {
   const RowDistanceLoops& loops = row_distance_loops(base.instructions);
   const auto run = [&](RowDistances distances) {
-    distances(block.values.data() + query * block.stride, block.values.data() + begin * block.stride,
-              block.stride, out.size(), out.data());
+    distances(query, block.values.data() + begin * block.stride, block.stride, out.size(), out.data());
   };
   switch (base.kind) {
     case DistanceKind::l1:
@@ -44,6 +43,26 @@ void row_distances(const DescriptorBase& base, const DescriptorBase::Block& bloc
       run(loops.squared);
       for (float& d : out) d *= 0.5f;
       return;
+  }
+}
+
+const float* row_of(const DescriptorBase::Block& block, std::size_t row) {
+  return block.values.data() + row * block.stride;
+}
+
+// query(b): the row of block b.
+template <class Query>
+void distances_to(const DescriptorBase& base, const Query& query, std::size_t begin, std::span<float> out) {
+  if (base.blocks.size() == 1) return row_distances(base, base.blocks[0], query(0), begin, out);
+  std::array<float, tile_rows> part;
+  for (std::size_t done = 0; done < out.size(); done += tile_rows) {
+    const std::size_t count = std::min(tile_rows, out.size() - done);
+    for (std::size_t b = 0; b < base.blocks.size(); ++b) {
+      row_distances(base, base.blocks[b], query(b), begin + done, std::span(part).first(count));
+      const auto factor = static_cast<float>(1 / base.blocks[b].scale);
+      for (std::size_t i = 0; i < count; ++i)
+        out[done + i] = b == 0 ? part[i] * factor : out[done + i] + part[i] * factor;
+    }
   }
 }
 
@@ -68,7 +87,7 @@ double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& bl
   if (n < 2) return 0;
   const auto at = [&](std::size_t i, std::size_t j) {
     float distance = 0;
-    row_distances(base, block, i, j, {&distance, 1});
+    row_distances(base, block, row_of(block, i), j, {&distance, 1});
     return static_cast<double>(distance);
   };
   double sum = 0;
@@ -124,22 +143,32 @@ DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, Dis
 
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out) {
-  row_distances(base, base.blocks[number], query, begin, out);
+  row_distances(base, base.blocks[number], row_of(base.blocks[number], query), begin, out);
 }
 
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out) {
-  if (base.blocks.size() == 1) return block_distances(base, 0, query, begin, out);
-  std::array<float, tile_rows> part;
-  for (std::size_t done = 0; done < out.size(); done += tile_rows) {
-    const std::size_t count = std::min(tile_rows, out.size() - done);
-    for (std::size_t b = 0; b < base.blocks.size(); ++b) {
-      block_distances(base, b, query, begin + done, std::span(part).first(count));
-      const auto factor = static_cast<float>(1 / base.blocks[b].scale);
-      for (std::size_t i = 0; i < count; ++i)
-        out[done + i] = b == 0 ? part[i] * factor : out[done + i] + part[i] * factor;
-    }
+  distances_to(
+      base, [&](std::size_t b) { return row_of(base.blocks[b], query); }, begin, out);
+}
+
+DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<const float> values) {
+  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+    throw std::invalid_argument("a descriptor is not finite");
+  DescriptorQuery query;
+  for (const DescriptorBase::Block& block : base.blocks) {
+    if (values.size() < block.width) throw std::invalid_argument("a query does not fit the base");
+    prepare_row(base.kind, values.first(block.width), query.blocks.emplace_back(block.stride).data());
+    values = values.subspan(block.width);
   }
+  if (!values.empty()) throw std::invalid_argument("a query does not fit the base");
+  return query;
+}
+
+void descriptor_distances(const DescriptorBase& base, const DescriptorQuery& query, std::size_t begin,
+                          std::span<float> out) {
+  distances_to(
+      base, [&](std::size_t b) { return query.blocks[b].data(); }, begin, out);
 }
 
 float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t j) {

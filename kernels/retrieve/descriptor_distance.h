@@ -62,6 +62,18 @@ float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,
                           std::span<float> out);
 
+// A row that the base does not hold, laid out like its rows.
+struct DescriptorQuery {
+  std::vector<std::vector<float>> blocks;  // stride numbers each
+};
+// values: those of all blocks, one block after the other. Throws std::invalid_argument when their number does
+// not fit the base or one is not finite.
+DescriptorQuery make_descriptor_query(const DescriptorBase& base, std::span<const float> values);
+
+// Distances of rows [begin, begin + out.size()) to the query: the bits that an equal row of the base has.
+void descriptor_distances(const DescriptorBase& base, const DescriptorQuery& query, std::size_t begin,
+                          std::span<float> out);
+
 // Distances of block `number` alone, not scaled, of the same rows.
 void block_distances(const DescriptorBase& base, std::size_t number, std::size_t query, std::size_t begin,
                      std::span<float> out);

@@ -14,7 +14,9 @@ bool nearer(const NearRow& a, const NearRow& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.row < b.row;
 }
 
-// out.size() is the number wanted, at most distances.size() - 1.
+constexpr std::size_t no_row = ~std::size_t{0};
+
+// Row `query` is left out. out.size() is the number wanted, at most that of the other rows.
 void pick_nearest(std::span<const float> distances, std::size_t query, std::span<NearRow> out) {
   if (out.empty()) return;
   // A heap of the best so far, the worst on top: most rows fail one comparison.
@@ -34,16 +36,28 @@ void pick_nearest(std::span<const float> distances, std::size_t query, std::span
   std::sort_heap(out.begin(), out.end(), nearer);
 }
 
-}  // namespace
-
-std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k) {
-  if (query >= base.rows) throw std::invalid_argument("there is no such row in the base");
+// query: the number of a row, or a row outside the base.
+template <class Query>
+std::vector<float> all_distances(const DescriptorBase& base, const Query& query) {
   std::vector<float> distances(base.rows);
   parallel_blocks(base.rows, 4096, [&](std::size_t begin, std::size_t end) {
     descriptor_distances(base, query, begin, std::span(distances).subspan(begin, end - begin));
   });
+  return distances;
+}
+
+}  // namespace
+
+std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k) {
+  if (query >= base.rows) throw std::invalid_argument("there is no such row in the base");
   std::vector<NearRow> result(std::min(k, base.rows - 1));
-  pick_nearest(distances, query, result);
+  pick_nearest(all_distances(base, query), query, result);
+  return result;
+}
+
+std::vector<NearRow> nearest_rows(const DescriptorBase& base, const DescriptorQuery& query, std::size_t k) {
+  std::vector<NearRow> result(std::min(k, base.rows));
+  pick_nearest(all_distances(base, query), no_row, result);
   return result;
 }
 

@@ -20,6 +20,9 @@ struct NearRow {
 // every thread count.
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k);
 
+// The min(k, rows) rows nearest to a row outside the base, in the same order at the same cost.
+std::vector<NearRow> nearest_rows(const DescriptorBase& base, const DescriptorQuery& query, std::size_t k);
+
 // nearest_rows of the rows [begin, end), one after the other: (end - begin) x min(k, rows - 1). Memory: the
 // result and one block of visit_distances. Throws std::invalid_argument when there are no such rows.
 std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t begin, std::size_t end,

@@ -399,7 +399,7 @@ TEST_CASE("export of descriptors: neither the store nor anything but a regular f
   fs::create_symlink("s.h5", c.path("link.h5"));
   fs::create_directories(c.path("folder"));
   REQUIRE(mkfifo(c.path("pipe").c_str(), 0600) == 0);
-  for (const char* format : {"csv", "fbin", "ann-hdf5"})
+  for (const char* format : {"csv", "fbin", "npy", "ann-hdf5"})
     for (const std::string& output : {c.path("s.h5"), c.path("link.h5"), c.path("folder"), c.path("pipe")}) {
       const ProcessResult result =
           meander_with({"export", c.path("s.h5"), "--descriptors", "d2", "--format", format, "-o", output});
@@ -439,7 +439,7 @@ TEST_CASE("describe and export: a limit on file sizes is reported, and describe 
   CHECK(stopped.exit_code == 75);
   CHECK(contains(stopped.err, "File too large"));
   CHECK((read_file(c.path("s.h5")) == before));
-  for (const char* format : {"csv", "fbin", "ann-hdf5"}) {
+  for (const char* format : {"csv", "fbin", "npy", "ann-hdf5"}) {
     const ProcessResult result = meander_with(
         {"export", c.path("s.h5"), "--descriptors", "d2", "--format", format, "-o", c.path("x")}, small);
     INFO(format << ": " << result.err);

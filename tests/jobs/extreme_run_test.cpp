@@ -65,7 +65,7 @@ TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes 
     const std::string store = scratch / "s.h5";
     std::vector<std::string> arguments = {
         program, "run", models.string(), "-o",         store,
-        "-n",    "64",  "--fresh",       "--describe", "d2,a3,d1,d3,d4,geodesic,basics"};
+        "-n",    "64",  "--fresh",       "--describe", "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_process(arguments);
     INFO(more.back() << ": " << result.err);

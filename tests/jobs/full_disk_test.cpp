@@ -47,6 +47,7 @@ struct Exports {
             {"render", "sheet", store, "-o", out + "/p.png"},
             descriptors("csv"),
             descriptors("fbin"),
+            descriptors("npy"),
             descriptors("ann-hdf5")};
   }
   std::vector<std::vector<std::string>> commands_of_short_files(const fs::path& folder) const {

@@ -136,7 +136,8 @@ TEST_CASE("outputs: pictures replace pictures") {
   fs::create_hard_link(place.path("m.off"), place.path("mesh.png"));
   place.refuses({"render", "sheet", store, "-o", place.path("m.off")}, "should end in .png");
   place.refuses({"render", "sheet", store, "-o", place.path("mesh.png")}, "is an OFF mesh");
-  place.refuses({"render", "sheet", store, "-o", place.path("none/p.png")}, "does not exist: create it first");
+  place.refuses({"render", "sheet", store, "-o", place.path("none/p.png")},
+                "does not exist: create it first");
   place.does({"render", "sheet", store, "-o", place.path("p.png")});
   place.does({"render", "sheet", store, "-o", place.path("p.png"), "--item", "torus"});
 }
@@ -163,7 +164,7 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
 TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
   const Place place;
   const std::string store = place.path("s.h5");
-  for (const std::string format : {"csv", "fbin", "ann-hdf5"}) {
+  for (const std::string format : {"csv", "fbin", "npy", "ann-hdf5"}) {
     std::vector<std::string> command = {"export", store, "--descriptors",          "d2", "--format",
                                         format,   "-o",  place.path("d." + format)};
     place.does(command);

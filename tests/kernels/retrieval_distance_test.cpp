@@ -275,6 +275,41 @@ TEST_CASE("nearest_rows: the front of the sorted list, ties by row number") {
   CHECK_THROWS_AS(nearest_rows(base, n, 3), std::invalid_argument);
 }
 
+TEST_CASE("a query outside the base has the distances of an equal row, alone and combined") {
+  const std::size_t n = 130;
+  const std::vector<float> narrow = random_histograms(n, 9, 3), wide = random_histograms(n, 40, 4);
+  const DescriptorBlock blocks[] = {{narrow, 9}, {wide, 40}};
+  for (const DistanceKind kind : kinds)
+    for (const std::size_t number : {1u, 2u}) {
+      const DescriptorBase base = make_descriptor_base(std::span(blocks).first(number), kind);
+      for (const std::size_t row : {0u, 64u, 129u}) {
+        std::vector<float> values(narrow.begin() + static_cast<std::ptrdiff_t>(9 * row),
+                                  narrow.begin() + static_cast<std::ptrdiff_t>(9 * row + 9));
+        if (number == 2)
+          values.insert(values.end(), wide.begin() + static_cast<std::ptrdiff_t>(40 * row),
+                        wide.begin() + static_cast<std::ptrdiff_t>(40 * row + 40));
+        const DescriptorQuery query = make_descriptor_query(base, values);
+        std::vector<float> own(n), outside(n);
+        descriptor_distances(base, row, 0, own);
+        descriptor_distances(base, query, 0, outside);
+        CHECK(outside == own);
+        const std::vector<NearRow> found = nearest_rows(base, query, 5);
+        REQUIRE(found.size() == 5);
+        CHECK(found[0] == NearRow{static_cast<std::uint32_t>(row), 0.0f});
+        CHECK(std::vector<NearRow>(found.begin() + 1, found.end()) == nearest_rows(base, row, 4));
+        values.pop_back();
+        CHECK_THROWS_AS(make_descriptor_query(base, values), std::invalid_argument);
+        values.resize(values.size() + 2);
+        CHECK_THROWS_AS(make_descriptor_query(base, values), std::invalid_argument);
+        values.pop_back();
+        values[0] = std::numeric_limits<float>::quiet_NaN();
+        CHECK_THROWS_AS(make_descriptor_query(base, values), std::invalid_argument);
+      }
+      CHECK(nearest_rows(base, make_descriptor_query(base, std::vector<float>(number == 2 ? 49 : 9)), 1000)
+                .size() == n);
+    }
+}
+
 TEST_CASE("make_descriptor_base refuses what cannot be compared") {
   const std::vector<float> six(6, 1.0f), five(5, 1.0f),
       bad{1.0f, std::numeric_limits<float>::quiet_NaN(), 0.0f};

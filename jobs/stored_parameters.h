@@ -1,0 +1,25 @@
+// How the rows of a store were made, as parameters that make another row alike.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+#include "kernels/model/sample_parameters.h"
+
+namespace meander {
+
+struct StoredParameters {
+  SampleParameters sample;                   // without descriptors
+  std::vector<DescribeParameters> describe;  // one descriptor each, in the order of what is wanted
+};
+
+// Of a store of meshes and some of its descriptors: the options that `run` was given, found in the parameters
+// that the store records, and checked by recording them again. Throws UsageError, naming `path`, where this
+// program cannot repeat them (a store of parametric surfaces, of tensors from a file, of another version
+// whose parameters differ) or does not know a descriptor.
+StoredParameters stored_parameters(const StoreReader& store, const std::string& path,
+                                   std::span<const DescriptorSchema> wanted);
+
+}  // namespace meander

@@ -1,0 +1,49 @@
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/describe/oriented_tiles.h"
+
+namespace meander {
+
+namespace {
+
+std::uint32_t bin_of(float value, float unit, const float (&cosines)[pair_angle_bins - 1]) {
+  std::uint32_t bin = 0;
+  for (const float cosine : cosines) bin += value < cosine * unit ? 1u : 0u;
+  return bin;
+}
+
+template <NormalSense sense>
+std::uint32_t slot_of(const OrientedTile& tile, std::size_t i, std::size_t j,
+                      const OrientedCounter& counter) {
+  const PairTile& at = tile.places;
+  const float dx = at.x[j] - at.x[i], dy = at.y[j] - at.y[i], dz = at.z[j] - at.z[i];
+  const float distance = std::sqrt((dx * dx + dy * dy) + dz * dz);
+  float first = (tile.nx[i] * dx + tile.ny[i] * dy) + tile.nz[i] * dz;
+  float second = -((tile.nx[j] * dx + tile.ny[j] * dy) + tile.nz[j] * dz);
+  float between = (tile.nx[i] * tile.nx[j] + tile.ny[i] * tile.ny[j]) + tile.nz[i] * tile.nz[j];
+  if constexpr (sense == NormalSense::either_side) {
+    first = std::abs(first);
+    second = std::abs(second);
+    between = std::abs(between);
+  }
+  const std::uint32_t a = bin_of(first, distance, counter.line), b = bin_of(second, distance, counter.line);
+  const auto far = static_cast<std::uint32_t>(std::min(distance * counter.factor, pair_distance_top));
+  return ((far * pair_angle_bins + std::min(a, b)) * pair_angle_bins + std::max(a, b)) * pair_angle_bins +
+         bin_of(between, 1, counter.normals);
+}
+
+template <NormalSense sense>
+void count(const OrientedTile& tile, const OrientedCounter& counter) {
+  const PairTile& at = tile.places;
+  for (std::size_t i = at.row_begin; i < at.row_end; ++i)
+    for (std::size_t s = at.offset_begin; s < at.offset_end; ++s)
+      ++counter.table.table[slot_of<sense>(tile, i, i + s, counter)];
+}
+
+}  // namespace
+
+const OrientedLoops scalar_oriented_loops{count<NormalSense::signed_normals>,
+                                          count<NormalSense::either_side>};
+
+}  // namespace meander
