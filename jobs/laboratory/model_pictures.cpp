@@ -168,7 +168,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
                         std::uint64_t{store.samples()} * bytes_per_drawn_sample;
   if (!model.file || !model.file->known_format) return bytes;
   try {
-    const MeshEstimate mesh = peek_mesh(model.file->path, model.file->format);
+    const MeshEstimate mesh = peek_model(model.file->path, model.file->packed, model.file->format);
     bytes += mesh.file_bytes + mesh.triangles * bytes_per_triangle;
   } catch (const ItemError&) {  // read_surface says so
   }
