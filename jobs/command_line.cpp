@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <type_traits>
 
 #include "jobs/inputs.h"
+#include "jobs/units.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -100,7 +102,10 @@ void Command::require_subcommand() { command_->require_subcommand(1); }
 
 template <class Value>
 Option Command::add_option(const std::string& names, Value& variable, const std::string& help) {
-  return Option(command_->add_option(names, variable, help)->group(heading_));
+  CLI::Option* const option = command_->add_option(names, variable, help)->group(heading_);
+  if constexpr (std::is_integral_v<Value>)  // before the checks
+    option->transform([](const std::string& text) { return plain_count(text); }, "");
+  return Option(option);
 }
 
 template Option Command::add_option(const std::string&, std::string&, const std::string&);
@@ -147,10 +152,30 @@ std::string explain_extra(const CLI::App& command, const std::string& word) {
   return "unknown option `" + bare + "`" + (near.empty() ? "" : ", did you mean `" + near + "`?");
 }
 
+// A command that is missing, or misspelt: the first word is none.
+std::string explain_missing_command(const CLI::App& command) {
+  std::vector<std::string> names;
+  std::string list;
+  for (const CLI::App* subcommand : command.get_subcommands({})) {
+    if (subcommand->get_group().empty()) continue;  // hidden
+    names.push_back(subcommand->get_name());
+    list += (list.empty() ? "" : ", ") + names.back();
+  }
+  const std::vector<std::string> words = command.remaining();
+  const auto word =
+      std::find_if(words.begin(), words.end(), [](const std::string& w) { return !w.starts_with("-"); });
+  if (word == words.end()) return "a command is missing: " + list;
+  const std::string near = nearest(*word, names);
+  return "`" + *word + "` is no command" +
+         (near.empty() ? ": the commands are " + list : ", did you mean `" + near + "`?");
+}
+
 std::string explain(const CLI::App& program, const CLI::ParseError& error) {
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
   const CLI::App* command = &program;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && command->get_require_subcommand_min() > 0)
+    return explain_missing_command(*command);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) return error.what();
   std::string text;
   for (const std::string& word : program.remaining(true))
     text += (text.empty() ? "" : "; ") + explain_extra(*command, word);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "io/archive/model_bytes.h"
 #include "io/digest.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
@@ -40,12 +41,14 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
   MeshEstimate estimate;
   PolygonMesh& mesh = item.model.file;
   {
-    const MappedFile file(plan.path);
+    const ModelBytes file(plan.path, plan.packed,
+                          describer.allow_oversize ? ~std::uint64_t{0} : describer.memory_bytes);
     if (sha256(file.bytes()) != item.model.row.report.content_sha256)
       throw ItemError(Status::unreadable,
                       "`" + plan.path.string() + "` is not the file that was sampled: its SHA-256 differs");
     mesh = read_mesh(file.bytes(), plan.format, item.model.cancel);
     item.file_bytes = estimate.file_bytes = file.bytes().size();
+    estimate.packed_bytes = file.packed_bytes();
   }
   estimate.vertices = mesh.vertex_count();
   const std::size_t corners = mesh.corners.size(), polygons = mesh.polygon_count();

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/archive/model_bytes.h"
 #include "jobs/inputs.h"
 #include "jobs/output_guard.h"
 #include "kernels/core/parallel.h"
@@ -41,6 +42,7 @@ bool DescribedMeshes::add_file(PlanItem& item) const {
   const PlanItem* const input = find(item.row);
   if (input == nullptr) return false;
   item.path = input->path;
+  item.packed = input->packed;
   item.format = input->format;
   item.known_format = input->known_format;
   return true;
@@ -48,6 +50,7 @@ bool DescribedMeshes::add_file(PlanItem& item) const {
 
 std::uint64_t DescribedMeshes::bytes(std::uint64_t row) const {
   const PlanItem* const item = find(row);
+  if (item != nullptr && item->packed) return item->packed.facts().bytes;
   std::error_code error;
   const std::uintmax_t size = item == nullptr ? 0 : std::filesystem::file_size(item->path, error);
   return error ? 0 : size;
@@ -58,7 +61,7 @@ void reserve_described(std::span<PlanItem> plan, const SampleParameters& paramet
   parallel_tasks(plan.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
-      if (plan[i].known_format) estimate = peek_mesh(plan[i].path, plan[i].format);
+      if (plan[i].known_format) estimate = peek_model(plan[i].path, plan[i].packed, plan[i].format);
     } catch (const ItemError&) {
     }
     plan[i].reserved_bytes = std::min(most_bytes, estimate_bytes(estimate, parameters, threads));

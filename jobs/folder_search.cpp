@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
 #include "io/item_id.h"
 #include "io/mesh/mesh_reader.h"
+#include "kernels/core/status.h"
 
 namespace meander {
 
@@ -17,6 +19,15 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_hidden(const std::string& name) { return name.starts_with('.') || name == "__MACOSX"; }
+
+// All together: those with the most points lose every second one.
+void keep_indexes_small(FolderSearch& search) {
+  constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20;
+  while (search.index_bytes() > most_bytes)
+    (*std::max_element(search.indexed.begin(), search.indexed.end(), [](const auto& a, const auto& b) {
+      return a->index_bytes() < b->index_bytes();
+    }))->thin_index();
+}
 
 class Walk {
  public:
@@ -61,13 +72,22 @@ class Walk {
     if (is_link ? target == fs::file_type::directory : entry.is_directory(error))
       folders.push_back(path);
     else if (mesh_format_of(path, format))
-      search_.files.push_back(path);  // whatever it is: its row will say so
+      search_.files.push_back({path, {}});  // whatever it is: its row will say so
+    else if (const auto kind = archive_kind_of(path); kind && target != fs::file_type::not_found)
+      take_archive(path, *kind);
     else if (target == fs::file_type::not_found)
       search_.unread.push_back({path, "the target of the link does not exist"});
     else if (target == fs::file_type::none || target == fs::file_type::unknown)
       leave_out(path, error);
     else
       ++search_.skipped[escape_id(path.extension().string())];
+  }
+
+  void take_archive(const fs::path& path, ArchiveKind kind) {
+    if (kind == ArchiveKind::gzip)
+      search_.files.push_back({unpacked_path(path), {std::make_shared<const Archive>(path), 0}});
+    else
+      search_archive(path, search_);
   }
 
   void leave_out(const fs::path& path, const std::error_code& error) {
@@ -79,6 +99,52 @@ class Walk {
 };
 
 }  // namespace
+
+fs::path FoundFile::shown() const {
+  if (!packed) return path;
+  const Archive& archive = *packed.archive;
+  return archive.kind() == ArchiveKind::gzip ? archive.path() : archive.path() / packed.facts().name;
+}
+
+fs::path unpacked_path(const fs::path& archive) {
+  return archive.parent_path() / name_without_packing(archive);
+}
+
+std::uint64_t FolderSearch::index_bytes() const {
+  return std::accumulate(indexed.begin(), indexed.end(), std::uint64_t{0},
+                         [](std::uint64_t sum, const auto& archive) { return sum + archive->index_bytes(); });
+}
+
+std::shared_ptr<const Archive> open_archive(const fs::path& path, FolderSearch& search) {
+  auto archive = std::make_shared<Archive>(path);
+  if (!archive->problem().empty()) search.unread.push_back({path, archive->problem(), true});
+  if (archive->kind() == ArchiveKind::tar_gzip) {
+    search.indexed.push_back(archive);
+    keep_indexes_small(search);
+  }
+  return archive;
+}
+
+void search_archive(const fs::path& path, FolderSearch& search) {
+  std::shared_ptr<const Archive> archive;
+  try {
+    archive = open_archive(path, search);
+  } catch (const ItemError& error) {
+    search.unread.push_back({path, error.what()});
+    return;
+  }
+  const fs::path folder = unpacked_path(path);
+  for (std::size_t i = 0; i < archive->members().size(); ++i) {
+    const fs::path name = archive->members()[i].name;
+    MeshFormat format;
+    if (std::any_of(name.begin(), name.end(), [](const fs::path& part) { return is_hidden(part.string()); }))
+      ++search.hidden;
+    else if (mesh_format_of(name, format))
+      search.files.push_back({folder / name, {archive, i}});
+    else
+      ++search.skipped[escape_id(name.extension().string())];
+  }
+}
 
 void search_folder(const fs::path& root, FolderSearch& search) { Walk(search).enter(root); }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "io/json_writer.h"
 #include "io/store/store.h"
@@ -155,7 +157,32 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   fmt::print("{}\n", json.text());
 }
 
+// Work that was begun and is not finished, as a sentence; empty where there is none.
+std::string unfinished_work(const std::string& store) {
+  const std::optional<RunPlan> plan = read_run_plan(store);
+  if (!plan) return {};
+  return fmt::format(
+      "`{}.run` holds an unfinished run over {} models, begun to {}: the command that began it continues it",
+      store, plan->header.ids.size(), plan->purpose);
+}
+
+// Says so on standard error where there is work left beside the store; throws UsageError where there is no
+// store yet.
+void mind_unfinished_work(const std::string& store) {
+  if (!std::filesystem::exists(store)) {
+    if (const std::string work = unfinished_work(store); !work.empty())
+      throw UsageError(fmt::format("the store `{}` is not finished: {}", store, work));
+    return;
+  }
+  try {
+    if (const std::string work = unfinished_work(store); !work.empty())
+      fmt::print(stderr, "meander: {}\n", work);
+  } catch (const RunError&) {  // a damaged plan is no affair of the store
+  }
+}
+
 int info(const InfoOptions& options) {
+  mind_unfinished_work(options.store);
   const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
   const StoreSummary summary = summarise(store);

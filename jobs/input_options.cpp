@@ -45,8 +45,9 @@ std::string remembered_root(const std::filesystem::path& store) { return read_ru
 
 void print_unread(const InputNotes& notes) {
   for (const UnreadFolder& folder : notes.unread)
-    fmt::print(stderr, "meander: cannot search `{}`: {}; its contents are not in the store\n",
-               escape_id(folder.path.string()), folder.reason);
+    fmt::print(stderr, "meander: cannot search `{}`: {}; {} not in the store\n",
+               escape_id(folder.path.string()), folder.reason,
+               folder.partly ? "its other members are" : "its contents are");
 }
 
 void print_notes(const InputNotes& notes) {

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "io/archive/model_bytes.h"
 #include "io/file/file_error.h"
 #include "io/file/read_file.h"
 #include "io/item_id.h"
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct Found {
   std::string id;
-  fs::path path;
+  FoundFile file;
   std::string label;  // escaped like an id; empty: none
   Split split = Split::none;
   bool placed = false;  // in a folder or a list: its folders may say what it is
@@ -65,11 +66,21 @@ class Collector {
     if (error) throw UsageError("cannot search `" + root.string() + "`: " + error.message());
     search.files.clear();
     search_folder(root, search);
-    for (const fs::path& file : search.files) {
-      std::string id = file.lexically_relative(root).generic_string();
-      if (prefixed) id = own_name(root) + "/" + id;
-      found.push_back({id, file, {}, Split::none, true});
-    }
+    take_files(root, prefixed);
+  }
+
+  void add_archive(const fs::path& archive, bool prefixed) {
+    search.files.clear();
+    const std::size_t unread = search.unread.size();
+    search_archive(archive, search);
+    if (search.unread.size() > unread && !search.unread.back().partly)
+      throw UsageError("cannot read the archive `" + archive.string() + "`: " + search.unread.back().reason);
+    take_files(unpacked_path(archive), prefixed);
+  }
+
+  void add_file(const fs::path& path) {
+    const FoundFile file = file_at(path);
+    found.push_back({file.path.filename().string(), file, {}, Split::none, false});
   }
 
   void add_list(std::istream& list, const std::string& name) {
@@ -95,24 +106,65 @@ class Collector {
 
   // The paths of all lists, with ids relative to the root, which is returned.
   fs::path take_lists() {
+    search.files.clear();
+    for (const std::string& path : listed_) {
+      if (is_archive(path))
+        search_archive(path, search);
+      else
+        search.files.push_back(file_at(path));
+    }
     std::vector<fs::path> paths;
-    for (const std::string& path : listed_) paths.push_back(whole_path(path));
+    for (const FoundFile& file : search.files) paths.push_back(whole_path(file.path));
     const std::string& given = options_.root.empty() ? options_.remembered_root : options_.root;
     const fs::path root = given.empty() ? common_folder(paths) : whole_folder(given);
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const fs::path id = paths[i].lexically_relative(root);
       if (id.empty() || id == "." || *id.begin() == "..")
-        throw UsageError("`" + listed_[i] + "` is outside `" + root.string() +
+        throw UsageError("`" + search.files[i].shown().string() + "` is outside `" + root.string() +
                          "`, the root of the ids of lists" +
                          (options_.root.empty() ? " since the store was made" : "") +
                          ": give --root with a folder above all paths (other ids: a new store), or leave "
                          "the path out");
-      found.push_back({id.generic_string(), listed_[i], {}, Split::none, true});
+      found.push_back({id.generic_string(), search.files[i], {}, Split::none, true});
     }
     return root;
   }
 
+  // An archive of many files, that is there.
+  static bool is_archive(const fs::path& path) {
+    std::error_code error;
+    const auto kind = archive_kind_of(path);
+    return kind && kind != ArchiveKind::gzip && fs::is_regular_file(path, error);
+  }
+
  private:
+  void take_files(const fs::path& root, bool prefixed) {
+    for (const FoundFile& file : search.files) {
+      std::string id = file.path.lexically_relative(root).generic_string();
+      if (prefixed) id = own_name(root) + "/" + id;
+      found.push_back({id, file, {}, Split::none, true});
+    }
+  }
+
+  // A path of a list or an argument that names one file, which may be in an archive.
+  FoundFile file_at(const fs::path& path) {
+    if (archive_kind_of(path) == ArchiveKind::gzip)
+      return {unpacked_path(path), {std::make_shared<const Archive>(path), 0}};
+    const fs::path archive = archive_in_path(path);
+    if (archive.empty()) return {path, {}};
+    std::shared_ptr<const Archive>& opened = opened_[archive];
+    try {
+      if (!opened) opened = open_archive(archive, search);
+    } catch (const ItemError& error) {
+      throw UsageError("cannot read the archive `" + archive.string() + "`: " + error.what());
+    }
+    const fs::path name = path.lexically_relative(archive);
+    const auto member = opened->find(name.generic_string());
+    if (!member)
+      throw UsageError("the archive `" + archive.string() + "` has no member `" + name.string() + "`");
+    return {unpacked_path(archive) / opened->members()[*member].name, {opened, *member}};
+  }
+
   static Found model_of(const fs::path& folder, const std::string& number, const std::string& label) {
     const std::string short_name = "m" + number;
     std::uint64_t value = 0;
@@ -124,12 +176,13 @@ class Collector {
     const fs::path candidates[] = {folder / id, folder / ".." / id, folder / ".." / ".." / id,
                                    folder / (short_name + ".off")};
     for (const fs::path& path : candidates)
-      if (fs::exists(path)) return {id, path, label};
-    return {id, candidates[0], label};  // the row will say that it cannot be read
+      if (fs::exists(path)) return {id, {path, {}}, label};
+    return {id, {candidates[0], {}}, label};  // the row will say that it cannot be read
   }
 
   const InputOptions& options_;
   std::vector<std::string> listed_;
+  std::map<fs::path, std::shared_ptr<const Archive>> opened_;  // of paths that name members
 };
 
 void add_argument(const std::string& argument, bool prefixed, Collector& collector) {
@@ -146,13 +199,15 @@ void add_argument(const std::string& argument, bool prefixed, Collector& collect
     }
   } else if (fs::is_directory(argument, error)) {
     collector.add_folder(argument, prefixed);
-  } else if (!fs::exists(argument, error)) {
+  } else if (Collector::is_archive(argument)) {
+    collector.add_archive(argument, prefixed);
+  } else if (!fs::exists(argument, error) && archive_in_path(argument).empty()) {
     throw UsageError(error ? "cannot open `" + argument + "`: " + error.message()
                            : "there is no `" + argument + "`");
   } else if (fs::path(argument).extension() == ".cla") {
     collector.add_classification(argument);
   } else {
-    collector.found.push_back({fs::path(argument).filename().string(), argument, {}, Split::none, false});
+    collector.add_file(argument);
   }
 }
 
@@ -162,8 +217,8 @@ void order_by_id(std::vector<Found>& found) {
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < found.size(); ++i)
     if (found[i].id == found[i - 1].id)
-      throw UsageError("two items would have the id `" + found[i].id + "`: `" + found[i - 1].path.string() +
-                       "` and `" + found[i].path.string() + "`");
+      throw UsageError("two items would have the id `" + found[i].id + "`: `" +
+                       found[i - 1].file.shown().string() + "` and `" + found[i].file.shown().string() + "`");
 }
 
 void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes& notes) {
@@ -215,7 +270,7 @@ void read_labels(const std::string& file, std::vector<Found>& found, InputNotes&
 
 void label_by_folder(std::vector<Found>& found) {
   for (Found& f : found)
-    if (f.label.empty()) f.label = escape_id(whole_path(f.path).parent_path().filename().string());
+    if (f.label.empty()) f.label = escape_id(whole_path(f.file.path).parent_path().filename().string());
 }
 
 void number_labels(const std::vector<Found>& found, Inputs& inputs) {
@@ -246,7 +301,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   Collector collector(options);
   const auto is_folder = [](const std::string& argument) {
     std::error_code error;
-    return fs::is_directory(argument, error);
+    return fs::is_directory(argument, error) || Collector::is_archive(argument);
   };
   const bool prefixed = std::count_if(arguments.begin(), arguments.end(), is_folder) > 1;
   for (const std::string& argument : arguments) add_argument(argument, prefixed, collector);
@@ -256,6 +311,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
                      " applies to lists (@FILE, or - for standard input), and the input has none");
   std::vector<Found>& found = collector.found;
   order_by_id(found);
+  inputs.index_bytes = collector.search.index_bytes();
   take_notes(collector.search, inputs.notes);
   place_in_layout(found, options.layout, inputs.notes);
   if (!options.labels.empty()) read_labels(options.labels, found, inputs.notes);
@@ -265,9 +321,10 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
     PlanItem& item = inputs.items[i];
     item.row = i;
     item.id = found[i].id;
-    item.path = found[i].path;
+    item.path = found[i].file.shown();
+    item.packed = found[i].file.packed;
     item.split = found[i].split;
-    item.known_format = mesh_format_of(item.path, item.format);
+    item.known_format = mesh_format_of(found[i].file.path, item.format);
   }
   number_labels(found, inputs);
   return inputs;

@@ -45,10 +45,15 @@ struct Inputs {
   std::vector<PlanItem> items;           // ascending by id (bytes), row = position; ids are unique
   std::vector<std::string> label_names;  // class names, ascending; PlanItem::label is a position in it
   InputNotes notes;
+  std::uint64_t index_bytes = 0;  // of memory that the access points of .tar.gz archives take
   // The folder that the ids of lists are relative to, absolute; empty where the arguments name no list.
   std::filesystem::path root;
 };
 
+// An archive (.zip, .tar, .tar.gz, .tgz) stands for the folder that it would be unpacked to, of its name
+// without the extension, wherever it is met: as an argument, in a folder, in a list. A mesh in a .gz file
+// stands for the unpacked file. Paths of lists, and arguments, may name a member: ARCHIVE/MEMBER.
+//
 // Folders are searched as search_folder does it: links are followed, hidden files are left out, and only
 // files with an extension of a known format make rows, the others are counted. A file named explicitly, or in
 // a list (`@list.txt`, `-` for standard input), always makes a row. Lists have one path a line, blank lines

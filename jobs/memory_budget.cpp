@@ -8,11 +8,13 @@
 namespace meander {
 
 std::uint64_t memory_for_models(std::uint64_t budget, const StoreHeader& header,
-                                const SampleParameters& parameters, int threads) {
+                                const SampleParameters& parameters, int threads, std::uint64_t index_bytes) {
   constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
   constexpr MeshEstimate small{64 * 1024, 1000, 2000};
   const std::uint64_t needed = estimate_bytes(small, parameters, threads);
-  const auto taken = [&](std::uint64_t bytes) { return process_bytes(bytes, header, threads) + needed; };
+  const auto taken = [&](std::uint64_t bytes) {
+    return process_bytes(bytes, header, threads) + index_bytes + needed;
+  };
   if (budget < taken(budget)) {
     std::uint64_t least = budget;
     while (least < taken(least)) least = (taken(least) + mebibyte - 1) / mebibyte * mebibyte;
@@ -22,7 +24,7 @@ std::uint64_t memory_for_models(std::uint64_t budget, const StoreHeader& header,
                     "model; give at least {}M",
                     budget / mebibyte, threads, header.samples, least / mebibyte));
   }
-  return budget - process_bytes(budget, header, threads);
+  return budget - process_bytes(budget, header, threads) - index_bytes;
 }
 
 }  // namespace meander

@@ -142,7 +142,7 @@ std::vector<fs::path> input_files(std::span<const std::string> arguments, std::s
   std::vector<fs::path> files;
   for (const std::string& argument : arguments)
     if (argument != "-") files.emplace_back(argument.starts_with('@') ? argument.substr(1) : argument);
-  for (const PlanItem& item : items) files.push_back(item.path);
+  for (const PlanItem& item : items) files.push_back(file_of(item));
   fs::path last;  // of tensors: often one file for all items
   for (const PlanItem& item : items)
     if (!item.tensor_path.empty() && item.tensor_path != last) files.push_back(last = item.tensor_path);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "io/archive/model_bytes.h"
 #include "jobs/lone_item.h"
 #include "jobs/progress.h"
 #include "jobs/working_process.h"
@@ -161,7 +162,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
     MeshEstimate estimate;
     try {
       if (items[i].known_format && !items[i].path.empty())
-        estimate = peek_mesh(items[i].path, items[i].format);
+        estimate = peek_model(items[i].path, items[i].packed, items[i].format);
     } catch (const ItemError&) {  // the read stage will say why
     }
     items[i].reserved_bytes =

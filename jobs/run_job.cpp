@@ -49,8 +49,8 @@ class RunJob {
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
     header_ = run_header(options_, inputs_, laboratory_);
-    options_.model_bytes =
-        memory_for_models(options_.memory_bytes, header_, options_.sample, options_.threads);
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,
+                                             options_.threads, inputs_.index_bytes);
     if (options_.dry_run) return print_plan();
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <set>
 
+#include "io/archive/model_bytes.h"
 #include "io/digest.h"
-#include "io/file/mapped_file.h"
 #include "jobs/run_report.h"
 #include "kernels/core/parallel.h"
 
@@ -29,18 +29,32 @@ bool is_unknown(const std::array<std::uint8_t, 32>& digest) {
   return std::all_of(digest.begin(), digest.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
+bool can_be_read(const PlanItem& item) {
+  if (!item.packed) return ::access(item.path.c_str(), R_OK) == 0;
+  try {
+    item.packed.archive->unpack(item.packed.member);
+    return true;
+  } catch (const ItemError&) {
+    return false;
+  }
+}
+
 // Whether the file has other bytes than those that the row came from.
 bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since) {
   struct stat facts {};
-  const bool there = ::stat(item.path.c_str(), &facts) == 0 && S_ISREG(facts.st_mode);
+  const std::filesystem::path& path = file_of(item);
+  const bool there = ::stat(path.c_str(), &facts) == 0 && S_ISREG(facts.st_mode);
   if (is_unknown(report.content_sha256))  // never opened; other statuses say nothing of the bytes
-    return there && report.status == Status::unreadable && ::access(item.path.c_str(), R_OK) == 0;
+    return there && report.status == Status::unreadable && can_be_read(item);
   if (!there) return true;
-  const auto size = static_cast<std::uint64_t>(facts.st_size);
+  // The size of a mesh in a .gz file is not known before it is unpacked.
+  const std::uint64_t size = !item.packed                                       ? facts.st_size
+                             : item.packed.archive->kind() == ArchiveKind::gzip ? report.file_bytes
+                                                                                : item.packed.facts().bytes;
   if (report.file_bytes != 0 && report.file_bytes != size) return true;
   if (modification_time(facts) < since) return false;
   try {
-    return sha256(MappedFile(item.path).bytes()) != report.content_sha256;
+    return sha256(ModelBytes(item.path, item.packed).bytes()) != report.content_sha256;
   } catch (const ItemError&) {
     return true;  // it can no longer be read
   }

@@ -1,6 +1,7 @@
 #include "jobs/units.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -25,6 +26,43 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
 }
 
 }  // namespace
+
+std::string plain_count(const std::string& text) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto digits_end = [&](std::size_t at) {
+    while (at < text.size() && is_digit(text[at])) ++at;
+    return at;
+  };
+  std::size_t at = digits_end(0);
+  std::string digits = text.substr(0, at);
+  if (digits.empty() || at == text.size()) return text;
+  int places = 0;  // to move the decimal point by, to the right
+  if (text[at] == '.') {
+    const std::size_t end = digits_end(at + 1);
+    digits += text.substr(at + 1, end - at - 1);
+    places -= static_cast<int>(end - at - 1);
+    at = end;
+  }
+  if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
+    const std::size_t begin = at + 1 + (at + 1 < text.size() && text[at + 1] == '+');
+    const std::size_t end = digits_end(begin);
+    if (end == begin || end - begin > 2) return text;
+    places += std::stoi(text.substr(begin, end - begin));
+    at = end;
+  }
+  if (at + 1 == text.size()) {
+    const std::size_t power = std::string_view("kmgt").find(static_cast<char>(std::tolower(text[at])));
+    if (power == std::string_view::npos) return text;
+    places += 3 * (static_cast<int>(power) + 1);
+    ++at;
+  }
+  if (at != text.size()) return text;
+  for (; places > 0; --places) digits += '0';
+  for (; places < 0 && digits.ends_with('0'); ++places) digits.pop_back();
+  if (places < 0 || digits.empty()) return text;
+  const std::size_t first = std::min(digits.find_first_not_of('0'), digits.size() - 1);
+  return digits.substr(first);
+}
 
 std::uint64_t parse_bytes(const std::string& text) {
   auto [number, unit] = number_and_unit(text);

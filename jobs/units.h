@@ -7,6 +7,9 @@
 
 namespace meander {
 
+// The digits of a whole number that is written as "1e3", "2k" or "1.5M": powers of 1000, an exponent, or both
+// as in "1e3k". Exact for any length; every other text is returned as it is.
+std::string plain_count(const std::string& text);
 // Bytes from "512M", "4G", "1.5GiB", "100000": powers of 1024. Throws UsageError.
 std::uint64_t parse_bytes(const std::string& text);
 // Seconds from "120", "120s", "2m", "1.5h". Throws UsageError.

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "io/archive/model_bytes.h"
 #include "io/digest.h"
 #include "io/mesh/tensor_table.h"
 #include "io/store/tensor_dataset.h"
@@ -363,6 +364,16 @@ TensorTable read_tensors(const PlanItem& plan, const Model& model) {
   }
 }
 
+// What unpacks to more than is reserved needs a larger reservation first.
+ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes) {
+  try {
+    return ModelBytes(plan.path, plan.packed, reserved_bytes);
+  } catch (const ItemError& error) {
+    if (error.status() != Status::too_large) throw;
+    throw NeedsMoreMemory(2 * reserved_bytes);
+  }
+}
+
 void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseLookup& reuse) {
   const PlanItem& plan = *item.plan;
   if (plan.path.empty())
@@ -370,7 +381,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
                                                     "` is none of .off, .obj, .ply, .stl");
-  const MappedFile file(plan.path);
+  const ModelBytes file = open_model(plan, item.reserved_bytes);
   item.file_bytes = file.bytes().size();
   Row& row = item.model.row;
   row.report.file_bytes = item.file_bytes;
@@ -384,6 +395,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   item.model.file = read_mesh(file.bytes(), plan.format, item.model.cancel);
   MeshEstimate actual;
   actual.file_bytes = item.file_bytes;
+  actual.packed_bytes = file.packed_bytes();
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;

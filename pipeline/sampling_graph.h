@@ -20,6 +20,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/archive/archive.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
@@ -31,8 +32,9 @@ namespace meander {
 struct PlanItem {
   std::uint64_t row = 0;
   std::string id;
-  std::filesystem::path path;
-  bool known_format = true;  // false: the row says unsupported_format
+  std::filesystem::path path;  // of a member of an archive: ARCHIVE/MEMBER
+  PackedFile packed;           // where it is, if it is in an archive
+  bool known_format = true;    // false: the row says unsupported_format
   MeshFormat format = MeshFormat::off;
   std::int32_t label = -1;
   Split split = Split::none;
@@ -41,6 +43,11 @@ struct PlanItem {
   std::filesystem::path tensor_path;
   std::string tensor_dataset;
 };
+
+// The file on disk that the bytes of an item are in.
+inline const std::filesystem::path& file_of(const PlanItem& item) {
+  return item.packed ? item.packed.archive->path() : item.path;
+}
 
 struct GraphParameters {
   SampleParameters sample;

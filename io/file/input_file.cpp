@@ -23,6 +23,7 @@ InputFile::InputFile(const std::filesystem::path& path) : file_(try_open(path, O
   if (::fstat(file_.get(), &facts) != 0) throw_unreadable("inspected", errno);
   if (!S_ISREG(facts.st_mode)) throw ItemError(Status::unreadable, "not a regular file");
   bytes_ = static_cast<std::uint64_t>(facts.st_size);
+  modified_ = facts.st_mtim;
 }
 
 std::string InputFile::read(std::uint64_t offset, std::size_t count) const {

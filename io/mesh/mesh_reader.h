@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "io/file/byte_source.h"
 #include "io/file/mapped_file.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
@@ -25,6 +26,8 @@ struct MeshEstimate {
   std::uint64_t file_bytes = 0;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t packed_bytes =
+      0;  // of a member of an archive, in memory beside the file while it is unpacked
 };
 // Reads at most 256 KiB of the file. Headers are believed only as far as the file's size allows. Exact for
 // binary files that are whole and for text up to 256 KiB; larger OBJ text is sampled and raised by a fifth,
@@ -32,6 +35,8 @@ struct MeshEstimate {
 // cut. Never throws for a malformed file (an upper bound from the size stands in); throws
 // ItemError(unreadable) when it cannot be opened.
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
+// The same for bytes that may be anywhere. They are read in ascending order, but for the first 64 KiB.
+MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra

@@ -43,11 +43,11 @@ struct Stratum {
 };
 
 struct Peek {
-  const InputFile& file;
+  const ByteSource& file;
   std::string head;
   bool whole;  // the head is the file
 
-  explicit Peek(const InputFile& opened)
+  explicit Peek(const ByteSource& opened)
       : file(opened),
         head(opened.read(0, opened.bytes() <= most_bytes ? most_bytes : head_bytes)),
         whole(opened.bytes() <= most_bytes) {}
@@ -320,7 +320,7 @@ MeshEstimate peek_obj(const Peek& peek) {
 }
 
 // Binary PLY files are known by their header alone: most of a bulk run's bytes need not be looked at twice.
-std::optional<PlyHeader> short_binary_header(const InputFile& file) {
+std::optional<PlyHeader> short_binary_header(const ByteSource& file) {
   try {
     PlyHeader header = parse_ply_header(file.read(0, header_bytes));
     if (header.encoding != PlyEncoding::ascii) return header;
@@ -332,7 +332,10 @@ std::optional<PlyHeader> short_binary_header(const InputFile& file) {
 }  // namespace
 
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format) {
-  const InputFile file(path);
+  return peek_mesh(InputFile(path), format);
+}
+
+MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
   if (file.bytes() == 0) return {};
   if (format == MeshFormat::ply)
     if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);

@@ -17,16 +17,7 @@ constexpr std::uint32_t margin = 12, gap = 5, line = 20;
 constexpr std::uint32_t number_cell = 20, name_cell = 8;
 constexpr std::size_t most_cells = 4096;
 
-void fill(RgbImage& image, std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
-          Rgb colour) {
-  for (std::uint32_t row = y; row < y + height; ++row)
-    for (std::uint32_t column = x; column < x + width; ++column) {
-      std::uint8_t* const pixel = image.pixel(column, row);
-      pixel[0] = colour.red;
-      pixel[1] = colour.green;
-      pixel[2] = colour.blue;
-    }
-}
+SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
 
 TextStyle name_style(std::uint32_t cell) { return {.size = std::clamp(0.7 * cell, 7.0, 12.0)}; }
 const TextStyle title_style{.size = 14, .bold = true}, label_style{.size = 12};
@@ -97,7 +88,7 @@ void draw_cell(RgbImage& image, double value, std::uint32_t x, std::uint32_t y, 
   if (!std::isfinite(value)) return;
   const double share = std::clamp(value, 0.0, 1.0);
   if (share <= 0) return;
-  fill(image, x, y, cell, cell, share_colour(share));
+  image.fill(x, y, cell, cell, srgb(share_colour(share)));
   if (cell < number_cell || share < 0.005) return;
   const TextStyle style{.size = 11, .colour = share_text_colour(share)};
   paint_text(image, fmt::format("{}", std::lround(100 * share)), x + 0.5 * cell,
@@ -119,10 +110,10 @@ RgbImage matrix_image(const NamedMatrix& matrix) {
       draw_cell(image, matrix.values[i * columns + j], at.x(j), at.y(i), at.cell);
   const Rgb frame{85, 85, 85};
   const std::uint32_t width = at.x(columns) - at.left, height = at.y(rows) - at.top;
-  fill(image, at.left - 1, at.top - 1, width + 2, 1, frame);
-  fill(image, at.left - 1, at.y(rows), width + 2, 1, frame);
-  fill(image, at.left - 1, at.top - 1, 1, height + 2, frame);
-  fill(image, at.x(columns), at.top - 1, 1, height + 2, frame);
+  image.fill(at.left - 1, at.top - 1, width + 2, 1, srgb(frame));
+  image.fill(at.left - 1, at.y(rows), width + 2, 1, srgb(frame));
+  image.fill(at.left - 1, at.top - 1, 1, height + 2, srgb(frame));
+  image.fill(at.x(columns), at.top - 1, 1, height + 2, srgb(frame));
   paint_names(image, matrix, at);
   return image;
 }

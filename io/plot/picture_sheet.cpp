@@ -13,20 +13,9 @@ namespace {
 constexpr Rgb title_colour{40, 40, 40}, failure_colour{150, 60, 40};
 constexpr std::uint8_t tile_grey = 243;
 
-void fill(RgbImage& sheet, std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
-          Rgb colour) {
-  for (std::uint32_t row = y; row < std::min(y + height, sheet.height); ++row)
-    for (std::uint32_t column = x; column < std::min(x + width, sheet.width); ++column) {
-      std::uint8_t* const pixel = sheet.pixel(column, row);
-      pixel[0] = colour.red;
-      pixel[1] = colour.green;
-      pixel[2] = colour.blue;
-    }
-}
-
 void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, std::uint32_t y,
                   const SheetLook& look) {
-  fill(sheet, x, y, look.cell, look.cell, {tile_grey, tile_grey, tile_grey});
+  sheet.fill(x, y, look.cell, look.cell, {tile_grey, tile_grey, tile_grey});
   const TextStyle style{look.text_size, false, failure_colour};
   const double line = 1.4 * look.text_size, room = look.cell - 2 * look.text_size;
   const auto most = static_cast<std::size_t>(std::max(1.0, std::floor(0.8 * look.cell / line)));
@@ -59,17 +48,29 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
              y + look.cell + 2.4 * look.text_size, note, TextAlign::centre);
 }
 
+double bar_length(const SheetLook& look) { return 20 * look.text_size; }
+
+// Pixels that a legend is wide.
+double legend_width(const SheetLegend& legend, const SheetLook& look) {
+  const TextStyle style{look.text_size};
+  const double title = painted_width(legend.title, style);
+  if (!legend.bar) return title;
+  const double ends = std::max(painted_width(legend.low, style), painted_width(legend.high, style));
+  return std::max(title, bar_length(look) + 2 * ends + look.text_size);
+}
+
 void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const SheetLook& look) {
   const TextStyle style{look.text_size, false, title_colour};
   const double middle = 0.5 * sheet.width, baseline = top + look.text_size;
   paint_text(sheet, legend.title, middle, baseline, style, TextAlign::centre);
   if (!legend.bar) return;
-  const double length = std::min(0.5 * sheet.width, 20 * look.text_size), begin = middle - 0.5 * length;
+  const double length = bar_length(look), begin = middle - 0.5 * length;
   const auto y = static_cast<std::uint32_t>(baseline + 0.6 * look.text_size);
   const auto height = static_cast<std::uint32_t>(look.text_size);
-  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(length); ++i)
-    fill(sheet, static_cast<std::uint32_t>(begin) + i, y, 1, height,
-         map_colour(*legend.bar, i / (length - 1)));
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(length); ++i) {
+    const Rgb colour = map_colour(*legend.bar, i / (length - 1));
+    sheet.fill(static_cast<std::uint32_t>(begin) + i, y, 1, height, {colour.red, colour.green, colour.blue});
+  }
   paint_text(sheet, legend.low, begin - 0.5 * look.text_size, y + 0.85 * height, style, TextAlign::right);
   paint_text(sheet, legend.high, begin + length + 0.5 * look.text_size, y + 0.85 * height, style);
 }
@@ -88,7 +89,8 @@ RgbImage picture_sheet(std::span<const SheetCell> cells, const std::optional<She
   const auto caption = static_cast<std::uint32_t>(std::ceil((has_notes ? 2.8 : 1.5) * look.text_size));
   const std::uint32_t step_x = look.cell + look.gap, step_y = look.cell + caption + look.gap;
   const double legend_height = !legend ? 0 : (legend->bar ? 3.2 : 1.6) * look.text_size;
-  RgbImage sheet(look.gap + columns * step_x,
+  const double legend_room = legend ? legend_width(*legend, look) + 2 * look.gap : 0;
+  RgbImage sheet(std::max(look.gap + columns * step_x, static_cast<std::uint32_t>(std::ceil(legend_room))),
                  look.gap + rows * step_y + static_cast<std::uint32_t>(std::ceil(legend_height)));
   for (std::uint32_t i = 0; i < cells.size(); ++i)
     draw_cell(sheet, cells[i], look.gap + i % columns * step_x, look.gap + i / columns * step_y, look);

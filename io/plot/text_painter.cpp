@@ -136,10 +136,15 @@ std::vector<std::string> wrapped_text(std::string_view text, double width, std::
     } else if (lines.size() < most) {
       lines.push_back(word);
     } else {
-      lines.back() += ellipsis;
+      std::string& last = lines.back();
+      while (advance(mask, last + std::string(ellipsis)) > width && last.find(' ') != std::string::npos)
+        last.resize(last.rfind(' '));
+      last += ellipsis;
       break;
     }
   }
+  for (std::string& line : lines)
+    if (advance(mask, line) > width) line = shortened_at_front(line, width, style);
   return lines;
 }
 

@@ -33,7 +33,7 @@ void paint_text(RgbImage& image, std::string_view text, double x, double baselin
 // the folder.
 std::string shortened_at_front(std::string_view text, double width, const TextStyle& style);
 
-// Broken between words into lines of at most `width` pixels; a longer word has a line of its own. What does
+// Broken between words into lines of at most `width` pixels; of a longer word the end is shown. What does
 // not fit into `most` >= 1 lines is left out and the last line ends with an ellipsis.
 std::vector<std::string> wrapped_text(std::string_view text, double width, std::size_t most,
                                       const TextStyle& style);

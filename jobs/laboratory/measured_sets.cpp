@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "io/file/mapped_file.h"
+#include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
 #include "io/store/store.h"
@@ -191,10 +191,19 @@ std::vector<double> working_points(const MeasuredSet& set, const PreparedMesh& m
   return points;
 }
 
+PolygonMesh read_model_mesh(const std::string& path) {
+  return about_file(path, [&] {
+    const PackedFile packed = find_packed(path);
+    MeshFormat format{};
+    if (!mesh_format_of(packed ? packed.facts().name : path, format))
+      throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
+    return read_mesh(ModelBytes(path, packed).bytes(), format);
+  });
+}
+
 PreparedMesh load_mesh(const std::string& path) {
-  MeshFormat format{};
-  if (!mesh_format_of(path, format)) throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
-  return about_file(path, [&] { return prepare_mesh(read_mesh(MappedFile(path).bytes(), format)); });
+  const PolygonMesh mesh = read_model_mesh(path);
+  return about_file(path, [&] { return prepare_mesh(mesh); });
 }
 
 }  // namespace meander

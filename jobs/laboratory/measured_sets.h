@@ -81,7 +81,10 @@ class MeasuredSurfaces {
 // 3 n working coordinates of the mesh.
 std::vector<double> working_points(const MeasuredSet& set, const PreparedMesh& mesh);
 
-// A mesh file, read and prepared. Throws ItemError.
+// A mesh file, MESH.gz, or ARCHIVE/MEMBER. Throws ItemError with the path in front; UsageError where the name
+// is not that of a mesh.
+PolygonMesh read_model_mesh(const std::string& path);
+// The same, prepared.
 PreparedMesh load_mesh(const std::string& path);
 
 // What `read` returns; its ItemError gets the name of the file in front.

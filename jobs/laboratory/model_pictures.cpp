@@ -8,8 +8,8 @@
 #include <limits>
 #include <span>
 
+#include "io/archive/model_bytes.h"
 #include "io/digest.h"
-#include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -116,9 +116,10 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
 
 // The mesh of a row, or why there is none.
 std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
+  if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "points only: no mesh in the INPUT";
   try {
-    const MappedFile file(model.file->path);
+    const ModelBytes file(model.file->path, model.file->packed);
     if (sha256(file.bytes()) != row.report.content_sha256) return "points only: the mesh has changed";
     mesh = read_mesh(file.bytes(), model.file->format);
   } catch (const ItemError& error) {
@@ -168,7 +169,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
                         std::uint64_t{store.samples()} * bytes_per_drawn_sample;
   if (!model.file || !model.file->known_format) return bytes;
   try {
-    const MeshEstimate mesh = peek_mesh(model.file->path, model.file->format);
+    const MeshEstimate mesh = peek_model(model.file->path, model.file->packed, model.file->format);
     bytes += mesh.file_bytes + mesh.triangles * bytes_per_triangle;
   } catch (const ItemError&) {  // read_surface says so
   }
@@ -183,6 +184,8 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
     rows.push_back(store.read_row(models[i].row));
     cells[i].title = store.id(models[i].row);
     cells[i].note_colour = quiet_note;
+    if (look.colour == SampleColour::label && rows[i].label >= 0)
+      cells[i].note_colour = palette_colour(static_cast<std::size_t>(rows[i].label));
     if (rows[i].label >= 0) cells[i].note = store.label_names()[static_cast<std::size_t>(rows[i].label)];
   }
   parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
@@ -201,7 +204,7 @@ std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook&
     case SampleColour::normal:
       return SheetLegend{"colour: the unit normal, red x, green y, blue z", {}, "", ""};
     case SampleColour::label:
-      return SheetLegend{"colour: the class", {}, "", ""};
+      return SheetLegend{"colour: the class, named below each model", {}, "", ""};
   }
   return {};
 }

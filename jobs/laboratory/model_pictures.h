@@ -32,6 +32,7 @@ struct ModelLook {
 struct PicturedModel {
   std::uint64_t row = 0;
   std::optional<PlanItem> file;
+  std::string lacking{};  // why no file is used; the line below the name
 };
 
 // The least and the largest density of the rows that are ok: what `SampleColour::density` is relative to.

@@ -26,6 +26,8 @@ namespace meander {
 
 namespace {
 
+constexpr int most_models = 400;
+
 struct RenderOptions {
   std::string store, output, colour = "plain", up = "y", view, memory = "4G";
   std::vector<std::string> inputs, items;
@@ -59,7 +61,8 @@ Vector3 parse_direction(const std::string& text) {
           fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
     ++at;
   }
-  return {value[0], value[1], value[2]};
+  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
+  return {value[0] / largest, value[1] / largest, value[2] / largest};
 }
 
 ModelLook look_of(const RenderOptions& options) {
@@ -104,40 +107,58 @@ void find_meshes(const StoreReader& store, const RenderOptions& options, std::ve
   }
 }
 
-// As many pictures at once as threads and memory allow; a model that is too large for it is drawn as points.
+// The finished pictures, and the sheet that they are put on.
+std::uint64_t sheet_bytes(const RenderOptions& options, std::size_t models) {
+  constexpr std::uint64_t bytes_per_pixel = 3;
+  const std::uint64_t picture = std::uint64_t{options.sheet.cell} * options.sheet.cell;
+  const std::uint64_t place =
+      std::uint64_t{options.sheet.cell + options.sheet.gap} * (options.sheet.cell + 3 * options.sheet.gap);
+  return bytes_per_pixel * (picture + place) * models;
+}
+
+// As many pictures at once as threads and memory allow; of a model that is too large for it the points alone.
 std::vector<SheetCell> draw_cells(const StoreReader& store, std::vector<PicturedModel> models,
                                   const DensityRange& range, const ModelLook& look, std::uint64_t memory,
                                   std::size_t threads) {
+  std::vector<std::uint64_t> bytes;
+  for (PicturedModel& model : models) {
+    bytes.push_back(picture_bytes(store, model, look));
+    if (bytes.back() <= memory || !model.file) continue;
+    model.file.reset();
+    model.lacking = "points only: the mesh needs more than --memory";
+    bytes.back() = picture_bytes(store, model, look);
+  }
   std::vector<SheetCell> cells;
   for (std::size_t begin = 0; begin < models.size();) {
-    std::uint64_t taken = 0;
-    std::size_t end = begin;
-    std::vector<std::size_t> too_large;
-    while (end < models.size() && end - begin < threads) {
-      std::uint64_t bytes = picture_bytes(store, models[end], look);
-      if (bytes > memory && models[end].file) {
-        models[end].file.reset();
-        too_large.push_back(end - begin);
-        bytes = picture_bytes(store, models[end], look);
-      }
-      if (end > begin && taken + bytes > memory) break;
-      taken += bytes;
-      ++end;
-    }
+    std::uint64_t taken = bytes[begin];
+    std::size_t end = begin + 1;
+    while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
+      taken += bytes[end++];
     std::vector<SheetCell> drawn =
         model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
-    for (const std::size_t i : too_large)
-      if (i < drawn.size() && drawn[i].picture.width > 0)
-        drawn[i].note = "points only: the mesh needs more than --memory";
     std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
     begin = end;
   }
   return cells;
 }
 
+// What is left of --memory beside the sheet.
+std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReader& store,
+                                  const ModelLook& look, std::size_t models) {
+  const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options, models),
+                      least = sheet + picture_bytes(store, {}, look);
+  constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
+  if (memory < least)
+    throw UsageError(fmt::format(
+        "--memory: {} models of {} x {} pixels need {}M or more: give it, or lower --size or --models",
+        models, options.sheet.cell, options.sheet.cell, (least + mebibyte - 1) / mebibyte));
+  return memory - sheet;
+}
+
 int render_sheet(const RenderOptions& options) {
   const ModelLook look = look_of(options);
-  const std::uint64_t memory = parse_bytes(options.memory);
+  if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
+    throw UsageError("--root and --null apply to lists of the INPUT: name it as well");
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
@@ -145,6 +166,10 @@ int render_sheet(const RenderOptions& options) {
     throw UsageError(fmt::format("-o: `{}` should end in .png, the format of sheets", options.output));
   std::vector<PicturedModel> models = chosen_models(store, options);
   if (models.empty()) throw UsageError(fmt::format("`{}` has no rows", options.store));
+  if (models.size() > std::size_t{most_models})
+    throw UsageError(fmt::format("--item: {} models are too many for a sheet, which holds {}", models.size(),
+                                 most_models));
+  const std::uint64_t memory = memory_for_pictures(options, store, look, models.size());
   find_meshes(store, options, models, guard);
   guard.check(options.output, {FileKind::png}, "-o");
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
@@ -178,12 +203,13 @@ JobFunction add_sheet(Command& render) {
       "INPUT", options->inputs,
       "Where its meshes are, as given to its run (default: samples are drawn without surfaces)");
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
-  command.add_option("--item", options->items,
-                     "Ids or row numbers of the models (default: --models of all rows)");
+  const Option items = command.add_option("--item", options->items,
+                                          "Ids or row numbers of the models (default: --models of all rows)");
   command
       .add_option("--models", options->models, "Models on the sheet, evenly spread over the rows, 1 to 400")
       .show_default()
-      .range(1, 400);
+      .range(1, most_models)
+      .excludes(items);
   command.add_option("--size", options->sheet.cell, "Pixels of a model's picture, 64 to 2048")
       .show_default()
       .range(64, 2048);

@@ -1,6 +1,7 @@
 // A picture as plain bytes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +21,12 @@ struct RgbImage {
   // All white.
   RgbImage(std::uint32_t w, std::uint32_t h)
       : width(w), height(h), pixels(std::size_t{3} * w * h, std::uint8_t{255}) {}
+  // Paints the part of a rectangle that lies within the picture.
+  void fill(std::uint32_t x, std::uint32_t y, std::uint32_t columns, std::uint32_t rows, SrgbColour colour) {
+    for (std::uint32_t row = y; row < height && row - y < rows; ++row)
+      for (std::uint32_t column = x; column < width && column - x < columns; ++column)
+        std::copy(colour.begin(), colour.end(), pixel(column, row));
+  }
   std::uint8_t* pixel(std::uint32_t x, std::uint32_t y) {
     return pixels.data() + 3 * (std::size_t{y} * width + x);
   }

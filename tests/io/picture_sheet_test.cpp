@@ -105,7 +105,11 @@ TEST_CASE("text: lines are broken between words") {
   REQUIRE(two.size() == 2);
   CHECK(two[1].ends_with("\xE2\x80\xA6"));
   CHECK(wrapped_text("", 100, 3, style) == std::vector<std::string>{""});
-  CHECK(wrapped_text("unbreakable", 10, 3, style) == std::vector<std::string>{"unbreakable"});
+  CHECK(painted_width(two[1], style) <= 150);
+  const std::vector<std::string> narrow = wrapped_text("an unbreakable word", 50, 3, style);
+  REQUIRE(narrow.size() == 3);
+  for (const std::string& line : narrow) CHECK(painted_width(line, style) <= 50);
+  CHECK(narrow[1].starts_with("\xE2\x80\xA6"));
 }
 
 TEST_CASE("picture_sheet: cells, names, failures and a legend have their places") {

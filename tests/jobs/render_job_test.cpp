@@ -106,9 +106,18 @@ TEST_CASE("render sheet: meshes that are missing, changed or too large are named
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(has(result.out, "3 models, 2 without a surface, 1 without points"));
+  // A mesh that does not fit beside the sheet, the same for any number of threads.
   const Place other;
-  const ProcessResult little = other.sheet({"-o", other.path("p.png"), "--memory", "100K"});
-  CHECK(has(little.out, "3 models, 2 without a surface, 1 without points"));
+  write_mesh(other.path("in/ball/a.off"), icosphere(6));
+  REQUIRE(run_process({program, "run", other.path("in"), "-o", other.path("s.h5"), "-n", "256", "--fresh"})
+              .exit_code == 3);
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult little = other.sheet(
+        {"-o", other.path(std::string(threads) + ".png"), "--size", "100", "--memory", "12M", "-j", threads});
+    INFO(little.err);
+    CHECK(has(little.out, "3 models, 1 without a surface, 1 without points"));
+  }
+  CHECK(read_file(other.path("1.png")) == read_file(other.path("2.png")));
 }
 
 TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
@@ -123,6 +132,10 @@ TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
   CHECK(has(place.refusal({"-o", out, "--item", "ball/b.off"}), "ball/b.off"));
   CHECK(has(place.refusal({"-o", out, "--models", "0"}), "--models"));
   CHECK(has(place.refusal({"-o", out, "--memory", "much"}), "much"));
+  CHECK(has(place.refusal({"-o", out, "--memory", "100K"}), "or lower --size or --models"));
+  CHECK(has(place.refusal({"-o", out, "--item", "0", "--models", "5"}), "--models"));
+  CHECK(has(place.refusal({"-o", out, "-0"}, false), "name it as well"));
+  CHECK(has(place.refusal({"-o", out, "--root", place.path("in")}, false), "name it as well"));
   CHECK(has(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
   CHECK(run_process({program, "render"}).exit_code == 2);
   CHECK_FALSE(fs::exists(out));

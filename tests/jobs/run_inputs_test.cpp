@@ -219,3 +219,38 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
   CHECK_THAT(conflict.err, Contains("line 2"));
   CHECK_FALSE(fs::exists(scratch / "c.h5"));
 }
+
+TEST_CASE("info: an unfinished run says what it is and what continues it") {
+  const ScratchFolder scratch;
+  // The largest model comes first, and others are left.
+  const std::string broken = "OFF\n" + std::string(1 << 20, 'x');
+  for (const char* name : {"a.off", "c.off", "d.off"}) put_mesh(scratch / "in" / name);
+  write_file(scratch / "in/b.off", broken);
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
+  const ProcessResult unfinished = meander_with({"info", store});
+  CHECK(unfinished.exit_code == 2);
+  CHECK_THAT(unfinished.err, Contains("the store `" + store + "` is not finished: `" + store +
+                                      ".run` holds an unfinished run over 4 models, begun to sample: the "
+                                      "command that began it continues it"));
+  REQUIRE(run({scratch / "in"}, store).exit_code == 3);
+  CHECK(meander_with({"info", store}).err.empty());
+  write_file(scratch / "in/e.off", broken);
+  for (const char* name : {"f.off", "g.off", "h.off"}) put_mesh(scratch / "in" / name);
+  REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
+  const ProcessResult update = meander_with({"info", store});
+  CHECK(update.exit_code == 0);
+  CHECK_THAT(update.err, Contains("holds an unfinished run over 8 models, begun to update the store"));
+  CHECK_THAT(meander_with({"info", scratch / "none.h5"}).err, Contains("does not exist"));
+}
+
+TEST_CASE("run: counts with units and exponents give the same store") {
+  const ScratchFolder scratch;
+  put_mesh(scratch / "in/a.off");
+  for (const char* n : {"2000", "2k", "2e3"})
+    REQUIRE(meander_with({"run", (scratch / "in").string(), "-o", scratch / (std::string(n) + ".h5"), "-n", n,
+                          "--progress", "none", "--memory", "1e9"})
+                .exit_code == 0);
+  CHECK(read_file(scratch / "2k.h5") == read_file(scratch / "2000.h5"));
+  CHECK(read_file(scratch / "2e3.h5") == read_file(scratch / "2000.h5"));
+}

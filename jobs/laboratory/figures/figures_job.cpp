@@ -8,8 +8,6 @@
 #include <memory>
 
 #include "io/file/atomic_file.h"
-#include "io/file/mapped_file.h"
-#include "io/mesh/mesh_reader.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -65,10 +63,7 @@ constexpr FigureName figure_names[] = {
 };
 
 FigureMesh read_model(const std::string& path) {
-  MeshFormat format{};
-  if (!mesh_format_of(path, format))
-    throw UsageError("`" + path + "` is not an .off, .obj, .ply or .stl file");
-  const PolygonMesh mesh = about_file(path, [&] { return read_mesh(MappedFile(path).bytes(), format); });
+  const PolygonMesh mesh = read_model_mesh(path);
   FigureMesh result;
   result.name = fs::path(path).stem().string();
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)

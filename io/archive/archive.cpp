@@ -1,0 +1,278 @@
+#include "io/archive/archive.h"
+
+#include <fmt/format.h>
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <new>
+#include <utility>
+
+#include "io/archive/little_endian.h"
+#include "io/archive/tar_headers.h"
+#include "io/archive/zip_directory.h"
+#include "io/file/input_file.h"
+#include "io/mesh/mesh_reader.h"
+
+namespace meander {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Members up to this size are unpacked whole, even to look at parts of them.
+constexpr std::uint64_t small_bytes = std::uint64_t{1} << 20;
+
+constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
+    {{".zip", ArchiveKind::zip},
+     {".tar", ArchiveKind::tar},
+     {".tgz", ArchiveKind::tar_gzip},
+     {".tar.gz", ArchiveKind::tar_gzip}}};
+constexpr std::string_view gzip_extension = ".gz";
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::uint32_t checksum(std::string_view bytes) { return libdeflate_crc32(0, bytes.data(), bytes.size()); }
+
+std::uint64_t most_unpacked(std::uint64_t packed_bytes) {
+  return std::max(most_free_bytes, packed_bytes * most_unpacked_ratio);
+}
+
+[[noreturn]] void throw_cut() { throw ItemError(Status::unreadable, "cut: the archive ends within it"); }
+
+// A part of a file.
+class PartSource final : public ByteSource {
+ public:
+  PartSource(const ByteSource& file, std::uint64_t begin, std::uint64_t bytes)
+      : file_(file), begin_(begin), bytes_(bytes) {}
+  std::uint64_t bytes() const override { return bytes_; }
+  std::string read(std::uint64_t offset, std::size_t count) const override {
+    if (offset >= bytes_) return {};
+    return file_.read(begin_ + offset,
+                      static_cast<std::size_t>(std::min<std::uint64_t>(count, bytes_ - offset)));
+  }
+
+ private:
+  const ByteSource& file_;
+  std::uint64_t begin_, bytes_;
+};
+
+[[noreturn]] void throw_too_large(std::uint64_t most) {
+  throw ItemError(Status::too_large,
+                  fmt::format("unpacks to more than the {} MiB that there are for it", most >> 20));
+}
+
+}  // namespace
+
+std::optional<ArchiveKind> archive_kind_of(const fs::path& path) {
+  const std::string name = lower_case(path.filename().string());
+  for (const auto& [extension, kind] : extensions)
+    if (name.size() > extension.size() && name.ends_with(extension)) return kind;
+  MeshFormat format;
+  if (name.ends_with(gzip_extension) && mesh_format_of(name_without_packing(path), format))
+    return ArchiveKind::gzip;
+  return std::nullopt;
+}
+
+std::string name_without_packing(const fs::path& path) {
+  std::string name = path.filename().string();
+  const std::string lower = lower_case(name);
+  std::size_t longest = lower.ends_with(gzip_extension) ? gzip_extension.size() : 0;
+  for (const auto& [extension, kind] : extensions)
+    if (lower.size() > extension.size() && lower.ends_with(extension))
+      longest = std::max(longest, extension.size());
+  name.resize(name.size() - longest);
+  return name;
+}
+
+Archive::Archive(fs::path path)
+    : path_(std::move(path)), kind_(archive_kind_of(path_).value_or(ArchiveKind::zip)) {
+  if (kind_ == ArchiveKind::gzip) {  // looked at when it is read, as a file of its own
+    ArchiveMember& member = listing_.members.emplace_back();
+    member.name = name_without_packing(path_);
+    member.deflated = true;
+    return;
+  }
+  const InputFile file(path_);
+  file_bytes_ = file.bytes();
+  modified_ = file.modified();
+  list(file);
+  enter_top_folder();
+  refuse_duplicates(listing_.members);
+  for (std::size_t i = 0; i < members().size(); ++i) position_.emplace(members()[i].name, i);
+}
+
+void Archive::list(const InputFile& file) {
+  if (file.bytes() == 0) throw ItemError(Status::unreadable, "the file is empty");
+  if (kind_ == ArchiveKind::zip) {
+    listing_ = read_zip_directory(file);
+    return;
+  }
+  // Many a .tar.gz file is none, and the other way round.
+  kind_ = file.read(0, 2) == "\x1F\x8B" ? ArchiveKind::tar_gzip : ArchiveKind::tar;
+  if (kind_ == ArchiveKind::tar_gzip)
+    list_tar_gzip(file);
+  else
+    listing_ = read_tar_headers(file);
+}
+
+void Archive::list_tar_gzip(const InputFile& file) {
+  constexpr std::uint64_t most_index_bytes = std::uint64_t{32} << 20;
+  class Thinned final : public ByteSource {  // keeps the index small while it is made
+   public:
+    Thinned(const InflateSource& source, AccessPoints& points) : source_(source), points_(points) {}
+    std::uint64_t bytes() const override { return source_.bytes(); }
+    std::string read(std::uint64_t offset, std::size_t count) const override {
+      std::string bytes = source_.read(offset, count);
+      while (points_.memory_bytes() > most_index_bytes) points_.thin();
+      return bytes;
+    }
+
+   private:
+    const InflateSource& source_;
+    AccessPoints& points_;
+  };
+  InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0},
+                       most_unpacked(file.bytes()));
+  source.record(points_);
+  listing_ = read_tar_headers(Thinned(source, points_));
+  if (!listing_.problem.empty()) return;
+  try {
+    source.count_rest();
+  } catch (const ItemError& error) {
+    listing_.problem = error.what();
+  }
+}
+
+void Archive::enter_top_folder() {
+  const std::string top = name_without_packing(path_) + "/";
+  const auto is_hidden = [](const ArchiveMember& m) {
+    return m.name.starts_with('.') || m.name.starts_with("__MACOSX/");
+  };
+  const auto is_inside = [&](const ArchiveMember& m) { return m.name.starts_with(top) || is_hidden(m); };
+  std::vector<ArchiveMember>& members = listing_.members;
+  if (!std::all_of(members.begin(), members.end(), is_inside)) return;
+  top_ = top;
+  for (ArchiveMember& member : members)
+    if (member.name.starts_with(top)) member.name.erase(0, top.size());
+}
+
+std::optional<std::size_t> Archive::find(std::string_view name) const {
+  const auto found = position_.find(name);
+  if (found != position_.end()) return found->second;
+  if (top_.empty() || !name.starts_with(top_)) return std::nullopt;
+  const auto below = position_.find(name.substr(top_.size()));
+  return below == position_.end() ? std::nullopt : std::optional(below->second);
+}
+
+InputFile Archive::open() const {
+  InputFile file(path_);
+  const std::timespec now = file.modified();
+  if (kind_ != ArchiveKind::gzip &&
+      (file.bytes() != file_bytes_ || now.tv_sec != modified_.tv_sec || now.tv_nsec != modified_.tv_nsec))
+    throw ItemError(Status::unreadable, "the archive was changed while it was in use");
+  return file;
+}
+
+const ArchiveMember& Archive::readable(std::size_t member) const {
+  const ArchiveMember& facts = members()[member];
+  if (facts.status != Status::ok) throw ItemError(facts.status, facts.reason);
+  return facts;
+}
+
+std::string Archive::unpack_deflated(const InputFile& file, const ArchiveMember& member) const {
+  const std::string packed =
+      file.read(zip_data_offset(file, member), static_cast<std::size_t>(member.packed_bytes));
+  if (packed.size() < member.packed_bytes) throw_cut();
+  std::string bytes(static_cast<std::size_t>(member.bytes), '\0');
+  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!unpacker) throw std::bad_alloc();
+  switch (libdeflate_deflate_decompress(unpacker.get(), packed.data(), packed.size(), bytes.data(),
+                                        bytes.size(), nullptr)) {
+    case LIBDEFLATE_SUCCESS:
+      return bytes;
+    case LIBDEFLATE_SHORT_OUTPUT:
+      throw ItemError(Status::unreadable, "damaged: it unpacks to less than the archive states");
+    case LIBDEFLATE_INSUFFICIENT_SPACE:
+      throw ItemError(Status::unreadable, "damaged: it unpacks to more than the archive states");
+    default:
+      throw ItemError(Status::unreadable, "damaged: the packed data are not what gzip and zip write");
+  }
+}
+
+// A gzip file ends with its unpacked size, modulo 2^32 and of its last part alone: a hint, believed as far as
+// meshes are packed.
+std::string Archive::gunzip(const InputFile& file, std::uint64_t most) const {
+  constexpr std::uint64_t usual_ratio = 16;
+  const InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, 0, most_unpacked(file.bytes()));
+  const std::string stated = file.read(file.bytes() - std::min<std::uint64_t>(4, file.bytes()), 4);
+  const std::uint64_t hint = stated.size() == 4 ? little_endian(stated, 0, 4) : 0;
+  std::string bytes;
+  std::size_t done = 0;
+  // One byte more, to see that it is the end.
+  auto room = static_cast<std::size_t>(std::min({hint, usual_ratio * file.bytes() + small_bytes, most}) + 1);
+  for (;;) {
+    bytes.resize(room);
+    done += source.next(std::span(bytes).subspan(done));
+    if (done > most) throw_too_large(most);
+    if (done < room) break;
+    room += room / 2 + small_bytes;
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+std::string Archive::unpack(std::size_t member, std::uint64_t most) const {
+  const ArchiveMember& facts = readable(member);
+  const InputFile file = open();
+  if (kind_ == ArchiveKind::gzip) return gunzip(file, most);
+  if (facts.bytes > most) throw_too_large(most);
+  std::string bytes;
+  if (kind_ == ArchiveKind::tar_gzip) {
+    InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0});
+    source.use(points_);
+    bytes = source.read(facts.offset, static_cast<std::size_t>(facts.bytes));
+  } else if (facts.deflated) {
+    bytes = unpack_deflated(file, facts);
+  } else {
+    const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;
+    bytes = file.read(begin, static_cast<std::size_t>(facts.bytes));
+  }
+  if (bytes.size() < facts.bytes) throw_cut();
+  if (facts.crc32 && checksum(bytes) != *facts.crc32)
+    throw ItemError(Status::unreadable, "damaged: its checksum differs from that in the archive");
+  return bytes;
+}
+
+void Archive::look_at(std::size_t member, const std::function<void(const ByteSource&)>& look) const {
+  const ArchiveMember& facts = readable(member);
+  const InputFile file = open();
+  const InflateSource::Part whole{0, file.bytes()};
+  if (kind_ == ArchiveKind::gzip) {
+    std::string head(small_bytes, '\0');
+    const InflateSource source(file, whole, Wrapping::gzip, 0, most_unpacked(file.bytes()));
+    const std::size_t there = source.next(head);
+    if (there < head.size()) return look(MemorySource(std::string_view(head).substr(0, there)));
+    return look(InflateSource(file, whole, Wrapping::gzip, source.count_rest()));
+  }
+  if (kind_ == ArchiveKind::tar_gzip) {
+    InflateSource source(file, whole, Wrapping::gzip, ~std::uint64_t{0});
+    source.use(points_);
+    return look(PartSource(source, facts.offset, facts.bytes));
+  }
+  if (facts.deflated && facts.bytes <= small_bytes) {
+    const std::string bytes = unpack_deflated(file, facts);
+    return look(MemorySource(bytes));
+  }
+  const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;
+  if (!facts.deflated) return look(PartSource(file, begin, facts.bytes));
+  look(InflateSource(file, {begin, begin + facts.packed_bytes}, Wrapping::raw, facts.bytes));
+}
+
+}  // namespace meander

@@ -1,0 +1,98 @@
+// Archives as inputs: .zip, .tar, .tar.gz (.tgz), and a single mesh in a .gz file.
+#pragma once
+
+#include <cstdint>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "io/archive/archive_member.h"
+#include "io/archive/gzip_source.h"
+
+namespace meander {
+
+class InputFile;
+
+enum class ArchiveKind : std::uint8_t { zip, tar, tar_gzip, gzip };
+
+// By extension, case-insensitive; gzip only for the name of a mesh with .gz behind it.
+std::optional<ArchiveKind> archive_kind_of(const std::filesystem::path& path);
+// The name without the extensions of archives: "set" of "set.tar.gz", "a.off" of "a.off.gz".
+std::string name_without_packing(const std::filesystem::path& path);
+
+// The directory of one archive. It is read once and then shared by threads; the file is open only while
+// something is read from it. An archive stands for a folder of its name without extension: a folder of this
+// name at its top that holds all its members counts once, as programs unpack it that make no folder in a
+// folder of the same name.
+//
+// A .tar.gz file is unpacked once when it is listed, and nothing of it is kept but access points, 32 KiB each
+// for every half MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it. So no
+// disk is needed, and nothing is left behind by a process that dies; a scratch file would be faster for
+// archives beyond a few GiB, whose points are far apart.
+class Archive {
+ public:
+  // Throws ItemError(unreadable) when the file cannot be read, or is no archive of its kind. Cost: the
+  // directory of a zip file, one look at every header of a tar file, the unpacking of a .tar.gz file (about
+  // 0.3 GB/s), nothing for a .gz file, which has one member.
+  explicit Archive(std::filesystem::path path);
+  Archive(const Archive&) = delete;
+  Archive& operator=(const Archive&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  ArchiveKind kind() const { return kind_; }
+  // Names are unique; those of which there are several are refused.
+  const std::vector<ArchiveMember>& members() const { return listing_.members; }
+  const std::string& problem() const { return listing_.problem; }
+  // A member by its path below the folder that the archive stands for, or as it is stored.
+  std::optional<std::size_t> find(std::string_view name) const;
+
+  // The unpacked bytes, checked against their size and checksum where the archive has one. Throws ItemError:
+  // the status of a refused member; unreadable when they are damaged or cut, are more than the archive states
+  // or than is_bomb allows, or when the archive was changed since it was listed; too_large when they are more
+  // than `most`. Memory: packed and unpacked.
+  std::string unpack(std::size_t member, std::uint64_t most = ~std::uint64_t{0}) const;
+  // Reads parts of a member, best in ascending order, with little memory: calls `look` with them. Throws as
+  // unpack() does, as far as is read.
+  void look_at(std::size_t member, const std::function<void(const ByteSource&)>& look) const;
+
+  // The access points.
+  std::uint64_t index_bytes() const { return points_.memory_bytes(); }
+  std::uint64_t point_spacing() const { return points_.spacing(); }
+  void thin_index() { points_.thin(); }
+
+ private:
+  void list(const InputFile& file);
+  void list_tar_gzip(const InputFile& file);
+  void enter_top_folder();
+  // The file, if it is the one that was listed.
+  InputFile open() const;
+  const ArchiveMember& readable(std::size_t member) const;
+  std::string gunzip(const InputFile& file, std::uint64_t most) const;
+  std::string unpack_deflated(const InputFile& file, const ArchiveMember& member) const;
+
+  std::filesystem::path path_;
+  ArchiveKind kind_;
+  ArchiveListing listing_;
+  std::unordered_map<std::string_view, std::size_t> position_;  // of members, by name
+  std::string top_;  // the folder that counts once, with a slash; empty: none
+  AccessPoints points_;
+  std::uint64_t file_bytes_ = 0;
+  std::timespec modified_{};
+};
+
+// A member of an archive as the place of a file; without an archive it is none.
+struct PackedFile {
+  std::shared_ptr<const Archive> archive;
+  std::size_t member = 0;
+
+  explicit operator bool() const { return archive != nullptr; }
+  const ArchiveMember& facts() const { return archive->members()[member]; }
+};
+
+}  // namespace meander

@@ -1,0 +1,218 @@
+// Archives as inputs of a run, as a user sees them.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "io/store/store.h"
+#include "support/archive_files.h"
+#include "support/meander_program.h"
+#include "support/mesh_files.h"
+#include "support/sanitized.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Ids = std::vector<std::string>;
+
+ProcessResult run(const Ids& inputs, const fs::path& store, const Ids& more = {},
+                  const ProcessOptions& options = {}) {
+  Ids arguments = {"run", "-o", store.string(), "-n", "16", "--progress", "none"};
+  arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return meander_with(arguments, options);
+}
+
+// A labelled folder with models of every format, one that is no mesh, and other files.
+void put_models(const fs::path& folder) {
+  const char* names[] = {"chair/train/a.off", "chair/test/b.obj", "lamp/train/c.ply", "lamp/test/d.stl"};
+  int steps = 3;
+  for (const char* name : names) {
+    fs::create_directories((folder / name).parent_path());
+    write_mesh(folder / name, torus(steps, 2 * steps));
+    ++steps;
+  }
+  write_file(folder / "lamp/test/e.off", "OFF\nnothing\n");
+  write_file(folder / "readme.txt", "hello");
+}
+
+// The same files as a folder, as every kind of archive, and as .gz files one by one, each in a folder of its
+// own.
+Ids put_all_kinds(const fs::path& scratch) {
+  const fs::path folder = scratch / "folder/set";
+  put_models(folder);
+  const std::vector<ArchiveEntry> entries = entries_of(folder), inside = entries_of(folder, "./set/");
+  for (const char* kind : {"zip", "zip64", "tar", "tgz", "inside"}) fs::create_directories(scratch / kind);
+  write_file(scratch / "zip/set.zip", zip_bytes(entries));
+  write_file(scratch / "zip64/set.ZIP", zip_bytes(inside, true));
+  write_file(scratch / "tar/set.tar", tar_bytes(entries));
+  write_file(scratch / "tgz/set.tar.gz", gzip_bytes(tar_bytes(inside, LongNames::pax)));
+  write_file(scratch / "inside/set.tgz", gzip_bytes(tar_bytes(entries)));
+  for (const ArchiveEntry& entry : entries) {
+    const fs::path path = scratch / "gz/set" / (entry.name + ".gz");
+    fs::create_directories(path.parent_path());
+    write_file(path, gzip_bytes(entry.content));
+  }
+  return {"zip/set.zip", "zip64/set.ZIP", "tar/set.tar", "tgz/set.tar.gz", "inside/set.tgz", "gz/set"};
+}
+
+Ids ids_of(const fs::path& store) { return StoreReader(store).header().ids; }
+
+}  // namespace
+
+TEST_CASE("run: folder, zip, tar, tar.gz and gz of the same files give the same bytes") {
+  const ScratchFolder scratch;
+  const Ids kinds = put_all_kinds(scratch.path());
+  const Ids options = {"--label-from-folder", "--describe", "basics"};
+  REQUIRE(run({scratch / "folder/set"}, scratch / "folder.h5", options).exit_code == 3);
+  const std::string expected = read_file(scratch / "folder.h5");
+  CHECK(ids_of(scratch / "folder.h5") == Ids{"chair/test/b.obj", "chair/train/a.off", "lamp/test/d.stl",
+                                             "lamp/test/e.off", "lamp/train/c.ply"});
+  for (const std::string& kind : kinds) {
+    const fs::path store = scratch / (fs::path(kind).parent_path().string() + ".h5");
+    const ProcessResult result = run({scratch / kind}, store, options);
+    INFO(kind << result.err << result.out);
+    CHECK(result.exit_code == 3);
+    CHECK(read_file(store) == expected);
+    if (kind != "gz/set") CHECK_THAT(result.out, Contains("other files skipped: .txt 1"));
+  }
+  // In a folder around them, and beside another input.
+  REQUIRE(run({scratch / "folder"}, scratch / "around.h5").exit_code == 3);
+  CHECK(ids_of(scratch / "around.h5").front() == "set/chair/test/b.obj");
+  REQUIRE(run({scratch / "inside"}, scratch / "around_archive.h5").exit_code == 3);
+  CHECK(read_file(scratch / "around_archive.h5") == read_file(scratch / "around.h5"));
+  fs::create_directories(scratch / "other");
+  write_mesh(scratch / "other/x.off", cube());
+  REQUIRE(run({scratch / "other", scratch / "folder/set"}, scratch / "two.h5").exit_code == 3);
+  REQUIRE(run({scratch / "other", scratch / "tar/set.tar"}, scratch / "two_archive.h5").exit_code == 3);
+  CHECK(read_file(scratch / "two_archive.h5") == read_file(scratch / "two.h5"));
+}
+
+TEST_CASE("run: a second run, --reuse and describe find the models of a folder in its archive") {
+  const ScratchFolder scratch;
+  const Ids kinds = put_all_kinds(scratch.path());
+  REQUIRE(run({scratch / "folder/set"}, scratch / "s.h5").exit_code == 3);
+  const std::string before = read_file(scratch / "s.h5");
+  for (const std::string& kind : kinds) {
+    const ProcessResult again = run({scratch / kind}, scratch / "s.h5", {"--json"});
+    INFO(kind << again.err << again.out);
+    CHECK(again.exit_code == 3);
+    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK(read_file(scratch / "s.h5") == before);
+    const fs::path described = scratch / ("described" + fs::path(kind).parent_path().string() + ".h5");
+    const ProcessResult result = meander_with(
+        {"describe", scratch / "s.h5", scratch / kind, "--descriptors", "geodesic", "-o", described});
+    INFO(result.err << result.out);
+    CHECK(result.exit_code == 0);
+  }
+  CHECK(read_file(scratch / "describedzip.h5") == read_file(scratch / "describedtgz.h5"));
+  const ProcessResult reused =
+      run({scratch / "zip/set.zip"}, scratch / "r.h5", {"--reuse", scratch / "s.h5"});
+  CHECK(reused.exit_code == 3);
+  CHECK(read_file(scratch / "r.h5") == before);
+  // A member that changes is seen.
+  std::vector<ArchiveEntry> entries = entries_of(scratch / "folder/set");
+  for (ArchiveEntry& entry : entries)
+    if (entry.name == "chair/train/a.off") entry.content += "\n";
+  write_file(scratch / "zip/set.zip", zip_bytes(entries));
+  const ProcessResult changed = run({scratch / "zip/set.zip"}, scratch / "s.h5", {"--json"});
+  CHECK_THAT(changed.out, Contains("\"changed\":[\"chair/train/a.off\"]"));
+}
+
+TEST_CASE("run: members that cannot be read are rows, archives that cannot be read are named") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  const std::string mesh = mesh_bytes(cube(), MeshFile::off);
+  std::vector<ArchiveEntry> entries(6);
+  const char* names[] = {"a.off", "locked.off", "twice.off", "twice.off", "../out.off", "crc.off"};
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    entries[i].name = names[i];
+    entries[i].content = mesh;
+  }
+  entries[1].flags = 1;
+  entries[5].stated_crc = 1;
+  write_file(scratch / "in/set.zip", zip_bytes(entries));
+  const std::string tar = tar_bytes({entries[0], entries[5]});
+  write_file(scratch / "in/cut.tar", tar.substr(0, 1536 + 20));
+  write_file(scratch / "in/none.tar.gz", "this is no archive");
+  write_file(scratch / "in/cut.off.gz", gzip_bytes(mesh).substr(0, 40));
+  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5");
+  INFO(result.err << result.out);
+  CHECK(result.exit_code == 3);
+  CHECK_THAT(result.err,
+             Contains("/in/cut.tar`: it ends within a member, at byte 1024 of the archive; its other "
+                      "members are not in the store") &&
+                 Contains("/in/none.tar.gz`: this is no tar archive; its contents are not in the store"));
+  CHECK_THAT(result.out, Contains("unread folders               2"));
+  CHECK(ids_of(scratch / "s.h5") == Ids{"cut.off", "cut/a.off", "cut/crc.off", "set/%2E%2E/out.off",
+                                        "set/a.off", "set/crc.off", "set/locked.off", "set/twice.off"});
+  const std::string failed = read_file(scratch / "s.h5.failed.txt");
+  CHECK_THAT(failed, Contains("# set/locked.off: unsupported_format: encrypted") &&
+                         Contains("/in/set.zip/locked.off\n") &&
+                         Contains("# set/twice.off: unreadable: the archive has 2 members of this name") &&
+                         Contains("# set/crc.off: unreadable: damaged: its checksum differs") &&
+                         Contains("# cut.off: unreadable: cut") && Contains("/in/cut.off.gz\n"));
+  CHECK(StoreReader(scratch / "s.h5").report(1).status == Status::ok);
+  // Nothing changes for a second run; the failed items can be given back as a list.
+  CHECK_THAT(run({scratch / "in"}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[]"));
+  const ProcessResult list = run({"@" + (scratch / "s.h5.failed.txt").string()}, scratch / "f.h5");
+  INFO(list.err);
+  CHECK(list.exit_code == 3);
+  CHECK(ids_of(scratch / "f.h5") == Ids{"cut.off", "cut/crc.off", "set/%2E%2E/out.off", "set/crc.off",
+                                        "set/locked.off", "set/twice.off"});
+  // As the only input such an archive is an error.
+  const ProcessResult alone = run({scratch / "in/none.tar.gz"}, scratch / "n.h5");
+  CHECK(alone.exit_code == 2);
+  CHECK_THAT(alone.err, Contains("cannot read the archive `") && Contains("this is no tar archive"));
+}
+
+TEST_CASE("run, measure: members named one by one, lists of archives, equal ids") {
+  const ScratchFolder scratch;
+  put_all_kinds(scratch.path());
+  const std::string zip = (scratch / "zip/set.zip").string(), tgz = (scratch / "tgz/set.tar.gz").string();
+  CHECK(run({zip + "/chair/train/a.off"}, scratch / "one.h5").exit_code == 0);
+  CHECK(ids_of(scratch / "one.h5") == Ids{"a.off"});
+  ProcessOptions list;
+  list.input = zip + "/lamp/train/c.ply\n" + tgz + "\n";
+  const ProcessResult listed = run({"-"}, scratch / "list.h5", {"--root", scratch.path().string()}, list);
+  INFO(listed.err);
+  CHECK(listed.exit_code == 3);
+  CHECK(ids_of(scratch / "list.h5").size() == 6);
+  CHECK(ids_of(scratch / "list.h5").back() == "zip/set/lamp/train/c.ply");
+  const ProcessResult missing = run({zip + "/x.off"}, scratch / "m.h5");
+  CHECK(missing.exit_code == 2);
+  CHECK_THAT(missing.err, Contains("has no member `x.off`"));
+  write_file(scratch / "folder/set.zip", zip_bytes(entries_of(scratch / "folder/set")));
+  const ProcessResult both = run({scratch / "folder"}, scratch / "b.h5");
+  CHECK(both.exit_code == 2);
+  CHECK_THAT(both.err, Contains("two items would have the id `set/chair/test/b.obj`") &&
+                           Contains("/folder/set.zip/chair/test/b.obj`"));
+  // The archive is an input: nothing writes over it.
+  const ProcessResult over = run({zip}, zip);
+  CHECK(over.exit_code == 2);
+}
+
+TEST_CASE("run: unpacking stays within --memory") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  // Blanks pack well: much larger unpacked than in the archive.
+  {
+    ArchiveEntry entry;
+    entry.name = "large.off";
+    entry.content = mesh_bytes(cube(), MeshFile::off) + std::string(60'000'000, ' ');
+    write_file(scratch / "in/a.zip", zip_bytes({entry}));
+    write_file(scratch / "in/b.off.gz", gzip_bytes(entry.content));
+  }
+  write_mesh(scratch / "in/c.off", cube());
+  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5", {"--memory", "80M", "--threads", "2"});
+  INFO(result.err << result.out);
+  CHECK(result.exit_code == 3);
+  const StoreReader store(scratch / "s.h5");
+  CHECK(store.report(0).status == Status::too_large);
+  CHECK(store.report(1).status == Status::too_large);
+  CHECK(store.report(2).status == Status::ok);
+  if (!sanitized) CHECK(result.peak_kilobytes <= 80 * 1024);
+}
