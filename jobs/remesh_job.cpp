@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -65,6 +66,8 @@ FileKind kind_of(MeshFormat format) {
                                      : FileKind::obj_mesh;
 }
 
+constexpr double much_of_area = 0.1;  // dropped: more than this is worth a line of its own
+
 class RemeshJob {
  public:
   RemeshJob(RemeshOptions& options, const StageHook& hook)
@@ -72,6 +75,7 @@ class RemeshJob {
 
   int run() {
     if (!run_.fresh) earlier_ = read_remesh_table(folder_);
+    list_own_files();
     if (earlier_) run_.collect.remembered_root = earlier_->root;
     inputs_ = collect_inputs(run_.inputs, run_.collect);
     print_unread(inputs_.notes);
@@ -83,7 +87,10 @@ class RemeshJob {
     take_earlier_table();
     check_outputs();
     fs::create_directories(folder_);
+    table_.planned.insert(names_.begin(), names_.end());
+    write_remesh_table(folder_, table_);
     const bool stopped = !make_meshes();
+    if (!stopped) table_.planned.clear();
     write_remesh_table(folder_, table_);
     if (stopped) return exit_stopped;
     print_summary();
@@ -91,6 +98,20 @@ class RemeshJob {
   }
 
  private:
+  // What earlier runs into this folder have made, or, where the last one did not end, may have.
+  void list_own_files() {
+    std::optional<RemeshTable> table = earlier_;
+    try {
+      if (!table) table = read_remesh_table(folder_);
+    } catch (const RunError&) {  // with --fresh: no table of this command, so nothing here is its own
+    }
+    if (!table) return;
+    own_files_ = table->planned;
+    for (const auto& [id, record] : table->records)
+      if (!record.file.empty()) own_files_.insert(record.file);
+  }
+  bool is_own(std::size_t item) const { return own_files_.contains(names_[item]); }
+
   // Meshes that an earlier process made with these parameters stay, where the input has not changed since.
   void take_earlier_table() {
     table_.parameters_json = run_.parameters_json;
@@ -130,13 +151,13 @@ class RemeshJob {
     refuse_nested_folder();
     guard.check(remesh_json_path(folder_), {FileKind::json}, "the table of -o", Existing::replace, true);
     guard.check(remesh_csv_path(folder_), {FileKind::csv}, "the table of -o", Existing::replace, true);
-    // Without a table of these parameters the files are somebody else's.
-    const Existing existing = run_.fresh || earlier_ ? Existing::replace : Existing::keep;
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const fs::path name(names_[i]);
       if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end())
         throw UsageError(fmt::format("the item `{}` names a file outside `{}`: leave it out",
                                      inputs_.items[i].id, folder_.string()));
+      // What no table names is somebody else's.
+      const Existing existing = run_.fresh || is_own(i) ? Existing::replace : Existing::keep;
       guard.check(target(i), {kind_of(options_.format)}, "-o", existing, true);
     }
   }
@@ -256,7 +277,7 @@ class RemeshJob {
       record.message = remesh_message(record.mesh);
       record.file = names_[item.plan.row];
       record.samples = header_.samples;
-    } else {  // a mesh of earlier parameters, or of a file that has changed, is none of this one
+    } else if (is_own(item.plan.row)) {  // of earlier parameters, or of a file that has changed since
       std::error_code none;
       fs::remove(target(item.plan.row), none);
     }
@@ -284,7 +305,7 @@ class RemeshJob {
   void print_summary() const {
     std::map<Status, std::uint64_t> by_status;
     RemeshReport sum;
-    std::uint64_t incomplete = 0;
+    std::uint64_t incomplete = 0, much_lost = 0;
     for (const auto& [id, record] : table_.records) {
       ++by_status[record.status];
       sum.vertices += record.mesh.vertices;
@@ -292,9 +313,11 @@ class RemeshJob {
       sum.line_vertices += record.mesh.line_vertices;
       sum.kept_vertices += record.mesh.kept_vertices;
       sum.dropped_components += record.mesh.dropped_components;
+      sum.dropped_share = std::max(sum.dropped_share, record.mesh.dropped_share);
       incomplete += record.mesh.dropped_components > 0;
+      much_lost += record.mesh.dropped_share > much_of_area;
     }
-    if (run_.json) return print_json(by_status, sum, incomplete);
+    if (run_.json) return print_json(by_status, sum, incomplete, much_lost);
     fmt::print("{}: {} models, {} samples each\n", folder_.string(), table_.records.size(), header_.samples);
     for (const auto& [status, count] : by_status) fmt::print("  {:<20}{:>10}\n", name_of(status), count);
     fmt::print("  {} faces, {} vertices: {} beside the samples on boundaries and creases, {} others\n",
@@ -302,6 +325,11 @@ class RemeshJob {
     if (incomplete > 0)
       fmt::print("  {} components without a sample were dropped in {} models (see remesh.csv)\n",
                  sum.dropped_components, incomplete);
+    if (much_lost > 0)
+      fmt::print(
+          "  {} models lost more than {:.0f} % of their area with them, at most {:.0f} %: give more "
+          "samples\n",
+          much_lost, 100 * much_of_area, 100 * sum.dropped_share);
     if (vanished_ > 0)
       fmt::print("  {} items of an earlier run have no input any more; their meshes were left\n", vanished_);
     print_notes(inputs_.notes);
@@ -309,7 +337,7 @@ class RemeshJob {
   }
 
   void print_json(const std::map<Status, std::uint64_t>& by_status, const RemeshReport& sum,
-                  std::uint64_t incomplete) const {
+                  std::uint64_t incomplete, std::uint64_t much_lost) const {
     JsonWriter json;
     json.begin_object();
     json.member("folder", escape_id(folder_.string()));
@@ -326,6 +354,8 @@ class RemeshJob {
     json.member("kept_vertices", sum.kept_vertices);
     json.member("dropped_components", sum.dropped_components);
     json.member("models_with_dropped_components", incomplete);
+    json.member("models_with_much_area_dropped", much_lost);
+    json.member("largest_dropped_share", sum.dropped_share);
     json.member("vanished", vanished_);
     write_notes(json, inputs_.notes);
     json.end_object();
@@ -339,6 +369,7 @@ class RemeshJob {
   Inputs inputs_;
   StoreHeader header_;
   std::vector<std::string> names_;      // of the meshes, by item
+  std::set<std::string> own_files_;     // see list_own_files
   std::optional<RemeshTable> earlier_;  // that an earlier process left
   RemeshTable table_;                   // touched by the serial writer alone while the graph runs
   std::uint64_t vanished_ = 0, done_now_ = 0;

@@ -80,6 +80,12 @@ std::string json_of(const RemeshTable& table) {
   json.member("made_by", "meander remesh");
   json.member("parameters", table.parameters_json);
   if (!table.root.empty()) json.member("root", escape_id(table.root));
+  if (!table.planned.empty()) {
+    json.key("planned");
+    json.begin_object();
+    for (const std::string& file : table.planned) json.member(file, true);
+    json.end_object();
+  }
   json.key("items");
   json.begin_object();
   for (auto [id, record] : table.records) {
@@ -147,6 +153,11 @@ std::optional<RemeshTable> read_remesh_table(const fs::path& folder) {
   RemeshTable table;
   table.parameters_json = json.text("parameters").value_or("");
   table.root = unescape_id(json.text("root").value_or(""));
+  const auto planned = json.members().find("planned");
+  if (planned != json.members().end()) {
+    const JsonObject files(planned->second, source);
+    for (const auto& [file, is] : files.members()) table.planned.insert(file);
+  }
   const auto items = json.members().find("items");
   if (items == json.members().end()) return table;
   const JsonObject records(items->second, source);

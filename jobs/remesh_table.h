@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "kernels/core/status.h"
@@ -24,6 +25,7 @@ struct RemeshTable {
   std::string parameters_json;                  // all parameters that decide the meshes
   std::string root;                             // of the ids of lists; empty where there are none
   std::map<std::string, RemeshRecord> records;  // by id
+  std::set<std::string> planned;  // files that a run that has not ended may have made; empty at its end
 };
 
 // What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed.

@@ -200,6 +200,46 @@ TEST_CASE("remesh job: files of others are not replaced") {
   CHECK(contains(result.err, "is no table of `meander remesh`"));
 }
 
+TEST_CASE("remesh job: a later run replaces and removes its own meshes only") {
+  const ScratchFolder scratch;
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  make_models(models);
+  write_file(scratch / "models/bad.off", "");
+  REQUIRE(remesh({models, "-o", out, "-n", "50"}).exit_code == 3);
+  // A mesh of the user's under the name of an item that fails stays.
+  write_mesh(scratch / "out/bad.ply", cube());
+  const std::string own = read_file(scratch / "out/bad.ply");
+  const ProcessResult refused = remesh({models, "-o", out, "-n", "50"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "exists (--fresh replaces it)"));
+  CHECK(remesh({models, "-o", out, "-n", "50", "--fresh"}).exit_code == 3);
+  CHECK(read_file(scratch / "out/bad.ply") == own);
+  fs::remove(scratch / "out/bad.ply");
+  // Under the name of a new input it is refused, and replaced with --fresh.
+  write_mesh(scratch / "models/new.off", icosphere(2));
+  write_mesh(scratch / "out/new.ply", cube());
+  CHECK(contains(remesh({models, "-o", out, "-n", "50"}).err, "exists (--fresh replaces it)"));
+  CHECK(read_file(scratch / "out/new.ply") == own);
+  CHECK(remesh({models, "-o", out, "-n", "50", "--fresh"}).exit_code == 3);
+  CHECK(read_file(scratch / "out/new.ply") != own);
+  // The mesh of an item that fails now was the command's own.
+  write_file(scratch / "models/new.off", "");
+  CHECK(remesh({models, "-o", out, "-n", "50"}).exit_code == 3);
+  CHECK_FALSE(fs::exists(scratch / "out/new.ply"));
+}
+
+TEST_CASE("remesh job: most of a surface without a sample is told") {
+  const ScratchFolder scratch;
+  PolygonMesh dust = cube();
+  for (int i = 1; i < 12; ++i) dust = merged(dust, moved(cube(), 1, 3.0 * i, 0, 0));
+  fs::create_directories(scratch / "models");
+  write_mesh(scratch / "models/dust.off", dust);
+  const ProcessResult result =
+      remesh({(scratch / "models").string(), "-o", (scratch / "out").string(), "-n", "4"});
+  CHECK(result.exit_code == 0);
+  CHECK(contains(result.out, "1 models lost more than 10 % of their area with them"));
+}
+
 TEST_CASE("remesh job: models of one name and several formats have meshes of their own") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "models");
