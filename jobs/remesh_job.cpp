@@ -87,7 +87,9 @@ class RemeshJob {
     take_earlier_table();
     check_outputs();
     fs::create_directories(folder_);
-    table_.planned.insert(names_.begin(), names_.end());
+    // A file of somebody else's that --fresh replaces becomes the command's own when it is, not before.
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      if (is_own(i) || !fs::exists(target(i))) table_.planned.insert(names_[i]);
     write_remesh_table(folder_, table_);
     const bool stopped = !make_meshes();
     if (!stopped) table_.planned.clear();

@@ -228,6 +228,24 @@ TEST_CASE("remesh job: a later run replaces and removes its own meshes only") {
   CHECK_FALSE(fs::exists(scratch / "out/new.ply"));
 }
 
+TEST_CASE("remesh job: a run with --fresh that is stopped does not make files of others its own") {
+  const ScratchFolder scratch;
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  make_models(models);
+  fs::create_directories(out);
+  for (const char* name : {"bad1", "bad2", "bad3"}) {
+    write_file(scratch / "models" / (std::string(name) + ".off"), "");
+    write_mesh(scratch / "out" / (std::string(name) + ".ply"), cube());
+  }
+  const std::string own = read_file(scratch / "out/bad1.ply");
+  REQUIRE(remesh({models, "-o", out, "-n", "50", "--fresh", "--max-failures", "0"}).exit_code == 75);
+  const ProcessResult again = remesh({models, "-o", out, "-n", "50", "--max-failures", "9"});
+  CHECK(again.exit_code == 2);
+  CHECK(contains(again.err, "exists (--fresh replaces it)"));
+  for (const char* name : {"bad1.ply", "bad2.ply", "bad3.ply"})
+    CHECK(read_file(scratch / "out" / name) == own);
+}
+
 TEST_CASE("remesh job: most of a surface without a sample is told") {
   const ScratchFolder scratch;
   PolygonMesh dust = cube();
