@@ -22,13 +22,6 @@ namespace {
 constexpr double query_seconds = 120;
 constexpr std::uint64_t query_bytes = std::uint64_t{4} << 30;
 
-// Only the descriptors of a row are wanted.
-class NoRows : public RowSink {
- public:
-  void begin(std::uint64_t) override {}
-  void write(EncodedRow) override {}
-};
-
 // The wanted rows of descriptors, one after the other.
 std::vector<float> described(Model& model, const StoredParameters& parameters,
                              std::span<const DescriptorSchema> wanted) {

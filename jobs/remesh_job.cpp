@@ -39,13 +39,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds table_interval(10);  // between tables that are written on the way
 
-// Rows of samples are not kept: the meshes are written by the stages.
-class NoRows : public RowSink {
- public:
-  void begin(std::uint64_t) override {}
-  void write(EncodedRow) override {}
-};
-
 // The names of the meshes: ids with another extension; where that gives one name to several items, it follows
 // their own extension.
 std::vector<std::string> mesh_names(const std::vector<PlanItem>& items, const std::string& extension) {
@@ -91,6 +84,7 @@ class RemeshJob {
     for (std::size_t i = 0; i < names_.size(); ++i)
       if (is_own(i) || !fs::exists(target(i))) table_.planned.insert(names_[i]);
     write_remesh_table(folder_, table_);
+    last_table_ = Clock::now();
     const bool stopped = !make_meshes();
     if (!stopped) table_.planned.clear();
     write_remesh_table(folder_, table_);
@@ -140,7 +134,7 @@ class RemeshJob {
     std::error_code none;
     const auto made = fs::last_write_time(target(item), none);
     if (none) return false;
-    const auto changed = fs::last_write_time(inputs_.items[item].path, none);
+    const auto changed = fs::last_write_time(file_of(inputs_.items[item]), none);
     return !none && changed < made;
   }
 
@@ -231,8 +225,6 @@ class RemeshJob {
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(run_.threads));
     const auto start = Clock::now();
-    write_remesh_table(folder_, table_);  // from now on the files here are this command's
-    last_table_ = Clock::now();
     GraphResult result;
     {
       std::optional<EmbreeDevice> device;

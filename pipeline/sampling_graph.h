@@ -93,6 +93,13 @@ class RowSink {
   virtual void write(EncodedRow row) = 0;
 };
 
+// Where rows are not wanted: what is made of an item, its own stages keep.
+class NoRows final : public RowSink {
+ public:
+  void begin(std::uint64_t) override {}
+  void write(EncodedRow) override {}
+};
+
 // The bodies of the nodes, by name; tests inject failures into them. Each works on one item and may throw
 // ItemError, RunCancelled or anything else.
 struct GraphStage {

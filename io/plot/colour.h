@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "kernels/render/rgb_image.h"
+
 namespace meander {
 
 // sRGB.
@@ -12,6 +14,9 @@ struct Rgb {
   std::uint8_t red = 0, green = 0, blue = 0;
   friend bool operator==(const Rgb&, const Rgb&) = default;
 };
+
+// As pixels of pictures have it.
+inline SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
 
 // "#rrggbb".
 std::string hex_colour(Rgb colour);

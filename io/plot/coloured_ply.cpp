@@ -2,22 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <bit>
-#include <cstring>
 #include <stdexcept>
+
+#include "io/mesh/append_numbers.h"
 
 namespace meander {
 
 namespace {
-
-template <class Number>
-void append_little_endian(std::string& data, Number number) {
-  std::array<char, sizeof number> bytes;
-  std::memcpy(bytes.data(), &number, sizeof number);
-  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-  data.append(bytes.data(), bytes.size());
-}
 
 void append_colour(std::string& data, PlyColour colour) {
   for (const std::uint8_t part : colour) data += static_cast<char>(part);

@@ -17,8 +17,6 @@ constexpr std::uint32_t margin = 12, gap = 5, line = 20;
 constexpr std::uint32_t number_cell = 20, name_cell = 8;
 constexpr std::size_t most_cells = 4096;
 
-SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
-
 TextStyle name_style(std::uint32_t cell) { return {.size = std::clamp(0.7 * cell, 7.0, 12.0)}; }
 const TextStyle title_style{.size = 14, .bold = true}, label_style{.size = 12};
 constexpr double capital = 0.72;  // height of capitals over the size of the text

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -15,6 +14,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -24,8 +24,6 @@ constexpr SrgbColour plain_colour = {196, 62, 28};
 constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
 // surface_picture: nine fine pixels of depth, light, normal, colour and nearest disc.
 constexpr std::uint64_t bytes_per_pixel = 9 * 28, bytes_per_triangle = 500, bytes_per_drawn_sample = 250;
-
-SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
 
 std::size_t drawn_count(const Row& row, const ModelLook& look) {
   const std::size_t count = row.samples.count();
@@ -85,21 +83,20 @@ SurfacePictureParameters surface_look(const ModelLook& look) {
 RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
                       const ModelLook& look) {
   const PreparedMesh mesh = prepare_mesh(file);
-  std::vector<double> positions(3 * mesh.vertex_count()), points(3 * drawn_count(row, look));
+  std::vector<double> positions(3 * mesh.vertex_count());
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     positions[3 * v] = mesh.x[v];
     positions[3 * v + 1] = mesh.y[v];
     positions[3 * v + 2] = mesh.z[v];
   }
-  const std::array<double, 3> centre = {mesh.centre.x, mesh.centre.y, mesh.centre.z};
-  for (std::size_t i = 0; i < points.size(); ++i)
-    points[i] = (row.report.loc[i % 3] - centre[i % 3]) / mesh.unit +
-                row.report.scale / mesh.unit * static_cast<double>(row.samples.points[i]);
+  const std::size_t values = 3 * drawn_count(row, look);
+  const std::vector<double> points =
+      working_points(row.report, std::span(row.samples.points).first(values), mesh);
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
   const std::vector<double> radii = radii_of(row, mesh.total_area, look);
-  return sampled_surface_picture({positions, mesh.triangles, points,
-                                  std::span(row.samples.normals).first(points.size()), colours, radii},
-                                 surface_look(look));
+  return sampled_surface_picture(
+      {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colours, radii},
+      surface_look(look));
 }
 
 RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook& look) {

@@ -23,8 +23,6 @@ namespace meander {
 
 namespace {
 
-SrgbColour srgb(Rgb colour) { return {colour.red, colour.green, colour.blue}; }
-
 // Ratio 1: pale green, the largest ratio: dark violet.
 SrgbColour ratio_colour(double ratio, double most) {
   const double t = std::clamp(std::log(ratio) / std::log(most), 0.0, 1.0);
