@@ -120,13 +120,28 @@ bool is_histogram(const DescriptorSchema& schema) {
                       [](const auto& attribute) { return attribute.first == columns_attribute; });
 }
 
+namespace {
+
+// Null for a companion, and for a descriptor that this program does not make.
+const DescriptorGroup* group_named(std::string_view name) {
+  const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
+  return at == descriptor_names.end()
+             ? nullptr
+             : &descriptor_groups[static_cast<std::size_t>(at - descriptor_names.begin())];
+}
+
+}  // namespace
+
+bool has_bins_in_line(const DescriptorSchema& schema) {
+  const DescriptorGroup* const group = group_named(schema.name);
+  return is_histogram(schema) && (group == nullptr || group->fixed_bins.dimensions <= 1);
+}
+
 bool is_described(const DescriptorSchema& schema, std::span<const float> values) {
   if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); })) return false;
-  const bool explained =
-      std::any_of(schema.attributes.begin(), schema.attributes.end(), [](const auto& attribute) {
-        return attribute.first == "bins" || attribute.first == columns_attribute;
-      });
-  return !explained || std::any_of(values.begin(), values.end(), [](float v) { return v != 0; });
+  const DescriptorGroup* const group = group_named(schema.name);
+  return group == nullptr || group->may_be_zero ||
+         std::any_of(values.begin(), values.end(), [](float v) { return v != 0; });
 }
 
 }  // namespace meander

@@ -20,6 +20,7 @@
 #include "jobs/retrieve_base.h"
 #include "jobs/retrieve_query.h"
 #include "jobs/retrieve_select.h"
+#include "jobs/units.h"
 #include "kernels/core/parallel.h"
 #include "kernels/retrieve/retrieval_scores.h"
 
@@ -101,7 +102,7 @@ void print_json(const EvaluateOptions& options, const RetrievalBase& base, const
   JsonWriter json;
   json.begin_object();
   json.member("store", options.store);
-  json.member("descriptor", joined(base.descriptors));
+  json.member("descriptor", joined(base.terms));
   json.member("distance", options.distance);
   json.member("psb_compat", options.psb_compat);
   json.member("rules", rules_text(options.psb_compat));
@@ -131,7 +132,10 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
   check_outputs(options);
   const StoreReader store(options.store, options.check);
-  const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
+  const RetrievalBase base = load_labelled_base(
+      store,
+      {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
+      options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
   const bool with_confusion = !options.confusion.empty();
   if (with_confusion && base.classes.size() > most_drawn_classes)
@@ -141,15 +145,15 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.picture.empty())
-    laboratory->draw_precision(options.picture, joined(base.descriptors) + ", " + options.distance, base,
-                               task, summary, options.per_class);
+    laboratory->draw_precision(options.picture, joined(base.terms) + ", " + options.distance, base, task,
+                               summary, options.per_class);
   if (!options.confusion.empty()) laboratory->draw_confusion(options.confusion, base, task, summary);
   if (options.json) {
     print_json(options, base, summary, table);
     return exit_done;
   }
   fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}\n", base.rows.size(),
-             summary.queries, summary.classes, joined(base.descriptors), options.distance);
+             summary.queries, summary.classes, joined(base.terms), options.distance);
   const std::string left_out = left_out_text(base);
   if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
   fmt::print("rules: {}\n{}", rules_text(options.psb_compat), text_table(table));

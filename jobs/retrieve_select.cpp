@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <memory>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "io/file/atomic_file.h"
 #include "io/table/csv_writer.h"
@@ -17,13 +19,15 @@
 #include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/store_items.h"
+#include "jobs/units.h"
 #include "kernels/retrieve/setting_choice.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t most_combinations = 1023;  // all subsets of ten
+constexpr std::size_t most_combinations = 1023;      // all subsets of ten
+constexpr std::uint64_t setting_bytes = 100 * 1024;  // of the scores of a combination, see score_combinations
 
 constexpr Word<SettingCriterion> criterion_words[] = {{"nn+ft", SettingCriterion::nearest_and_first_tier},
                                                       {"nn", SettingCriterion::nearest_neighbour},
@@ -34,7 +38,7 @@ constexpr Word<SettingCriterion> criterion_words[] = {{"nn+ft", SettingCriterion
                                                       {"map", SettingCriterion::average_precision}};
 
 struct SelectOptions {
-  std::string store, classes, criterion = "nn+ft", csv;
+  std::string store, classes, criterion = "nn+ft", csv, weights = "learnt", memory = "4G";
   std::vector<std::string> descriptors, distances;  // empty: all
   std::uint32_t most = 10, show = 20;
   bool psb_compat = false, json = false;
@@ -46,10 +50,10 @@ struct Combinations {
   std::vector<std::string> names;
   std::vector<BlockCombination> list;
 
-  std::string text(std::size_t number) const {
-    std::vector<std::string> parts;
-    for (const std::uint32_t block : list[number]) parts.push_back(names[block]);
-    return joined(parts);
+  std::string text(const BlockCombination& combination) const {
+    std::vector<NamedTerm> terms;
+    for (const WeightedBlock& part : combination) terms.push_back({names[part.block], part.weight});
+    return joined(terms);
   }
 };
 
@@ -57,13 +61,10 @@ Combinations listed_combinations(const std::vector<std::string>& texts) {
   Combinations result;
   for (const std::string& text : texts) {
     BlockCombination& combination = result.list.emplace_back();
-    for (std::size_t begin = 0; begin <= text.size();) {
-      const std::size_t end = std::min(text.find('+', begin), text.size());
-      const std::string name = text.substr(begin, end - begin);
-      const auto at = std::find(result.names.begin(), result.names.end(), name);
-      combination.push_back(static_cast<std::uint32_t>(at - result.names.begin()));
-      if (at == result.names.end()) result.names.push_back(name);
-      begin = end + 1;
+    for (const NamedTerm& term : parse_terms(text)) {
+      const auto at = std::find(result.names.begin(), result.names.end(), term.name);
+      combination.emplace_back(static_cast<std::uint32_t>(at - result.names.begin()), term.weight);
+      if (at == result.names.end()) result.names.push_back(term.name);
     }
   }
   return result;
@@ -81,8 +82,8 @@ Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
     throw UsageError("the store has no histogram descriptors: name what to compare with --descriptors");
   const auto count = static_cast<std::uint32_t>(result.names.size());
   for (std::uint32_t size = 1; size <= std::min(most, count); ++size) {
-    BlockCombination combination(size);
-    std::iota(combination.begin(), combination.end(), 0u);
+    BlockCombination combination;
+    for (std::uint32_t i = 0; i < size; ++i) combination.emplace_back(i);
     while (true) {
       result.list.push_back(combination);
       if (result.list.size() > most_combinations)
@@ -92,54 +93,239 @@ Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
                         count, most_combinations, most));
       // The next one in lexicographic order: the last index that can still grow.
       std::uint32_t at = size;
-      while (at > 0 && combination[at - 1] == count - size + at - 1) --at;
+      while (at > 0 && combination[at - 1].block == count - size + at - 1) --at;
       if (at == 0) break;
-      ++combination[at - 1];
-      for (std::uint32_t i = at; i < size; ++i) combination[i] = combination[i - 1] + 1;
+      ++combination[at - 1].block;
+      for (std::uint32_t i = at; i < size; ++i) combination[i].block = combination[i - 1].block + 1;
     }
   }
   return result;
 }
 
-// Settings, one distance after the other within a combination.
+// Settings with their scores, the best of them, and the choice of each class by the others.
 struct ScoredSettings {
   std::vector<std::string> descriptor, distance;
   std::vector<RetrievalSummary> summaries;
-  SettingCriterion criterion = SettingCriterion::nearest_and_first_tier;
   std::size_t best = 0;
   LeftOutScores left_out;
-  std::vector<std::size_t> chosen;  // for how many classes
+
+  std::size_t add(std::string of_descriptor, std::string of_distance, RetrievalSummary summary) {
+    descriptor.push_back(std::move(of_descriptor));
+    distance.push_back(std::move(of_distance));
+    summaries.push_back(std::move(summary));
+    return summaries.size() - 1;
+  }
 };
 
-ScoredSettings scored_settings(const SelectOptions& options, const StoreReader& store,
-                               const Combinations& combinations, RetrievalBase& base, RetrievalTask& task) {
+struct Selection {
+  SettingCriterion criterion = SettingCriterion::nearest_and_first_tier;
+  ScoredSettings given;                  // one distance after the other within a combination
+  std::vector<std::size_t> chosen;       // of these, for how many classes
+  std::size_t skipped = 0;               // combinations under distances that do not fit them
+  std::optional<ScoredSettings> learnt;  // with weights
+  // Where a class that had no say is found better with learnt weights, or as well, those; else given.best.
+  bool recommends_learnt() const {
+    return learnt && criterion_of(learnt->left_out.scores.micro, criterion) >=
+                         criterion_of(given.left_out.scores.micro, criterion);
+  }
+};
+
+// Everything that is tried under one distance; blocks are names of the combinations.
+struct DistanceTrial {
+  std::string distance;
+  std::vector<std::size_t> tried;           // combinations that the distance fits
+  std::vector<RetrievalSummary> summaries;  // of these
+  std::vector<RatedSetting> rated;          // the same
+  LearntWeights learnt;
+  std::vector<BlockCombination> visited;  // distinct ones that were learnt
+  std::vector<RetrievalSummary> of_visited;
+};
+
+// The blocks of one base are those of the names that fit its distance.
+class DistanceBlocks {
+ public:
+  DistanceBlocks(const StoreReader& store, const Combinations& combinations, DistanceKind kind) {
+    for (std::uint32_t n = 0; n < combinations.names.size(); ++n) {
+      const DescriptorSchema schema = chosen_descriptors(store, combinations.names[n]).front().schema;
+      const std::string why = misfit(schema, kind);
+      if (why.empty()) {
+        block_of_.push_back(static_cast<std::uint32_t>(name_of_.size()));
+        name_of_.push_back(n);
+        text_ += (text_.empty() ? "" : "+") + combinations.names[n];
+      } else {
+        block_of_.push_back(none);
+        why_ = why;
+      }
+    }
+  }
+  const std::string& text() const { return text_; }
+  const std::string& why_not() const { return why_; }
+  bool fit(const BlockCombination& combination) const {
+    return std::none_of(combination.begin(), combination.end(),
+                        [&](const WeightedBlock& part) { return block_of_[part.block] == none; });
+  }
+  BlockCombination to_blocks(BlockCombination combination) const {
+    for (WeightedBlock& part : combination) part.block = block_of_[part.block];
+    return combination;
+  }
+  BlockCombination to_names(BlockCombination combination) const {
+    for (WeightedBlock& part : combination) part.block = name_of_[part.block];
+    return combination;
+  }
+
+ private:
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> block_of_, name_of_;
+  std::string text_, why_;
+};
+
+void learn(const RetrievalBase& base, const RetrievalTask& task, SettingCriterion criterion,
+           const std::vector<BlockCombination>& combinations, const DistanceBlocks& blocks,
+           DistanceTrial& trial) {
+  WeightSearch search;
+  search.criterion = criterion;
+  trial.learnt = learn_weights(base.base, task, combinations, trial.summaries, search);
+  const auto each_course = [&](const auto& visit) {
+    visit(trial.learnt.all);
+    for (LearntCourse& course : trial.learnt.without) visit(course);
+  };
+  each_course([&](const LearntCourse& course) {
+    for (const LearntSetting& setting : course)
+      if (std::find(trial.visited.begin(), trial.visited.end(), setting.combination) == trial.visited.end())
+        trial.visited.push_back(setting.combination);
+  });
+  trial.of_visited = score_combinations(base.base, task, trial.visited);
+  for (BlockCombination& combination : trial.visited) combination = blocks.to_names(combination);
+  each_course([&](LearntCourse& course) {
+    for (LearntSetting& setting : course) setting.combination = blocks.to_names(setting.combination);
+  });
+}
+
+// One base at a time. `base` and `task` are those of the last distance: the rows are the same for all.
+std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const StoreReader& store,
+                                           const Combinations& combinations, RetrievalBase& base,
+                                           RetrievalTask& task) {
   std::vector<std::string> distances = options.distances;
   if (distances.empty())
     for (const auto& word : distance_words) distances.emplace_back(word.text);
-  std::vector<std::vector<RetrievalSummary>> by_distance;
-  for (std::size_t d = 0; d < distances.size(); ++d) {  // one base at a time
-    base = load_labelled_base(store, joined(combinations.names), value_of(distance_words, distances[d]),
+  std::vector<NamedTerm> all;
+  for (const std::string& name : combinations.names) all.push_back({name});
+  const SettingCriterion criterion = value_of(criterion_words, options.criterion);
+  std::vector<DistanceTrial> trials;
+  std::string why_not;
+  for (const std::string& distance : distances) {
+    const DistanceKind kind = value_of(distance_words, distance);
+    const DistanceBlocks blocks(store, combinations, kind);
+    DistanceTrial trial;
+    trial.distance = distance;
+    std::vector<BlockCombination> fitting;
+    for (std::size_t c = 0; c < combinations.list.size(); ++c) {
+      if (!blocks.fit(combinations.list[c])) continue;
+      trial.tried.push_back(c);
+      fitting.push_back(blocks.to_blocks(combinations.list[c]));
+    }
+    if (fitting.empty()) {
+      why_not = blocks.why_not();
+      continue;
+    }
+    base = {};
+    base = load_labelled_base(store,
+                              {.descriptor = blocks.text(),
+                               .distance = kind,
+                               .memory = parse_bytes(options.memory),
+                               .held = (fitting.size() + 256) * setting_bytes,
+                               .also_described = joined(all)},
                               options.classes);
-    if (d == 0) {
-      task = labelled_task(base, options.psb_compat);
-      if (std::count(task.scored.begin(), task.scored.end(), 1) < 2)
-        throw UsageError("one class cannot be left out: only one has enough models to be scored");
-    }
-    by_distance.push_back(score_combinations(base.base, task, combinations.list));
+    task = labelled_task(base, options.psb_compat);
+    if (std::count(task.scored.begin(), task.scored.end(), 1) < 2)
+      throw UsageError("one class cannot be left out: only one has enough models to be scored");
+    trial.summaries = score_combinations(base.base, task, fitting);
+    for (std::size_t s = 0; s < fitting.size(); ++s)
+      trial.rated.push_back({fitting[s].size(), criterion_by_class(trial.summaries[s], criterion)});
+    if (options.weights == "learnt") learn(base, task, criterion, fitting, blocks, trial);
+    trials.push_back(std::move(trial));
   }
-  ScoredSettings result;
-  for (std::size_t c = 0; c < combinations.list.size(); ++c)
-    for (std::size_t d = 0; d < distances.size(); ++d) {
-      result.descriptor.push_back(combinations.text(c));
-      result.distance.push_back(distances[d]);
-      result.summaries.push_back(std::move(by_distance[d][c]));
+  if (trials.empty()) throw UsageError(why_not);
+  return trials;
+}
+
+// Under every distance a course of the search chooses among all combinations and what it learnt, the simplest
+// of those that are as good as the best (simplest_setting).
+class LearntChoice {
+ public:
+  LearntChoice(const Combinations& combinations, const RetrievalTask& task,
+               const std::vector<DistanceTrial>& trials)
+      : combinations_(combinations), task_(task), trials_(trials) {}
+
+  ScoredSettings settings() {
+    result_.best = choose(no_class, [](const LearntWeights& w) { return &w.all; });
+    std::vector<std::size_t> setting(task_.members.size(), LeftOutScores::no_setting);
+    for (std::size_t c = 0; c < setting.size(); ++c)
+      if (task_.scored[c] != 0) setting[c] = choose(c, [c](const LearntWeights& w) { return &w.without[c]; });
+    result_.left_out = left_out_scores(task_, result_.summaries, std::move(setting));
+    return std::move(result_);
+  }
+
+ private:
+  template <class CourseOf>
+  std::size_t choose(std::size_t without, const CourseOf& course_of) {
+    std::vector<const RatedSetting*> rated;
+    std::vector<std::pair<const DistanceTrial*, std::size_t>> from;  // beyond those tried: of the course
+    for (const DistanceTrial& trial : trials_) {
+      for (std::size_t s = 0; s < trial.rated.size(); ++s) {
+        rated.push_back(&trial.rated[s]);
+        from.emplace_back(&trial, s);
+      }
+      if (trial.visited.empty()) continue;
+      const LearntCourse& course = *course_of(trial.learnt);
+      for (std::size_t v = 0; v < course.size(); ++v) {
+        rated.push_back(&course[v].rated);
+        from.emplace_back(&trial, trial.rated.size() + v);
+      }
     }
+    const auto& [trial, number] = from[simplest_setting(task_, rated, without)];
+    if (number < trial->rated.size())
+      return taken(*trial, combinations_.list[trial->tried[number]], trial->summaries[number]);
+    const BlockCombination& learnt = (*course_of(trial->learnt))[number - trial->rated.size()].combination;
+    const auto at = std::find(trial->visited.begin(), trial->visited.end(), learnt);
+    return taken(*trial, learnt, trial->of_visited[static_cast<std::size_t>(at - trial->visited.begin())]);
+  }
+
+  // The number of the setting in the result.
+  std::size_t taken(const DistanceTrial& trial, const BlockCombination& combination,
+                    const RetrievalSummary& summary) {
+    const std::string descriptor = combinations_.text(combination);
+    for (std::size_t s = 0; s < result_.summaries.size(); ++s)
+      if (result_.descriptor[s] == descriptor && result_.distance[s] == trial.distance) return s;
+    return result_.add(descriptor, trial.distance, summary);
+  }
+
+  const Combinations& combinations_;
+  const RetrievalTask& task_;
+  const std::vector<DistanceTrial>& trials_;
+  ScoredSettings result_;
+};
+
+Selection selection_of(const SelectOptions& options, const StoreReader& store,
+                       const Combinations& combinations, RetrievalBase& base, RetrievalTask& task) {
+  Selection result;
   result.criterion = value_of(criterion_words, options.criterion);
-  result.best = best_setting(result.summaries, result.criterion);
-  result.left_out = leave_one_class_out(task, result.summaries, result.criterion);
-  result.chosen.assign(result.summaries.size(), 0);
-  for (const std::size_t setting : result.left_out.setting)
+  const std::vector<DistanceTrial> trials = tried_distances(options, store, combinations, base, task);
+  for (std::size_t c = 0; c < combinations.list.size(); ++c)
+    for (const DistanceTrial& trial : trials) {
+      const auto at = std::find(trial.tried.begin(), trial.tried.end(), c);
+      if (at == trial.tried.end())
+        ++result.skipped;
+      else
+        result.given.add(combinations.text(combinations.list[c]), trial.distance,
+                         trial.summaries[static_cast<std::size_t>(at - trial.tried.begin())]);
+    }
+  result.given.best = best_setting(result.given.summaries, result.criterion);
+  result.given.left_out = leave_one_class_out(task, result.given.summaries, result.criterion);
+  result.chosen.assign(result.given.summaries.size(), 0);
+  for (const std::size_t setting : result.given.left_out.setting)
     if (setting != LeftOutScores::no_setting) ++result.chosen[setting];
+  if (options.weights == "learnt") result.learnt = LearntChoice(combinations, task, trials).settings();
   return result;
 }
 
@@ -152,21 +338,22 @@ const std::vector<TableColumn> score_columns = {{"NN"},        {"1st tier"}, {"2
                                                 {"E-measure"}, {"DCG"},      {"mAP"}};
 
 // The best first; equal ones in their order.
-Table settings_table(const ScoredSettings& settings) {
+Table settings_table(const Selection& selection) {
+  const ScoredSettings& settings = selection.given;
   Table table{{{"descriptor"}, {"distance"}}, {}};
   table.columns.insert(table.columns.end(), score_columns.begin(), score_columns.end());
   table.columns.insert(table.columns.end(), {{"criterion"}, {"classes"}});
   std::vector<std::size_t> order(settings.summaries.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto value = [&](std::size_t s) {
-    return criterion_of(settings.summaries[s].micro, settings.criterion);
+    return criterion_of(settings.summaries[s].micro, selection.criterion);
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return value(a) > value(b); });
   for (const std::size_t s : order) {
     std::vector<TableCell> cells{settings.descriptor[s], settings.distance[s]};
     add_scores(cells, settings.summaries[s].micro);
-    cells.insert(cells.end(), {value(s), settings.chosen[s]});
+    cells.insert(cells.end(), {value(s), selection.chosen[s]});
     table.rows.push_back(std::move(cells));
   }
   return table;
@@ -192,8 +379,30 @@ Table left_out_table(const ScoredSettings& settings, const RetrievalBase& base, 
   return table;
 }
 
-void print_json(const SelectOptions& options, const ScoredSettings& settings, const RetrievalBase& base,
-                const Table& all, const Table& left_out) {
+// What the choice among all classes is, and what it is worth for a class that had no say.
+Table choice_table(const Selection& selection) {
+  Table table{{{"weights"}, {"chosen by"}, {"descriptor"}, {"distance"}}, {}};
+  table.columns.insert(table.columns.end(), score_columns.begin(), score_columns.end());
+  table.columns.push_back({"criterion"});
+  const auto add = [&](const char* weights, const ScoredSettings& settings) {
+    const auto add_row = [&](std::vector<TableCell> cells, const RetrievalScores& scores) {
+      add_scores(cells, scores);
+      cells.emplace_back(criterion_of(scores, selection.criterion));
+      table.rows.push_back(std::move(cells));
+    };
+    const std::size_t best = settings.best;
+    add_row({weights, "all classes", settings.descriptor[best], settings.distance[best]},
+            settings.summaries[best].micro);
+    add_row({weights, "the other classes", TableCell(), TableCell()}, settings.left_out.scores.micro);
+  };
+  add("as given", selection.given);
+  if (selection.learnt) add("learnt", *selection.learnt);
+  return table;
+}
+
+void print_json(const SelectOptions& options, const Selection& selection, const RetrievalBase& base,
+                const RetrievalTask& task, const Table& all) {
+  const RetrievalSummary& scores = selection.given.left_out.scores;
   JsonWriter json;
   json.begin_object();
   json.member("store", options.store);
@@ -201,15 +410,57 @@ void print_json(const SelectOptions& options, const ScoredSettings& settings, co
   json.member("psb_compat", options.psb_compat);
   json.member("rules", rules_text(options.psb_compat));
   json.member("models", std::uint64_t{base.rows.size()});
-  json.member("queries", std::uint64_t{settings.left_out.scores.queries});
-  json.member("classes", std::uint64_t{settings.left_out.scores.classes});
+  json.member("queries", std::uint64_t{scores.queries});
+  json.member("classes", std::uint64_t{scores.classes});
+  json.member("skipped", std::uint64_t{selection.skipped});
   write_left_out(json, base);
   json.key("settings");
   write_table(json, all);
   json.key("leaving_one_class_out");
-  write_table(json, left_out);
+  write_table(json, left_out_table(selection.given, base, task));
+  if (selection.learnt) {
+    json.key("leaving_one_class_out_learnt");
+    write_table(json, left_out_table(*selection.learnt, base, task));
+  }
+  json.key("choices");
+  write_table(json, choice_table(selection));
+  const ScoredSettings& recommended = selection.recommends_learnt() ? *selection.learnt : selection.given;
+  json.key("recommended");
+  json.begin_object();
+  json.member("descriptor", recommended.descriptor[recommended.best]);
+  json.member("distance", recommended.distance[recommended.best]);
+  json.end_object();
   json.end_object();
   fmt::print("{}\n", json.text());
+}
+
+void print_text(const SelectOptions& options, const Selection& selection, const RetrievalBase& base,
+                const RetrievalTask& task, Table all) {
+  const RetrievalSummary& scores = selection.given.left_out.scores;
+  fmt::print("{} models, {} queries of {} classes; {} settings", base.rows.size(), scores.queries,
+             scores.classes, all.rows.size());
+  if (selection.skipped > 0) fmt::print(" ({} more have a distance that does not fit)", selection.skipped);
+  const std::string missing = left_out_text(base);
+  fmt::print("\n{}", missing.empty() ? "" : "left out: " + missing + "\n");
+  fmt::print("rules: {}\n", rules_text(options.psb_compat));
+  const std::size_t shown =
+      options.show == 0 ? all.rows.size() : std::min<std::size_t>(options.show, all.rows.size());
+  fmt::print("\nall queries, best {} first{}; classes: for how many it is chosen below\n", options.criterion,
+             shown < all.rows.size() ? fmt::format(" ({} of {})", shown, all.rows.size()) : "");
+  all.rows.resize(shown);
+  fmt::print("{}", text_table(all));
+  fmt::print("\nleaving one class out: every class with the setting that is best for the others\n{}",
+             text_table(left_out_table(selection.given, base, task)));
+  if (selection.learnt)
+    fmt::print(
+        "\nthe same with weights that are learnt from the others: the fewest descriptors that are as good as "
+        "the best\n{}",
+        text_table(left_out_table(*selection.learnt, base, task)));
+  fmt::print("\nchoices, scored over all queries; those by the other classes had no say in their own\n{}",
+             text_table(choice_table(selection)));
+  const ScoredSettings& recommended = selection.recommends_learnt() ? *selection.learnt : selection.given;
+  fmt::print("\nrecommended: --descriptor {} --distance {}\n", recommended.descriptor[recommended.best],
+             recommended.distance[recommended.best]);
 }
 
 int select(const SelectOptions& options) {
@@ -222,27 +473,13 @@ int select(const SelectOptions& options) {
                                                                 : listed_combinations(options.descriptors);
   RetrievalBase base;
   RetrievalTask task;
-  const ScoredSettings settings = scored_settings(options, store, combinations, base, task);
-  Table all = settings_table(settings);
-  const Table left_out = left_out_table(settings, base, task);
+  const Selection selection = selection_of(options, store, combinations, base, task);
+  const Table all = settings_table(selection);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(all));
-  if (options.json) {
-    print_json(options, settings, base, all, left_out);
-    return exit_done;
-  }
-  fmt::print("{} models, {} queries of {} classes; {} settings\n", base.rows.size(),
-             settings.left_out.scores.queries, settings.left_out.scores.classes, all.rows.size());
-  const std::string missing = left_out_text(base);
-  if (!missing.empty()) fmt::print("left out: {}\n", missing);
-  fmt::print("rules: {}\n", rules_text(options.psb_compat));
-  const std::size_t shown =
-      options.show == 0 ? all.rows.size() : std::min<std::size_t>(options.show, all.rows.size());
-  fmt::print("\nall queries, best {} first{}; classes: for how many it is chosen below\n", options.criterion,
-             shown < all.rows.size() ? fmt::format(" ({} of {})", shown, all.rows.size()) : "");
-  all.rows.resize(shown);
-  fmt::print("{}", text_table(all));
-  fmt::print("\nleaving one class out: every class with the setting that is best for the others\n{}",
-             text_table(left_out));
+  if (options.json)
+    print_json(options, selection, base, task, all);
+  else
+    print_text(options, selection, base, task, all);
   return exit_done;
 }
 
@@ -253,11 +490,12 @@ JobFunction add_select_command(Command& retrieve) {
       "select", "Evaluate combinations of descriptors and distances, and choose the best");
   auto options = std::make_shared<SelectOptions>();
   command.add_option("STORE", options->store, "The store").required();
-  const Option listed = command
-                            .add_option("--descriptors", options->descriptors,
-                                        "Combinations, separated by commas, such as d2,d2+geodesic "
-                                        "(default: all combinations of the store's histograms)")
-                            .separator(',');
+  const Option listed =
+      command
+          .add_option("--descriptors", options->descriptors,
+                      "Combinations, separated by commas, such as d2,d2+geodesic,pairs=2+d2 "
+                      "(default: all combinations of the store's histograms)")
+          .separator(',');
   command.add_option("--most", options->most, "Most descriptors in a combination of the default, 1 to 10")
       .show_default()
       .range(1, 10)
@@ -271,6 +509,12 @@ JobFunction add_select_command(Command& retrieve) {
       .add_option("--criterion", options->criterion, "Score that decides; nn+ft: mean of NN and first tier")
       .show_default()
       .one_of(all_words(criterion_words));
+  command
+      .add_option("--weights", options->weights,
+                  "learnt: also search weights of the descriptors, by classes that are not scored with them")
+      .show_default()
+      .one_of({"given", "learnt"});
+  command.add_option("--memory", options->memory, "Limit of the memory of the whole process").show_default();
   command.add_option("--classes", options->classes, "Princeton .cla file (default: the labels of the store)");
   command.add_flag(
       "--psb-compat", options->psb_compat,
