@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,8 +14,24 @@
 #include "jobs/jobs.h"
 #include "jobs/retrieve_base.h"
 #include "kernels/model/sample_parameters.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
+
+// A model of `retrieve query --picture`: a row of the store, whose mesh may be at hand, or a mesh alone.
+struct PicturedHit {
+  std::optional<std::uint64_t> row{};
+  std::optional<PlanItem> file{};
+  std::string title{}, note{};
+  std::string failure{};              // of a query without an answer: the reason
+  std::optional<bool> right_class{};  // of a model that was found, where both classes are known
+};
+struct HitPictureLook {
+  std::uint32_t size = 240;  // pixels of a model's picture
+  std::string up = "y";      // the axis that points up
+  bool surfaces = false;     // meshes were asked for
+  std::uint64_t memory = std::uint64_t{4} << 30;
+};
 
 class Laboratory {
  public:
@@ -32,6 +49,10 @@ class Laboratory {
   virtual void add_certificate_stage(GraphStages& stages) const = 0;
 
   // Pictures. A file that is there is replaced; callers have checked that it may be.
+  // PNG: a row for each query, which comes first. Throws UsageError where the pictures need more memory.
+  virtual void draw_hits(const std::filesystem::path& file, const StoreReader& store,
+                         std::span<const std::vector<PicturedHit>> rows,
+                         const HitPictureLook& look) const = 0;
   // SVG: precision over recall, means and (per_class) every scored class.
   virtual void draw_precision(const std::filesystem::path& file, const std::string& title,
                               const RetrievalBase& base, const RetrievalTask& task,

@@ -80,6 +80,7 @@ std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::str
                      [&](const FinishedItem& item) {
                        MeshQuery& query = queries[item.plan.row];
                        query.id = item.plan.id;
+                       query.file = item.plan;
                        query.status = item.report.status;
                        query.reason = item.report.reason;
                        if (query.status != Status::ok) query.values.clear();

@@ -7,11 +7,13 @@
 
 #include "io/store/store.h"
 #include "jobs/inputs.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
 
 struct MeshQuery {
   std::string id;
+  PlanItem file;
   Status status = Status::internal;
   std::string reason;         // empty when ok
   std::vector<float> values;  // of the wanted descriptors, one after the other; empty unless ok

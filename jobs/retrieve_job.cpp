@@ -167,7 +167,7 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "retrieve",
       "Search a store for similar models by their descriptors, and evaluate the search by classes");
   command.require_subcommand();
-  const JobFunction query = add_query_command(command);
+  const JobFunction query = add_query_command(command, laboratory);
   auto options = std::make_shared<EvaluateOptions>();
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");

@@ -39,6 +39,11 @@ class WholeLaboratory final : public Laboratory {
                       }});
   }
 
+  void draw_hits(const std::filesystem::path& file, const StoreReader& store,
+                 std::span<const std::vector<PicturedHit>> rows, const HitPictureLook& look) const override {
+    draw_hit_rows(file, store, rows, look);
+  }
+
   void draw_precision(const std::filesystem::path& file, const std::string& title, const RetrievalBase& base,
                       const RetrievalTask& task, const RetrievalSummary& summary,
                       bool per_class) const override {
