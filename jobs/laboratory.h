@@ -8,9 +8,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/store/store.h"
+#include "io/table/table.h"
 #include "jobs/jobs.h"
 #include "jobs/retrieve_base.h"
 #include "kernels/model/sample_parameters.h"
@@ -31,6 +33,15 @@ struct HitPictureLook {
   std::string up = "y";      // the axis that points up
   bool surfaces = false;     // meshes were asked for
   std::uint64_t memory = std::uint64_t{4} << 30;
+};
+
+// `retrieve evaluate --html`, beside the setting that is evaluated.
+struct EvaluationPage {
+  std::string title, rules;
+  std::vector<std::string> notes;                               // sentences below the title
+  Table settings;                                               // scores of all that were compared
+  std::vector<std::pair<std::string, RetrievalScores>> curves;  // of these, for precision over recall
+  Table classes, confusions;                                    // of the setting
 };
 
 class Laboratory {
@@ -57,6 +68,10 @@ class Laboratory {
   virtual void draw_precision(const std::filesystem::path& file, const std::string& title,
                               const RetrievalBase& base, const RetrievalTask& task,
                               const RetrievalSummary& summary, bool per_class) const = 0;
+  // HTML, one file that needs no other.
+  virtual void write_page(const std::filesystem::path& file, const EvaluationPage& page,
+                          const RetrievalBase& base, const RetrievalTask& task,
+                          const RetrievalSummary& summary) const = 0;
   // SVG or PNG by the extension: classes of the nearest models (summary.confusion) by scored class.
   virtual void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base,
                               const RetrievalTask& task, const RetrievalSummary& summary) const = 0;

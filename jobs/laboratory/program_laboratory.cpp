@@ -50,6 +50,11 @@ class WholeLaboratory final : public Laboratory {
     draw_precision_over_recall(file, title, base, task, summary, per_class);
   }
 
+  void write_page(const std::filesystem::path& file, const EvaluationPage& page, const RetrievalBase& base,
+                  const RetrievalTask& task, const RetrievalSummary& summary) const override {
+    write_evaluation_page(file, page, base, task, summary);
+  }
+
   void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base, const RetrievalTask& task,
                       const RetrievalSummary& summary) const override {
     draw_confusion_matrix(file, base, task, summary);

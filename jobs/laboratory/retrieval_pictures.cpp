@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/file/atomic_file.h"
+#include "io/plot/html_page.h"
 #include "io/plot/picture_sheet.h"
 #include "io/plot/png_writer.h"
 #include "io/plot/svg_matrix.h"
@@ -109,8 +110,10 @@ void draw_precision_over_recall(const std::filesystem::path& file, const std::st
   replace_file(file, svg_plot(plot));
 }
 
-void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
-                           const RetrievalTask& task, const RetrievalSummary& summary) {
+namespace {
+
+NamedMatrix confusion_matrix(const RetrievalBase& base, const RetrievalTask& task,
+                             const RetrievalSummary& summary) {
   // Scored classes down, all that have models across.
   NamedMatrix matrix{.title = "Class of the nearest model, %",
                      .row_label = "class of the query",
@@ -127,11 +130,54 @@ void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBas
     matrix.rows.push_back(base.classes[c]);
     for (const std::size_t other : across) matrix.values.push_back(summary.confusion[c * classes + other]);
   }
+  return matrix;
+}
+
+}  // namespace
+
+void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
+                           const RetrievalTask& task, const RetrievalSummary& summary) {
+  const NamedMatrix matrix = confusion_matrix(base, task, summary);
   if (file.string().ends_with(".svg")) {
     replace_file(file, svg_matrix(matrix));
     return;
   }
   write_png(file, matrix_image(matrix));
+}
+
+void write_evaluation_page(const std::filesystem::path& file, const EvaluationPage& page,
+                           const RetrievalBase& base, const RetrievalTask& task,
+                           const RetrievalSummary& summary) {
+  FigurePage html{.title = page.title};
+  for (const std::string& note : page.notes) html.introduction.push_back({"", note});
+  html.introduction.push_back({"Rules", page.rules});
+  html.figures.push_back({.heading = "Scores", .tables = {{"means over queries", page.settings, true}}});
+
+  Plot plot{.x = {.label = "recall", .lower = 0, .upper = 1},
+            .y = {.label = "precision", .lower = 0, .upper = 1},
+            .legend = LegendPlace::right,
+            .width = 860};
+  for (const auto& [name, scores] : page.curves) plot.series.push_back(precision_series(name, scores));
+  html.figures.push_back({.heading = "Precision over recall",
+                          .images = {{.text = "Precision over recall of every setting, means over queries",
+                                      .svg = svg_plot(plot)}}});
+  PageFigure confusion{.heading = "Confusion of classes"};
+  if (summary.confusion.empty())
+    confusion.paragraphs = {{"", fmt::format("Not drawn: there are {} classes.", base.classes.size())}};
+  else
+    confusion.images = {{.text = "Shares of the classes of the nearest models, by class of the query",
+                         .svg = svg_matrix(confusion_matrix(base, task, summary))}};
+  html.figures.push_back(std::move(confusion));
+  html.figures.push_back(
+      {.heading = "Classes", .tables = {{"means over the queries of a class", page.classes, true}}});
+  html.figures.push_back(
+      {.heading = "Worst confusions",
+       .paragraphs =
+           {{"",
+             "Queries whose nearest model is of another class, the most decided first: by the distance "
+             "to it over the distance to the nearest model of their own class."}},
+       .tables = {{"", page.confusions, true}}});
+  replace_file(file, html_page(html));
 }
 
 }  // namespace meander

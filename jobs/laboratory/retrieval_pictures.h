@@ -18,6 +18,11 @@ void draw_precision_over_recall(const std::filesystem::path& file, const std::st
                                 const RetrievalBase& base, const RetrievalTask& task,
                                 const RetrievalSummary& summary, bool per_class);
 
+// HTML: settings, precision over recall, confusion and scores of classes, mistakes.
+void write_evaluation_page(const std::filesystem::path& file, const EvaluationPage& page,
+                           const RetrievalBase& base, const RetrievalTask& task,
+                           const RetrievalSummary& summary);
+
 // SVG or PNG by the extension: classes of the nearest models (summary.confusion) by class of the query.
 void draw_confusion_matrix(const std::filesystem::path& file, const RetrievalBase& base,
                            const RetrievalTask& task, const RetrievalSummary& summary);
