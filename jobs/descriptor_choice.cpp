@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "kernels/core/spelling.h"
@@ -105,6 +106,7 @@ std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
   for (const Descriptor descriptor : parameters.descriptors) {
     const DescriptorGroup& group = group_of(descriptor);
     schemas.push_back(schema_of(group, parameters));
+    if (group.version > 1) schemas.back().attributes.emplace_back("version", std::to_string(group.version));
     for (const CompanionRow& row : group.companions)
       schemas.push_back({std::string(row.name),
                          static_cast<std::uint32_t>(row.columns.size()),
@@ -113,6 +115,13 @@ std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
                          "descriptors"});
   }
   return schemas;
+}
+
+std::uint32_t version_of(const DescriptorSchema& schema) {
+  std::uint32_t version = 1;
+  for (const auto& [name, text] : schema.attributes)
+    if (name == "version") std::from_chars(text.data(), text.data() + text.size(), version);
+  return version;
 }
 
 bool is_histogram(const DescriptorSchema& schema) {

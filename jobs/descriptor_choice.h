@@ -33,6 +33,9 @@ void check_descriptor_shape(const DescriptorShapeOptions& given, const DescribeP
 // Names, widths and the attributes that explain the values, of the rows of the descriptors in their order.
 std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters);
 
+// The version of a descriptor in a store: its attribute `version`, 1 without.
+std::uint32_t version_of(const DescriptorSchema& schema);
+
 // The attribute of descriptors that are separate values and no histogram: their names with commas.
 inline constexpr const char* columns_attribute = "columns";
 bool is_histogram(const DescriptorSchema& schema);

@@ -78,6 +78,7 @@ struct DescriptorGroup {
   bool may_be_zero = false;      // a model may rightly have a row of zeros
   std::span<const std::string_view> columns = {};  // names of values that are no histogram
   std::span<const CompanionRow> companions = {};
+  std::uint32_t version = 1;  // raised whenever the same samples give other values
   // Its own row and its companions', in order.
   std::vector<std::vector<float>> (*make)(const DescriptorInput& input) = nullptr;
 };

@@ -320,3 +320,56 @@ TEST_CASE("retrieve: --memory bounds, and refuses what it cannot hold") {
   };
   CHECK(found("90M") == found("4G"));
 }
+
+TEST_CASE("a store that grows: new models, new descriptors and both give the bytes of a run from nothing") {
+  const Base base;
+  // First the models of two classes with d2.
+  fs::create_directories(base.path("some"));
+  for (const char* folder : {"ball", "both"})
+    fs::copy(base.path("in") + "/" + folder, base.path("some") + "/" + folder, fs::copy_options::recursive);
+  const auto add_all = [&](const char* to) {
+    fs::copy(base.path("in"), base.path(to),
+             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  };
+  base.sample("in", "all.h5", {"--describe", "d2,pairs", "--bins", "16"});
+  const std::string whole = read_file(base.path("all.h5"));
+
+  // New models, then a new descriptor for all.
+  base.sample("some", "a.h5", {"--describe", "d2", "--bins", "16"});
+  base.sample("some", "b.h5", {"--describe", "d2", "--bins", "16"});
+  base.sample("some", "c.h5", {"--describe", "d2", "--bins", "16"});
+  add_all("some");
+  base.sample("some", "a.h5", {"--describe", "d2", "--bins", "16"});
+  const auto describe = [&](const char* store, const char* descriptors) {
+    const ProcessResult result =
+        meander_with({"describe", base.path(store), base.path("some"), "--descriptors", descriptors});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  };
+  describe("a.h5", "pairs");
+  CHECK((read_file(base.path("a.h5")) == whole));
+
+  // A new descriptor first, then the new models with all descriptors.
+  describe("b.h5", "pairs");
+  base.sample("some", "b.h5", {"--describe", "d2,pairs", "--bins", "16"});
+  CHECK((read_file(base.path("b.h5")) == whole));
+
+  // Both at once is no second run of the store: it says which parameter differs, and changes nothing.
+  const std::string before = read_file(base.path("c.h5"));
+  const ProcessResult both =
+      meander_with({"run", base.path("some"), "-o", base.path("c.h5"), "-n", "300", "--label-from-folder",
+                    "--describe", "d2,pairs", "--bins", "16", "--progress", "none"});
+  CHECK(both.exit_code == 2);
+  CHECK(contains(both.err, "describe"));
+  CHECK((read_file(base.path("c.h5")) == before));
+  // --reuse takes rows of the described store.
+  describe("c.h5", "pairs");
+  base.sample("some", "d.h5", {"--describe", "d2,pairs", "--bins", "16", "--reuse", base.path("c.h5")});
+  CHECK((read_file(base.path("d.h5")) == whole));
+
+  const ProcessResult info = meander_with({"info", base.path("a.h5")});
+  CHECK(contains(info.out, "descriptor pairs (512 values), version 1, made by meander "));
+  CHECK(contains(info.out, "descriptor pairs_unoriented (1 value), version 1"));
+  CHECK(contains(meander_with({"info", base.path("a.h5"), "--json"}).out,
+                 R"("descriptors":[{"name":"d2","values":16,"version":1,"made_by":")"));
+}
