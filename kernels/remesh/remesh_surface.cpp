@@ -30,7 +30,7 @@ struct Part {
   RemeshReport report;
 };
 
-std::vector<std::uint32_t> by_triangle(const SurfaceSamples& samples) {
+std::vector<std::uint32_t> by_triangle(const RemeshSamples& samples) {
   std::vector<std::uint32_t> order(samples.triangle.size());
   std::iota(order.begin(), order.end(), std::uint32_t{0});
   std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
@@ -43,7 +43,7 @@ std::vector<std::uint32_t> by_triangle(const SurfaceSamples& samples) {
 
 class Remesher {
  public:
-  Remesher(const PreparedMesh& surface, const SurfaceSamples& samples, std::span<const double> masses,
+  Remesher(const PreparedMesh& surface, const RemeshSamples& samples, std::span<const double> masses,
            const RemeshParameters& parameters, const CancelToken& cancel)
       : surface_(surface), samples_(samples), masses_(masses), parameters_(parameters), cancel_(cancel) {
     const std::size_t n = samples.triangle.size(), triangles = surface.triangle_count();
@@ -241,7 +241,7 @@ class Remesher {
   }
 
   const PreparedMesh& surface_;
-  const SurfaceSamples& samples_;
+  const RemeshSamples& samples_;
   const std::span<const double> masses_;
   const RemeshParameters& parameters_;
   const CancelToken& cancel_;
@@ -251,7 +251,7 @@ class Remesher {
 
 }  // namespace
 
-RemeshedSurface remesh_surface(const PreparedMesh& surface, const SurfaceSamples& samples,
+RemeshedSurface remesh_surface(const PreparedMesh& surface, const RemeshSamples& samples,
                                std::span<const double> masses, const RemeshParameters& parameters,
                                const CancelToken& cancel) {
   return Remesher(surface, samples, masses, parameters, cancel).run();

@@ -19,7 +19,7 @@ struct RemeshParameters {
 };
 
 // N samples of a prepared mesh.
-struct SurfaceSamples {
+struct RemeshSamples {
   std::span<const std::uint32_t> triangle;  // N
   std::span<const float> weights;           // 2 N: barycentric weights of corners 1 and 2
   std::span<const double> position;         // 3 N, working units: where the vertices are
@@ -56,7 +56,7 @@ struct RemeshedSurface {
 // Parallel over components, deterministic for every number of threads. About 2 us a vertex of the surface and
 // 1 us a sample, more with fit; 100 bytes a triangle and 200 a sample. Throws std::invalid_argument for
 // arrays that do not fit, std::logic_error where the topology came out wrong, and what `cancel` throws.
-RemeshedSurface remesh_surface(const PreparedMesh& surface, const SurfaceSamples& samples,
+RemeshedSurface remesh_surface(const PreparedMesh& surface, const RemeshSamples& samples,
                                std::span<const double> masses, const RemeshParameters& parameters = {},
                                const CancelToken& cancel = {});
 
