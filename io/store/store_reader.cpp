@@ -91,6 +91,10 @@ struct StoreReader::State {
   std::filesystem::path path;
   std::unique_ptr<StoreFileReader> file;
   mutable ItemBlock items;
+  mutable std::string ids;  // of the chunk that begins at ids_begin
+  mutable std::uint64_t ids_begin = 0;
+  mutable std::size_t searches = 0;
+  mutable std::vector<std::string> first_ids;
 
   ~State() {
     const Hdf5Lock lock;
@@ -118,15 +122,35 @@ struct StoreReader::State {
     return false;
   }
 
-  // Without the other columns of the row, unless they are there already.
+  // All ids of a chunk, without the other columns.
   std::string id(std::uint64_t row) const {
     return guarded([&] {
       if (items.holds(row)) return items.id(row);
       const std::size_t dataset = file->layout().index_of(Role::id);
-      std::string text(file->layout().datasets[dataset].row_bytes, '\0');
-      file->read_rows(dataset, row, 1, std::as_writable_bytes(std::span(text)));
-      text.erase(std::find(text.begin(), text.end(), '\0'), text.end());
-      return text;
+      const std::uint64_t width = file->layout().datasets[dataset].row_bytes,
+                          begin = row / shard_rows * shard_rows;
+      if (ids_begin != begin || ids.empty()) {
+        ids.resize(width * std::min<std::uint64_t>(shard_rows, file->layout().rows - begin));
+        ids_begin = begin;
+        file->read_rows(dataset, begin, ids.size() / width, std::as_writable_bytes(std::span(ids)));
+      }
+      const std::string_view text = std::string_view(ids).substr((row - begin) * width, width);
+      return std::string(text.substr(0, text.find('\0')));
+    });
+  }
+
+  // The rows among which an id stands, if there is one of it. The first ids of all chunks are read once many
+  // have been asked for.
+  std::pair<std::uint64_t, std::uint64_t> rows_around(std::string_view wanted) const {
+    return guarded([&]() -> std::pair<std::uint64_t, std::uint64_t> {
+      const std::uint64_t rows = file->layout().rows;
+      constexpr std::size_t many = 8;
+      if (searches < many && ++searches < many) return {0, rows};
+      for (std::uint64_t row = first_ids.size() * shard_rows; row < rows; row += shard_rows)
+        first_ids.push_back(id(row));
+      const auto behind = std::upper_bound(first_ids.begin(), first_ids.end(), wanted);
+      const auto number = static_cast<std::uint64_t>(behind - first_ids.begin());
+      return {number == 0 ? 0 : (number - 1) * shard_rows, std::min(rows, number * shard_rows)};
     });
   }
 
@@ -248,7 +272,8 @@ std::string StoreReader::id(std::uint64_t row) const {
 }
 
 std::optional<std::uint64_t> StoreReader::find(std::string_view wanted) const {
-  std::uint64_t begin = 0, end = rows();
+  const auto [first, last] = state_->rows_around(wanted);
+  std::uint64_t begin = first, end = last;
   while (begin < end) {
     const std::uint64_t middle = begin + (end - begin) / 2;
     const std::string at_middle = state_->id(middle);
