@@ -251,6 +251,9 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
                       "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
           .show_default()
           .range(0.05, 16.0);
+    command.add_flag(
+        "--one-sided", [options] { options->look.backs = false; },
+        "Leave out what faces away: gaps in closed surfaces are white");
     command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
   }
   command.add_option("--up", options->up, "The axis of the models that points up")

@@ -27,7 +27,8 @@ ViewedModel::ViewedModel(const Row& row, const ViewDetailParameters& detail, std
   }
   double area = 0;
   for (const float a : areas_) area += a;
-  const double wanted = samples > 0 ? static_cast<double>(samples) : static_cast<double>(count) * mean_weight(detail);
+  const double wanted =
+      samples > 0 ? static_cast<double>(samples) : static_cast<double>(count) * mean_weight(detail);
   parameters_.samples_per_area = wanted / std::max(area * mean_facing(detail), 1e-300);
 }
 
@@ -54,7 +55,9 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
   }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, {&turned_colour, 1}}, view).image;
+  return draw_splats({centres, normals, directions, half_axes, {&turned_colour, 1}}, view,
+                     {.backs = parameters_.both_sides})
+      .image;
 }
 
 void turn(SplatView& view, Vector3 towards, Vector3 up) {

@@ -86,6 +86,7 @@ struct PlacedSplat {
 struct Placing {
   double across = 1, filter = 0;  // cells a pixel, filter radius in cells
   double thickness = 0;
+  bool backs = true;
 };
 
 PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const SplatView& view,
@@ -97,7 +98,7 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   Vector3 normal = view.direction(triple(splats.normals, i));
   const double length = norm(normal);
   if (!(a > 0) || !(b > 0) || !std::isfinite(a + b) || !all_finite(pixel) || !(length > 0) ||
-      !std::isfinite(length))
+      !std::isfinite(length) || (normal.z < 0 && !placing.backs))
     return placed;
   normal = ((normal.z < 0 ? -1 : 1) / length) * normal;
   Vector3 along = splats.directions.empty() ? Vector3{} : view.direction(triple(splats.directions, i));
@@ -359,8 +360,8 @@ SplatImage draw_splats(const OrientedSplats& splats, const SplatView& view, cons
   const std::size_t count = splats.centres.size() / 3;
   if (count > 0 && splats.colours.size() != 1 && splats.colours.size() != count)
     throw std::invalid_argument("one colour per splat is needed, or one for all");
-  const std::vector<PlacedSplat> placed =
-      placed_splats(splats, view, {double{fine_across}, filter_radius * double{fine_across}, look.thickness});
+  const std::vector<PlacedSplat> placed = placed_splats(
+      splats, view, {double{fine_across}, filter_radius * double{fine_across}, look.thickness, look.backs});
   double overlap = 0;
   for (std::size_t i = 0; i < count; ++i)
     if (placed[i].reach_x >= 0)
@@ -431,7 +432,7 @@ WhiteSpace white_space(const OrientedSplats& splats, const SplatView& view, std:
   if (depth.size() != std::size_t{view.width} * view.height)
     throw std::invalid_argument("the depths are not those of the view");
   std::vector<std::uint8_t> covered(depth.size(), 0);
-  const std::vector<PlacedSplat> placed = placed_splats(splats, view, {1, 0, 0});
+  const std::vector<PlacedSplat> placed = placed_splats(splats, view, {1, 0, 0, true});
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const PlacedSplat& s = placed[i];
     const CellRange range = cells_of(s, 0, std::int64_t{view.width} - 1, 0, std::int64_t{view.height} - 1);

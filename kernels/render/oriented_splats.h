@@ -35,7 +35,7 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
 // n ellipses. Those that are not finite or have no area are left out.
 struct OrientedSplats {
   std::span<const float> centres;       // 3 n
-  std::span<const float> normals;       // 3 n; either side is drawn
+  std::span<const float> normals;       // 3 n; outwards, if the surface is closed
   std::span<const float> directions;    // 3 n: of the first half-axis, in the tangent plane; empty: any
   std::span<const float> half_axes;     // 2 n: along and across the direction, in the units of the centres
   std::span<const SrgbColour> colours;  // n, or one for all
@@ -51,6 +51,7 @@ struct SplatLook {
   double shown = 1;      // share of the half-axes that is painted, (0, 1]; all of it hides what is behind
   double thickness = 1;  // splats that lie at most this many of their mean half-axes behind the foremost are
                          // blended with it, >= 0
+  bool backs = true;     // also splats whose normals point away from the eye; false: for closed surfaces
   double hollows = 1;    // strength of the darkening of hollows, 0..1
 };
 

@@ -142,10 +142,13 @@ RgbImage meshed_picture(const TriangleSpans& mesh, std::uint32_t size) {
   const std::vector<std::uint32_t> faces(mesh.triangles.begin(), mesh.triangles.end());
   SurfaceScene scene{positions, faces, {}};
   const auto at = [&](std::uint32_t v) { return Vector3{mesh.x[v], mesh.y[v], mesh.z[v]}; };
+  const bool fine = faces.size() > 60000;
+  const double width = fine ? 0.4 : 0.7;
+  const SrgbColour colour = fine ? SrgbColour{165, 170, 180} : SrgbColour{70, 80, 95};
   for (std::size_t f = 0; f < faces.size(); f += 3)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = faces[f + k], b = faces[f + (k + 1) % 3];
-      if (a < b) scene.lines.push_back({at(a), at(b), 0.7, {70, 80, 95}});
+      if (a < b) scene.lines.push_back({at(a), at(b), width, colour});
     }
   SurfacePictureParameters look;
   look.size = size;
@@ -160,6 +163,7 @@ void draw_one_remeshed(FigureSet& figures, const FigureMesh& mesh, const EmbreeD
   MeshDistanceParameters measure;
   measure.seed = figures.seed;
   std::vector<SheetCell> cells;
+  std::size_t vertices = 0;
   for (const bool by_curvature : {false, true}) {
     if (by_curvature) parameters.density.kind = DensityKind::mean;
     const Model model = staged_model(mesh, parameters);
@@ -182,8 +186,9 @@ void draw_one_remeshed(FigureSet& figures, const FigureMesh& mesh, const EmbreeD
         from, {sampled.samples.triangle, sampled.samples.barycentric, places, sampled.samples.curve_rank},
         model.measure.masses, wanted);
     add({made.x, made.y, made.z, made.triangles}, by_curvature ? "samples by curvature" : "samples");
+    vertices = std::max(vertices, made.x.size());
     if (!by_curvature) continue;
-    const SimplifiedMesh simple = quadric_collapse(from, count);
+    const SimplifiedMesh simple = quadric_collapse(from, vertices);
     add({simple.x, simple.y, simple.z, simple.triangles}, "quadric edge collapse");
   }
   SheetLook sheet;
@@ -203,7 +208,8 @@ void draw_remeshed_models(FigureSet& figures) {
   figures.text(
       "Shown",
       "The model; meshes whose vertices are 1,000 spaced samples, uniform and by mean curvature, fitted "
-      "to the surface; and quadric edge collapse to as many vertices. Distances in % of the diagonal, "
+      "to the surface; and quadric edge collapse to as many vertices as the larger of them. Distances in % "
+      "of the diagonal, "
       "the mean of both ways; the figure `metro` has them at other sizes.");
 }
 

@@ -34,9 +34,9 @@ Row row_of(const FigureMesh& mesh, SampleParameters parameters, std::uint32_t co
   return row;
 }
 
-RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& sizes) {
+RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& sizes, bool backs = true) {
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
-  return draw_splats(splats_of(row, half_axes, {&figure_splat, 1}, view), view).image;
+  return draw_splats(splats_of(row, half_axes, {&figure_splat, 1}, view), view, {.backs = backs}).image;
 }
 
 SplatView view_of(const Row& row, Vector3 towards, std::uint32_t size) {
@@ -79,10 +79,14 @@ Vector3 vertex_of(const FigureMesh& mesh, std::uint32_t v) {
 
 RgbImage mesh_edges(const FigureMesh& mesh, std::uint32_t size) {
   SurfaceScene scene{mesh.positions, mesh.faces, {}};
+  // Edges of fine meshes would leave nothing of the surface to be seen.
+  const bool fine = mesh.faces.size() > 60000;
+  const double width = fine ? 0.4 : 0.7;
+  const SrgbColour colour = fine ? SrgbColour{165, 170, 180} : SrgbColour{70, 80, 95};
   for (std::size_t f = 0; f < mesh.faces.size(); f += 3)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.faces[f + k], b = mesh.faces[f + (k + 1) % 3];
-      if (a < b) scene.lines.push_back({vertex_of(mesh, a), vertex_of(mesh, b), 0.6, {70, 80, 95}});
+      if (a < b) scene.lines.push_back({vertex_of(mesh, a), vertex_of(mesh, b), width, colour});
     }
   return surface_picture(scene, surface_of(size, front));
 }
@@ -168,13 +172,15 @@ void draw_one_way(FigureSet& figures, const FigureMesh& mesh) {
   std::vector<SheetCell> cells;
   cells.push_back({mesh_edges(mesh, size), "the mesh", fmt::format("{} triangles", mesh.faces.size() / 3)});
   cells.push_back({curve_on_surface(mesh, curve, size), "the curve on it", ""});
+  const SplatView view = fitted_view(row_of(mesh, parameters, 65536, figures.seed).samples.points, front,
+                                     upwards, size, size, 0.1);
   for (const std::uint32_t count : {1024u, 256u, 1024u, 4096u, 16384u, 65536u}) {
     const Row row = row_of(mesh, parameters, count, figures.seed);
     const bool dots = cells.size() == 2;
     if (dots)
       cells.push_back({sample_dots(mesh, row, size), "samples", fmt::format("{}", count)});
     else
-      cells.push_back({splats_on(row, view_of(row, front, size), {}), "splats", fmt::format("{}", count)});
+      cells.push_back({splats_on(row, view, {}), "splats", fmt::format("{}", count)});
   }
   SheetLook sheet;
   sheet.cell = size;
@@ -190,7 +196,7 @@ void draw_one_way(FigureSet& figures, const FigureMesh& mesh) {
 // ---- figure 9: splats beside the model --------------------------------------------------------------------
 
 void draw_one_splatted(FigureSet& figures, const FigureMesh& mesh) {
-  const std::uint32_t size = cell_size(figures), count = figures.quick ? 4000 : 20000;
+  const std::uint32_t size = cell_size(figures), count = figures.quick ? 2000 : 8000;
   std::vector<SheetCell> cells;
   cells.push_back(
       {rendered_model(mesh, size), "the model", fmt::format("{} triangles", mesh.faces.size() / 3)});
@@ -200,8 +206,9 @@ void draw_one_splatted(FigureSet& figures, const FigureMesh& mesh) {
     const Row row = row_of(mesh, parameters, count, figures.seed);
     const char* const title = density == DensityKind::uniform ? "uniform" : "by mean curvature";
     const SplatView view = view_of(row, front, size);
-    cells.push_back({splats_on(row, view, {0.6, false}), title, fmt::format("{} splats, cover 0.6", count)});
-    cells.push_back({splats_on(row, view, {4, false}), title, fmt::format("{} splats, cover 4", count)});
+    cells.push_back(
+        {splats_on(row, view, {0.7, false}, false), title, fmt::format("{} splats, cover 0.7", count)});
+    cells.push_back({splats_on(row, view, {}), title, fmt::format("{} splats, cover 4", count)});
   }
   SheetLook sheet;
   sheet.cell = size;
@@ -245,7 +252,7 @@ RgbImage kept_points(const Row& row, const ViewDetail& detail, const SplatView& 
       normals.push_back(row.samples.normals[k]);
     }
   const std::vector<float> half_axes(2 * detail.kept.size(), static_cast<float>(1.3 / view.scale));
-  return draw_splats({centres, normals, {}, half_axes, {&figure_dot, 1}}, view, {1, 1, 0}).image;
+  return draw_splats({centres, normals, {}, half_axes, {&figure_dot, 1}}, view, {.hollows = 0}).image;
 }
 
 void draw_one_view(FigureSet& figures, const FigureMesh& mesh, Table& table) {
@@ -309,7 +316,7 @@ void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
   for (const double cover : {0.8, 4.0})
     for (const char* method : {"conformal", "anisotropic"}) {
       const Row row = row_of(mesh, parameters_for(method), few, figures.seed);
-      cells.push_back({splats_on(row, view_of(row, front, size), {cover, false}),
+      cells.push_back({splats_on(row, view_of(row, front, size), {cover, false}, cover > 1),
                        std::string_view(method) == "conformal" ? "isotropic" : "anisotropic",
                        fmt::format("{} splats, cover {:g}", few, cover)});
     }
