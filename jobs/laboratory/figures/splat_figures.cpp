@@ -172,9 +172,10 @@ void draw_one_way(FigureSet& figures, const FigureMesh& mesh) {
   std::vector<SheetCell> cells;
   cells.push_back({mesh_edges(mesh, size), "the mesh", fmt::format("{} triangles", mesh.faces.size() / 3)});
   cells.push_back({curve_on_surface(mesh, curve, size), "the curve on it", ""});
-  const SplatView view = fitted_view(row_of(mesh, parameters, 65536, figures.seed).samples.points, front,
+  const std::uint32_t most = figures.quick ? 8192 : 65536;
+  const SplatView view = fitted_view(row_of(mesh, parameters, most, figures.seed).samples.points, front,
                                      upwards, size, size, 0.1);
-  for (const std::uint32_t count : {1024u, 256u, 1024u, 4096u, 16384u, 65536u}) {
+  for (const std::uint32_t count : {1024u, most / 256, most / 64, most / 16, most / 4, most}) {
     const Row row = row_of(mesh, parameters, count, figures.seed);
     const bool dots = cells.size() == 2;
     if (dots)
@@ -284,13 +285,13 @@ constexpr std::array<Vector3, 6> white_space_views = {
     {{0.55, 0.42, 1}, {-1, 0.3, 0.2}, {0.3, 0.2, -1}, {1, 0.5, -0.2}, {0.2, 1, 0.3}, {-0.3, -0.9, 0.5}}};
 
 // Percent, the mean over the views.
-double mean_white_space(const FigureMesh& mesh, const Row& row, const SplatSizes& sizes) {
+double mean_white_space(const FigureMesh& mesh, const Row& row, const SplatSizes& sizes, std::uint32_t size) {
   std::vector<double> positions(mesh.positions.size());
   for (std::size_t k = 0; k < positions.size(); ++k)
     positions[k] = (mesh.positions[k] - row.report.loc[k % 3]) / row.report.scale;
   double sum = 0;
   for (const Vector3& towards : white_space_views) {
-    const SplatView view = view_of(row, towards, 512);
+    const SplatView view = view_of(row, towards, size);
     std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
     const OrientedSplats splats = splats_of(row, half_axes, {&figure_splat, 1}, view);
     sum += white_space(splats, view, surface_depth(positions, mesh.faces, view)).share();
@@ -300,7 +301,7 @@ double mean_white_space(const FigureMesh& mesh, const Row& row, const SplatSizes
 
 void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
   const std::uint32_t size = cell_size(figures), many = figures.quick ? 4000 : 20000,
-                      few = figures.quick ? 600 : 2000;
+                      few = figures.quick ? 600 : 2000, pixels = figures.quick ? 256 : 512;
   const SplatSizes once{2, false}, round{2, true};
   for (const bool balanced : {false, true}) {
     SampleParameters isotropic = parameters_for(balanced ? "auto" : "conformal"),
@@ -308,9 +309,9 @@ void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
     if (balanced) anisotropic.order = ElementOrder::balanced;
     const Row even = row_of(mesh, isotropic, many, figures.seed),
               along = row_of(mesh, anisotropic, many, figures.seed);
-    table.rows.push_back({mesh.name, balanced ? "balanced" : "Hilbert", many,
-                          mean_white_space(mesh, even, once), mean_white_space(mesh, along, once),
-                          mean_white_space(mesh, along, round)});
+    table.rows.push_back(
+        {mesh.name, balanced ? "balanced" : "Hilbert", many, mean_white_space(mesh, even, once, pixels),
+         mean_white_space(mesh, along, once, pixels), mean_white_space(mesh, along, round, pixels)});
   }
   std::vector<SheetCell> cells;
   for (const double cover : {0.8, 4.0})
