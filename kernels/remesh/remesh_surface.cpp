@@ -122,10 +122,11 @@ class Remesher {
     insert(mesh, part);
     const auto inserted = static_cast<std::uint32_t>(mesh.position.size());
     const std::vector<std::uint32_t> moved_to = remove_vertices(mesh, spacing, parameters_.lines, cancel_);
-    split_lines(mesh, spacing, parameters_.lines,
-                static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(inserted)));
+    const auto most_cuts = static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(inserted));
+    part.report.coarse_lines = !split_lines(mesh, spacing, parameters_.lines, most_cuts);
     flip_all_to_delaunay(mesh);
     if (parameters_.fit) fit(mesh, part, moved_to, inserted);
+    split_double_edges(mesh);
     collect(mesh, part, originals, inserted);
     check_topology(part, component);
   }
@@ -236,6 +237,7 @@ class Remesher {
       sum.line_vertices += r.line_vertices;
       sum.kept_vertices += r.kept_vertices;
       sum.coincident_samples += r.coincident_samples;
+      sum.coarse_lines += r.coarse_lines;
       sum.largest_shift = std::max(sum.largest_shift, r.largest_shift);
     }
   }
