@@ -124,7 +124,7 @@ RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const Densi
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
   const OrientedSplats splats = splats_of(row, half_axes, colours, view);
   SplatLook drawn;
-  drawn.backs = look.backs;
+  drawn.backs = look.both_sides || !is_closed(row);
   // Points have the size that those of a sheet have.
   if (look.style == SampleStyle::points)
     drawn.shown = std::min(1.0, look.disc * std::sqrt(std::numbers::pi / look.splats.cover));

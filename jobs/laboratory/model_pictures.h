@@ -28,7 +28,7 @@ enum class SampleStyle : std::uint8_t {
 
 struct ModelLook {
   SampleStyle style = SampleStyle::surface;
-  bool backs = true;         // of the same: also splats that face away
+  bool both_sides = false;   // of the same: also splats of closed meshes that face away
   SplatSizes splats;         // of the styles splats and points
   std::uint32_t size = 360;  // pixels, width and height; 32..4096
   std::uint32_t points = 0;  // the first so many samples of every model; 0: all

@@ -251,9 +251,8 @@ JobFunction add_pictures(Command& render, const StyleWords& words) {
                       "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
           .show_default()
           .range(0.05, 16.0);
-    command.add_flag(
-        "--one-sided", [options] { options->look.backs = false; },
-        "Leave out what faces away: gaps in closed surfaces are white");
+    command.add_flag("--both-sides", options->look.both_sides,
+                     "Draw the inside of closed surfaces too, which is seen through gaps");
     command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
   }
   command.add_option("--up", options->up, "The axis of the models that points up")

@@ -64,6 +64,20 @@ OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<c
   return splats;
 }
 
+bool is_closed(const Row& row) {
+  const Samples& samples = row.samples;
+  if (samples.corners.empty() || row.report.boundaries > 0) return false;
+  const std::vector<float> areas = sample_areas(row, samples.count());
+  const auto vector = [](const std::vector<float>& of, std::size_t i) {
+    return Vector3{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
+  };
+  double volume = 0;
+  for (std::size_t i = 0; i < areas.size(); ++i)
+    volume += double{areas[i]} *
+              dot(vector(samples.points, i) - vector(samples.points, 0), vector(samples.normals, i));
+  return volume > 0;
+}
+
 std::vector<float> mesh_depth(const Row& row, const PreparedMesh& mesh, const SplatView& view) {
   const ItemReport& report = row.report;
   std::vector<double> positions(3 * mesh.vertex_count());

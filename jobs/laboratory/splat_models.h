@@ -31,6 +31,10 @@ OrientedSplats splats_of(const Row& row, std::span<float> half_axes, std::span<c
                          const SplatView& view);
 void limit_overlap(std::span<float> half_axes, const SplatView& view);
 
+// Whether the samples are those of a closed mesh with normals that point outwards: then no splat that faces
+// away can be seen. By the boundaries of the mesh and the sign of the volume that the samples tell of.
+bool is_closed(const Row& row);
+
 // Of the surface of a row and the mesh of its file, in units of the stored points: surface_depth.
 std::vector<float> mesh_depth(const Row& row, const PreparedMesh& mesh, const SplatView& view);
 

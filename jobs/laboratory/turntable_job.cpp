@@ -86,11 +86,11 @@ std::uint64_t turned_row(const StoreReader& store, const TurntableOptions& optio
   throw UsageError(fmt::format("`{}` has no row with samples", options.store));
 }
 
-// A picture with its sums, the row, its normals by component, and the splats of a frame.
+// A picture with its sums, the row, its normals by component, the splats of a frame, and tiles being drawn.
 void check_memory(const TurntableOptions& options, const StoreReader& store) {
   constexpr std::uint64_t bytes_per_pixel = 48, bytes_per_sample = 320, mebibyte = std::uint64_t{1} << 20;
   const std::uint64_t needed =
-      bytes_per_pixel * options.width * options.height + bytes_per_sample * store.samples() + mebibyte;
+      bytes_per_pixel * options.width * options.height + bytes_per_sample * store.samples() + 8 * mebibyte;
   if (parse_bytes(options.memory) < needed)
     throw UsageError(fmt::format("--memory: {} samples and {} x {} pixels need {}M or more", store.samples(),
                                  options.width, options.height, (needed + mebibyte - 1) / mebibyte));

@@ -97,8 +97,11 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   const Vector3 pixel = view.point(triple(splats.centres, i));
   Vector3 normal = view.direction(triple(splats.normals, i));
   const double length = norm(normal);
-  if (!(a > 0) || !(b > 0) || !std::isfinite(a + b) || !all_finite(pixel) || !(length > 0) ||
-      !std::isfinite(length) || (normal.z < 0 && !placing.backs))
+  // What is as far outside the picture, or as large, is nothing that floats should count in.
+  constexpr double most = 1e9;
+  const double farthest = std::abs(pixel.x) + std::abs(pixel.y) + std::abs(pixel.z) + a + b;
+  if (!(a > 0) || !(b > 0) || !(farthest < most) || !(length > 0) || !std::isfinite(length) ||
+      (normal.z < 0 && !placing.backs))
     return placed;
   normal = ((normal.z < 0 ? -1 : 1) / length) * normal;
   Vector3 along = splats.directions.empty() ? Vector3{} : view.direction(triple(splats.directions, i));

@@ -190,7 +190,7 @@ TEST_CASE("render splats: white space with the meshes, failed items, the same fo
   CHECK(has(splats("changed.png", {}, true).out, "white space unknown: the mesh has changed"));
   std::vector<std::string> pictures = {read_file(place.path("alone.png"))};
   for (const std::vector<std::string>& look :
-       {std::vector<std::string>{"--cover", "1"}, {"--cover", "1", "--one-sided"}, {"--colour", "normal"}}) {
+       {std::vector<std::string>{"--cover", "1"}, {"--cover", "1", "--both-sides"}, {"--colour", "normal"}}) {
     REQUIRE(splats("look.png", look, false).exit_code == 0);
     pictures.push_back(read_file(place.path("look.png")));
     for (std::size_t k = 0; k + 1 < pictures.size(); ++k) CHECK(pictures[k] != pictures.back());

@@ -34,9 +34,10 @@ Row row_of(const FigureMesh& mesh, SampleParameters parameters, std::uint32_t co
   return row;
 }
 
-RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& sizes, bool backs = true) {
+RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& sizes) {
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
-  return draw_splats(splats_of(row, half_axes, {&figure_splat, 1}, view), view, {.backs = backs}).image;
+  return draw_splats(splats_of(row, half_axes, {&figure_splat, 1}, view), view, {.backs = !is_closed(row)})
+      .image;
 }
 
 SplatView view_of(const Row& row, Vector3 towards, std::uint32_t size) {
@@ -207,8 +208,7 @@ void draw_one_splatted(FigureSet& figures, const FigureMesh& mesh) {
     const Row row = row_of(mesh, parameters, count, figures.seed);
     const char* const title = density == DensityKind::uniform ? "uniform" : "by mean curvature";
     const SplatView view = view_of(row, front, size);
-    cells.push_back(
-        {splats_on(row, view, {0.7, false}, false), title, fmt::format("{} splats, cover 0.7", count)});
+    cells.push_back({splats_on(row, view, {0.7, false}), title, fmt::format("{} splats, cover 0.7", count)});
     cells.push_back({splats_on(row, view, {}), title, fmt::format("{} splats, cover 4", count)});
   }
   SheetLook sheet;
@@ -317,7 +317,7 @@ void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
   for (const double cover : {0.8, 4.0})
     for (const char* method : {"conformal", "anisotropic"}) {
       const Row row = row_of(mesh, parameters_for(method), few, figures.seed);
-      cells.push_back({splats_on(row, view_of(row, front, size), {cover, false}, cover > 1),
+      cells.push_back({splats_on(row, view_of(row, front, size), {cover, false}),
                        std::string_view(method) == "conformal" ? "isotropic" : "anisotropic",
                        fmt::format("{} splats, cover {:g}", few, cover)});
     }
