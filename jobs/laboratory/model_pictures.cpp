@@ -21,7 +21,7 @@ namespace meander {
 
 namespace {
 
-constexpr SrgbColour plain_colour = {196, 62, 28}, splat_colour = {232, 196, 158};
+constexpr SrgbColour plain_colour = {196, 62, 28};
 constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
 // surface_picture, of which draw_splats takes less: nine fine pixels of depth, light, normal, colour and
 // nearest disc.

@@ -41,10 +41,6 @@ struct RenderOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-Vector3 axis(const std::string& name) {
-  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
-}
-
 // "x,y,z": three numbers.
 Vector3 parse_direction(const std::string& text) {
   std::array<double, 3> value{};
@@ -74,7 +70,7 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
-  look.up = axis(options.up);
+  look.up = named_axis(options.up);
   // Turned with the axis, so that the default view is from the front, the right and above for each.
   look.view = options.up == "y"   ? Vector3{0.55, 0.42, 1}
               : options.up == "z" ? Vector3{0.55, -1, 0.42}

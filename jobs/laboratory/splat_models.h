@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "kernels/mesh/prepared_mesh.h"
@@ -12,10 +13,15 @@
 
 namespace meander {
 
+inline constexpr SrgbColour splat_colour = {232, 196, 158};  // where colours say nothing
+
 struct SplatSizes {
   double cover = 4;    // area of a splat over that of the surface its sample stands for, 0.05..16
   bool round = false;  // discs, whatever tensors the samples carry
 };
+
+// The unit vector of the axis x, y or z.
+Vector3 named_axis(std::string_view name);
 
 // The area of the surface that each of the first `count` samples stands for, in units of the stored points
 // squared: the reciprocal of the density, or s1 s2 of its tensor, of a set of `count`. No more than 64 times

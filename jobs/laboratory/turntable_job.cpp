@@ -96,10 +96,6 @@ void check_memory(const TurntableOptions& options, const StoreReader& store) {
                                  options.width, options.height, (needed + mebibyte - 1) / mebibyte));
 }
 
-Vector3 turned_axis(const std::string& name) {
-  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
-}
-
 // From the model to the eye; angles in degrees, 0 being the front.
 Vector3 turned_direction(Vector3 up, double azimuth, double elevation) {
   const double degree = std::numbers::pi / 180, around = azimuth * degree, above = elevation * degree;
@@ -148,7 +144,7 @@ int render_turntable(const TurntableOptions& options) {
   ViewDetailParameters detail;
   detail.both_sides = options.both_sides;
   const ViewedModel model(row, detail, options.samples);
-  const Vector3 up = turned_axis(options.up);
+  const Vector3 up = named_axis(options.up);
   SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,
                                 options.width, options.height);
   FrameCounts counts;

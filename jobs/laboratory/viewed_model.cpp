@@ -6,8 +6,6 @@ namespace meander {
 
 namespace {
 
-constexpr SrgbColour turned_colour = {232, 196, 158};
-
 // Of the directions of view: that of the weight (twice with both sides) and of |n . v| of a sample.
 double mean_weight(const ViewDetailParameters& parameters) {
   const double front = parameters.least + (1 - parameters.least) / 5;
@@ -55,7 +53,7 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
     half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
   }
   limit_overlap(half_axes, view);
-  return draw_splats({centres, normals, directions, half_axes, {&turned_colour, 1}}, view,
+  return draw_splats({centres, normals, directions, half_axes, {&splat_colour, 1}}, view,
                      {.backs = parameters_.both_sides})
       .image;
 }

@@ -21,7 +21,7 @@ namespace meander {
 
 namespace {
 
-constexpr SrgbColour figure_splat = {232, 196, 158}, figure_dot = {196, 62, 28};
+constexpr SrgbColour figure_dot = {196, 62, 28};
 constexpr Vector3 front{0.55, 0.42, 1}, upwards{0, 1, 0};
 
 std::uint32_t cell_size(const FigureSet& figures) { return figures.quick ? 240 : 440; }
@@ -36,7 +36,7 @@ Row row_of(const FigureMesh& mesh, SampleParameters parameters, std::uint32_t co
 
 RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& sizes) {
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
-  return draw_splats(splats_of(row, half_axes, {&figure_splat, 1}, view), view, {.backs = !is_closed(row)})
+  return draw_splats(splats_of(row, half_axes, {&splat_colour, 1}, view), view, {.backs = !is_closed(row)})
       .image;
 }
 
@@ -55,7 +55,7 @@ SurfacePictureParameters surface_of(std::uint32_t size, Vector3 towards) {
 // The mesh without anything on it, in the colour of splats.
 RgbImage rendered_model(const FigureMesh& mesh, std::uint32_t size) {
   return surface_picture(
-      {mesh.positions, mesh.faces, std::vector<SrgbColour>(mesh.faces.size() / 3, figure_splat)},
+      {mesh.positions, mesh.faces, std::vector<SrgbColour>(mesh.faces.size() / 3, splat_colour)},
       surface_of(size, front));
 }
 
@@ -173,7 +173,7 @@ void draw_one_way(FigureSet& figures, const FigureMesh& mesh) {
   std::vector<SheetCell> cells;
   cells.push_back({mesh_edges(mesh, size), "the mesh", fmt::format("{} triangles", mesh.faces.size() / 3)});
   cells.push_back({curve_on_surface(mesh, curve, size), "the curve on it", ""});
-  const std::uint32_t most = figures.quick ? 8192 : 65536;
+  const std::uint32_t most = figures.quick ? 4096 : 65536;
   const SplatView view = fitted_view(row_of(mesh, parameters, most, figures.seed).samples.points, front,
                                      upwards, size, size, 0.1);
   for (const std::uint32_t count : {1024u, most / 256, most / 64, most / 16, most / 4, most}) {
@@ -257,7 +257,7 @@ RgbImage kept_points(const Row& row, const ViewDetail& detail, const SplatView& 
 }
 
 void draw_one_view(FigureSet& figures, const FigureMesh& mesh, Table& table) {
-  const std::uint32_t size = cell_size(figures), all = figures.quick ? 20000 : 150000;
+  const std::uint32_t size = cell_size(figures), all = figures.quick ? 10000 : 150000;
   const Row row = row_of(mesh, parameters_for("auto"), all, figures.seed);
   const ViewedModel model(row, {}, 0);
   SplatView view = turning_view(row.samples.points, front, upwards, size, size);
@@ -275,7 +275,7 @@ void draw_one_view(FigureSet& figures, const FigureMesh& mesh, Table& table) {
   sheet.columns = 4;
   figures.picture("figure11_" + mesh.name, picture_sheet(cells, {}, sheet),
                   mesh.name + ": dense along the silhouette of one view");
-  const StayingSamples stay = turned_samples(model, 90);
+  const StayingSamples stay = turned_samples(model, figures.quick ? 30 : 90);
   table.rows.push_back({mesh.name, all, stay.fewest, stay.most, 100 * stay.mean, 100 * stay.least});
 }
 
@@ -293,15 +293,15 @@ double mean_white_space(const FigureMesh& mesh, const Row& row, const SplatSizes
   for (const Vector3& towards : white_space_views) {
     const SplatView view = view_of(row, towards, size);
     std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
-    const OrientedSplats splats = splats_of(row, half_axes, {&figure_splat, 1}, view);
+    const OrientedSplats splats = splats_of(row, half_axes, {&splat_colour, 1}, view);
     sum += white_space(splats, view, surface_depth(positions, mesh.faces, view)).share();
   }
   return 100 * sum / static_cast<double>(white_space_views.size());
 }
 
 void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
-  const std::uint32_t size = cell_size(figures), many = figures.quick ? 4000 : 20000,
-                      few = figures.quick ? 600 : 2000, pixels = figures.quick ? 256 : 512;
+  const std::uint32_t size = cell_size(figures), many = figures.quick ? 2000 : 20000,
+                      few = figures.quick ? 500 : 2000, pixels = figures.quick ? 200 : 512;
   const SplatSizes once{2, false}, round{2, true};
   for (const bool balanced : {false, true}) {
     SampleParameters isotropic = parameters_for(balanced ? "auto" : "conformal"),
@@ -355,10 +355,9 @@ void draw_view_detail(FigureSet& figures) {
   Table table{{{"mesh"}, {"samples"}, {"fewest"}, {"most"}, {"stay %", 1}, {"at least", 1}}, {}};
   for (const FigureMesh& mesh : figures.meshes)
     figures.attempt(mesh.name, [&] { draw_one_view(figures, mesh, table); });
-  figures.table(
-      "figure11_turning",
-      "Half a turn in steps of two degrees: samples of a view, and how many of them the next one keeps",
-      table);
+  figures.table("figure11_turning",
+                "A turn in steps of two degrees: samples of a view, and how many of them the next one keeps",
+                table);
   figures.text("Measured",
                "Weight 0.1 + 0.9 (1 - |n.v|)^4, nothing on the back, the number by the projected area. Every "
                "view keeps those of one progressive set whose place in it is below their weight, so that no "
