@@ -58,7 +58,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
                   fmt::format("Descriptors to store: none, or one or more of {}, separated by commas",
                               fmt::join(descriptor_names, ",")))
       .show_default();
-  table.compute("describe", [&describe] {
+  table.compute("describe", "--describe", [&describe] {
     std::string names;
     for (const Descriptor d : describe.descriptors)
       names += (names.empty() ? "" : ",") + std::string(name_of(d));
@@ -91,37 +91,33 @@ void add_report_options(Command report, RunOptions& options) {
 
 // Parameters of the method that no option changes directly.
 void record_constants(const SampleParameters& sample, ParameterTable& table) {
-  table.record("curve_max_depth", sample.locator.curve.max_depth);
-  table.record("density_quantile", sample.density.quantile);
-  table.compute("elements_per_sample", [&sample] { return elements_per_sample(sample); });
-  table.record("extremity_seams", sample.cut.extremity_seams);
-  table.record("jitter", sample.place.jitter);
-  table.record("leaves_per_sample", sample.locator.curve.leaves_per_sample);
-  table.record("max_extra_seams", sample.flatten.max_extra_seams);
-  table.record("max_mean_distortion", sample.flatten.max_mean_distortion);
-  table.record("max_sheets", sample.locator.max_sheets);
-  table.record("min_component_samples", sample.locator.min_component_samples);
-  table.record("min_log_scale", sample.flatten.min_log_scale);
-  table.record("min_sheet_samples", sample.locator.min_sheet_samples);
+  table.constant("curve_max_depth", sample.locator.curve.max_depth);
+  table.constant("density_quantile", sample.density.quantile);
+  table.derive("elements_per_sample", [&sample] { return elements_per_sample(sample); });
+  table.constant("extremity_seams", sample.cut.extremity_seams);
+  table.constant("jitter", sample.place.jitter);
+  table.constant("leaves_per_sample", sample.locator.curve.leaves_per_sample);
+  table.constant("max_extra_seams", sample.flatten.max_extra_seams);
+  table.constant("max_mean_distortion", sample.flatten.max_mean_distortion);
+  table.constant("max_sheets", sample.locator.max_sheets);
+  table.constant("min_component_samples", sample.locator.min_component_samples);
+  table.constant("min_log_scale", sample.flatten.min_log_scale);
+  table.constant("min_sheet_samples", sample.locator.min_sheet_samples);
 }
 
 // Of the charts of the method conformal.
 void record_coarse_charts(const SampleParameters& sample, ParameterTable& table) {
-  table.record("coarse_mean_distortion", coarse_mean_distortion);
-  table.compute("coarse_elements_per_sample",
-                [&sample] { return coarse_elements_per_sample(sample.place.samples); });
-  table.record("coarse_least_of_component", sample.coarsen.least_of_component);
-  table.record("coarse_least_triangles", sample.coarsen.least_triangles);
-  table.record("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
+  table.constant("coarse_mean_distortion", coarse_mean_distortion);
+  table.derive("coarse_elements_per_sample",
+               [&sample] { return coarse_elements_per_sample(sample.place.samples); });
+  table.constant("coarse_least_of_component", sample.coarsen.least_of_component);
+  table.constant("coarse_least_triangles", sample.coarsen.least_triangles);
+  table.constant("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
 }
 
 // Members that only some runs record.
 std::string parameters_json(const RunOptions& options, const RunOptionTexts& texts) {
   ParameterTable table = texts.table;
-  if (options.sample.curved) table.record("curved", options.sample.curved);
-  const PlaceParameters& place = options.sample.place;
-  if (place.sequence == SequenceKind::spaced)
-    table.compute("spacing", [&place] { return text_of(spacing_words, place.spacing); });
   if (options.sample.method == MethodChoice::conformal) record_coarse_charts(options.sample, table);
   if (method_of(options.sample).follows_tensor) table.append(texts.tensor_table);
   return table.json();
@@ -196,10 +192,12 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
                   "Order of a named method: a curve, or balanced bisection (default hilbert); direct: "
                   "hilbert or balanced")
       .one_of(all_words(order_of_elements_words));
-  table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
-  table.set_by("curve", "--curve");
-  table.set_by("curved", "--curved");
-  table.set_by("spacing", "--spacing");
+  table.compute("curve", "--curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
+  table.compute(
+      "curved", "--curved", [&sample] { return sample.curved; }, [&sample] { return sample.curved; });
+  table.compute(
+      "spacing", "--spacing", [&sample] { return text_of(spacing_words, sample.place.spacing); },
+      [&sample] { return sample.place.sequence == SequenceKind::spaced; });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
   table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
             "Stored coordinates (loc and scale undo it)");

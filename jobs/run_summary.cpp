@@ -31,6 +31,11 @@ std::uint64_t peak_memory_bytes() {
 }
 
 void write_nodes(JsonWriter& json, const std::vector<NodeStatistics>& nodes) {
+  for (const NodeStatistics& node : nodes)
+    if (node.name == "describe_shape" && node.items.load() > 0)
+      json.member(
+          "describe_microseconds",
+          static_cast<std::uint64_t>(busy_seconds(node) * 1e6 / static_cast<double>(node.items.load())));
   json.key("nodes");
   json.begin_array();
   for (const NodeStatistics& node : nodes) {

@@ -115,6 +115,11 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
   if (group == descriptor_groups.end())
     throw UsageError(fmt::format("the descriptor {} of `{}` is not one that this program makes ({})",
                                  schema.name, path, fmt::join(descriptor_names, ", ")));
+  if (schema.name == group->name && version_of(schema) != group->version)
+    throw UsageError(
+        fmt::format("the descriptor {} of `{}` is version {}, this program makes version {}: `meander "
+                    "describe --replace`",
+                    schema.name, path, version_of(schema), group->version));
   const Members members = split_members(parameters_json);
   DescribeParameters describe;
   describe.descriptors = {group->descriptor};
