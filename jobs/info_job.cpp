@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "io/json_writer.h"
+#include "io/store/run_array.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
@@ -180,6 +181,9 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
 
 // Work that was begun and is not finished, as a sentence; empty where there is none.
 std::string unfinished_work(const std::string& store) {
+  if (const std::optional<RunArray> array = read_run_array(store))
+    return fmt::format("`{0}.run` is an array of {1} shards over {2} models: see `meander status {0}.run`",
+                       store, array->shards.size(), array->rows);
   const std::optional<RunPlan> plan = read_run_plan(store);
   if (!plan) return {};
   return fmt::format(

@@ -80,11 +80,7 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
                   "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
                   "(remove the rows)")
       .separator(',');
-  running.add_option("--reuse", options.reuse,
-                     "Copy rows of equal content and parameters from this older store");
-  add_trust_option(running, options.check);
-  running.add_flag("--fresh", options.fresh,
-                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+  add_older_store_options(running, options);
   running.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing");
 }
 
@@ -143,6 +139,10 @@ void resolve_budgets(RunOptions& options, const RunOptionTexts& texts, std::vect
   const Budgets budgets = parse_budgets(texts.memory, texts.timeout, problems);
   options.memory_bytes = budgets.memory_bytes;
   options.timeout_seconds = budgets.timeout_seconds;
+}
+
+void choose_threads(RunOptions& options) {
+  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
 }
 
 void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
@@ -232,18 +232,40 @@ void add_progress_options(Command report, RunOptions& options) {
   report.add_flag("--json", options.json, "The summary as JSON on standard output");
 }
 
-void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts) {
-  Command command = program.add_subcommand("run", "Sample every model of the input into one store");
+void add_older_store_options(Command running, RunOptions& options) {
+  running.add_option("--reuse", options.reuse,
+                     "Copy rows of equal content and parameters from this older store");
+  add_trust_option(running, options.check);
+  running.add_flag("--fresh", options.fresh,
+                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+}
+
+void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts) {
   command
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
       .required();
-  command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)");
   add_point_options(command.under("Points"), options, texts);
   add_collection_options(command.under("Collection"), options, texts);
-  add_running_options(command.under("Running"), options, texts);
-  add_report_options(command.under("Report"), options);
   record_constants(options.sample, texts.table);
+}
+
+Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard) {
+  Command command = program.add_subcommand(
+      "run", "Sample every model of the input into one store, or a shard of a planned one");
+  add_store_options(command, options, texts);
+  add_running_options(command.under("Running"), options, texts);
+  Command array = command.under("Array (run STORE.run, see `meander plan`)");
+  array.add_option("--shard", shard.shard,
+                   "i/n: the shard to work on, 0 to n - 1 (default: what the scheduler's variables say)");
+  array.add_option("--shard-offset", shard.offset, "Added to the number of the task").show_default();
+  array.add_option("--shards-per-task", shard.shards_a_task, "Shards of a task, one after the other")
+      .show_default()
+      .range(std::uint64_t{1}, std::uint64_t{1000000});
+  array.add_option("--scratch", shard.scratch, "A folder of this machine for work that is not finished");
+  add_report_options(command.under("Report"), options);
+  return command;
 }
 
 bool add_retry_word(const std::string& word, RetryOptions& retry) {
@@ -269,6 +291,13 @@ std::string words_of(const RetryOptions& retry) {
   if (retry.changed) add("changed");
   if (retry.vanished) add("vanished");
   return words;
+}
+
+void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts) {
+  std::vector<std::string> problems;
+  resolve_budgets(options, texts, problems);
+  choose_threads(options);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory) {
@@ -297,7 +326,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
-  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  choose_threads(options);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
   options.parameters_json = parameters_json(options, texts);
 }

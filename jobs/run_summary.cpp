@@ -249,7 +249,7 @@ std::string list_line(const std::string& path) {
 }  // namespace
 
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
-                       const std::vector<PlanItem>& items) {
+                       const std::function<std::filesystem::path(std::uint64_t row)>& path_of) {
   const std::string name = options.store + ".failed.txt";
   if (summary.failures.empty()) {
     remove_file(name);
@@ -261,7 +261,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
     list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
-                        list_line(items[failure.row].path.string()));
+                        list_line(path_of(failure.row).string()));
   }
   replace_file(name, list, FullDisk::stops_run);
 }

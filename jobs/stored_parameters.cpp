@@ -34,7 +34,7 @@ Members of_samples(const std::string& parameters_json) {
 class RepeatedRun {
  public:
   explicit RepeatedRun(const Arguments& arguments) : line_("meander", "", "", "") {
-    add_run_command(program_, options_, texts_);
+    add_run_command(program_, options_, texts_, shard_);
     Arguments all = {"meander", "run", "INPUT", "-o", "STORE"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
@@ -55,6 +55,7 @@ class RepeatedRun {
   Command program_ = line_.program();
   RunOptions options_;
   RunOptionTexts texts_;
+  ShardOptions shard_;
 };
 
 SampleParameters sample_parameters(const std::string& path, const std::string& parameters_json) {
