@@ -14,6 +14,7 @@ namespace meander {
 namespace {
 
 constexpr std::size_t most_combinations = 1023;      // all subsets of ten
+constexpr std::size_t scored_at_once = 256;          // for the memory of their scores
 constexpr std::uint64_t setting_bytes = 100 * 1024;  // of the scores of a combination, see score_combinations
 
 // What is combined: names, and the combinations as indices into them.
@@ -137,7 +138,12 @@ void learn(const RetrievalBase& base, const RetrievalTask& task, SettingCriterio
       if (std::find(trial.visited.begin(), trial.visited.end(), setting.combination) == trial.visited.end())
         trial.visited.push_back(setting.combination);
   });
-  trial.of_visited = score_combinations(base.base, task, trial.visited);
+  for (std::size_t begin = 0; begin < trial.visited.size(); begin += scored_at_once) {
+    const std::size_t count = std::min(scored_at_once, trial.visited.size() - begin);
+    for (RetrievalSummary& summary :
+         score_combinations(base.base, task, std::span(trial.visited).subspan(begin, count)))
+      trial.of_visited.push_back(std::move(summary));
+  }
   for (BlockCombination& combination : trial.visited) combination = blocks.to_names(combination);
   each_course([&](LearntCourse& course) {
     for (LearntSetting& setting : course) setting.combination = blocks.to_names(setting.combination);
@@ -176,7 +182,7 @@ std::vector<DistanceTrial> tried_distances(const SelectOptions& options, const S
                               {.descriptor = blocks.text(),
                                .distance = kind,
                                .memory = parse_bytes(options.memory),
-                               .held = (fitting.size() + 256) * setting_bytes,
+                               .held = (fitting.size() + scored_at_once) * setting_bytes,
                                .also_described = joined(all)},
                               options.classes);
     task = labelled_task(base, options.psb_compat);
