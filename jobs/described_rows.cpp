@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <future>
 
 #include "jobs/descriptor_choice.h"
@@ -12,6 +11,12 @@
 #include "kernels/core/spelling.h"
 
 namespace meander {
+
+namespace {
+
+constexpr double most_weight = 1000000;  // written without an exponent, whose sign would part terms
+
+}  // namespace
 
 std::vector<NamedTerm> parse_terms(const std::string& text) {
   std::vector<NamedTerm> terms;
@@ -23,8 +28,9 @@ std::vector<NamedTerm> parse_terms(const std::string& text) {
     if (sign < term.size()) {
       const char* const last = term.data() + term.size();
       const auto [stop, error] = std::from_chars(term.data() + sign + 1, last, named.weight);
-      if (error != std::errc() || stop != last || !(named.weight > 0) || !std::isfinite(named.weight))
-        throw UsageError(fmt::format("`{}`: a weight is a positive number, as in pairs=2+d2", term));
+      if (error != std::errc() || stop != last || !(named.weight > 0) || !(named.weight <= most_weight))
+        throw UsageError(
+            fmt::format("`{}`: a weight is a positive number up to {}, as in pairs=2+d2", term, most_weight));
     }
     begin = end + 1;
   }
