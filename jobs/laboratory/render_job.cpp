@@ -4,8 +4,6 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -18,6 +16,8 @@
 #include "jobs/inputs.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/model_pictures.h"
+#include "jobs/laboratory/picture_options.h"
+#include "jobs/laboratory/render_strokes.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 #include "jobs/units.h"
@@ -39,32 +39,6 @@ struct RenderOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-Vector3 axis(const std::string& name) {
-  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
-}
-
-// "x,y,z": three numbers.
-Vector3 parse_direction(const std::string& text) {
-  std::array<double, 3> value{};
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::size_t used = 0;
-    try {
-      value[k] = std::stod(text.substr(at), &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    at += used;
-    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
-    if (used == 0 || !ends || !std::isfinite(value[k]))
-      throw UsageError(
-          fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
-    ++at;
-  }
-  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
-  return {value[0] / largest, value[1] / largest, value[2] / largest};
-}
-
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
   const auto named =
@@ -72,14 +46,8 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
-  look.up = axis(options.up);
-  // Turned with the axis, so that the default view is from the front, the right and above for each.
-  look.view = options.up == "y"   ? Vector3{0.55, 0.42, 1}
-              : options.up == "z" ? Vector3{0.55, -1, 0.42}
-                                  : Vector3{0.42, 0.55, 1};
-  if (!options.view.empty()) look.view = parse_direction(options.view);
-  if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
-    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
+  look.up = axis_of(options.up);
+  look.view = view_of(options.view, options.up);
   return look;
 }
 
@@ -242,9 +210,10 @@ JobFunction add_sheet(Command& render) {
 JobFunction add_render_job(Command& program) {
   Command command = program.add_subcommand("render", "Pictures of sampled models");
   command.require_subcommand();
-  JobFunction sheet = add_sheet(command);
-  return [command, sheet] {
+  JobFunction sheet = add_sheet(command), strokes = add_strokes(command);
+  return [command, sheet, strokes] {
     if (command.chose("sheet")) return sheet();
+    if (command.chose("strokes")) return strokes();
     throw std::logic_error("a subcommand of render without a job");
   };
 }

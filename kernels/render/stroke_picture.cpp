@@ -1,0 +1,582 @@
+#include "kernels/render/stroke_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "kernels/render/depth_picture.h"
+#include "kernels/render/shading.h"
+
+namespace meander {
+
+namespace {
+
+// A sample that is seen, in the camera's frame.
+struct SeenSample {
+  std::uint32_t index;
+  Vector3 at, normal;   // pixels; a unit vector that faces the eye
+  Vector3 along;        // the primary direction, a unit vector
+  double light;         // 0..1
+  double shine;         // how near its mirrored light comes to the eye, 0..1
+  std::uint8_t length;  // bin of its primary spacing
+};
+
+StrokePalette palette_of(const StrokePictureParameters& parameters) {
+  if (parameters.palette) return *parameters.palette;
+  switch (parameters.medium) {
+    case StrokeMedium::watercolour:
+      return StrokePalette::verdigris;
+    case StrokeMedium::crayon:
+    case StrokeMedium::acrylic:
+      return StrokePalette::terracotta;
+    case StrokeMedium::pastel:
+      return StrokePalette::slate;
+    default:
+      return StrokePalette::ochre;
+  }
+}
+
+Vector3 vector_at(std::span<const float> values, std::size_t i) {
+  return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+}
+
+bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// Bins of the logarithm of the primary spacings between their 5 % and 95 % quantiles.
+std::vector<std::uint8_t> length_bins(std::span<const float> spacings) {
+  const std::size_t count = spacings.size() / 2;
+  std::vector<float> logs(count), sorted;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float s = spacings[2 * i];
+    logs[i] = s > 0 && std::isfinite(s) ? std::log(s) : std::numeric_limits<float>::quiet_NaN();
+    if (std::isfinite(logs[i])) sorted.push_back(logs[i]);
+  }
+  constexpr auto middle = static_cast<std::uint8_t>(brush_lengths / 2);
+  std::vector<std::uint8_t> bins(count, middle);
+  if (sorted.empty()) return bins;
+  const auto quantile = [&](double q) {
+    const auto k = static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
+    return sorted[static_cast<std::size_t>(k)];
+  };
+  const float low = quantile(0.05), high = quantile(0.95);
+  // Equal but for rounding: nothing to tell apart.
+  if (!(high - low > 1e-4f)) return bins;
+  for (std::size_t i = 0; i < count; ++i)
+    if (std::isfinite(logs[i])) {
+      const float t = (logs[i] - low) / (high - low) * static_cast<float>(brush_lengths);
+      bins[i] = static_cast<std::uint8_t>(std::clamp(t, 0.0f, static_cast<float>(brush_lengths - 1)));
+    }
+  return bins;
+}
+
+// Where light comes from, and what it reaches.
+class Lighting {
+ public:
+  // The mesh as the light sees it decides what lies in shadow (Williams 1978).
+  Lighting(const StrokeModel& model, const StrokePictureParameters& parameters, const PictureView& view) {
+    const Vector3 wanted = parameters.light;
+    towards_ = unit_vector({wanted.x, -wanted.y, wanted.z});
+    world_ = towards_.x * view.right + towards_.y * view.down + towards_.z * view.back;
+    const std::uint32_t size = std::clamp(parameters.height, 256u, 1024u);
+    // Any direction not along the light.
+    const Vector3 side = std::abs(world_.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
+    view_ = fitted_view(model.positions, world_, side, size, size, 2);
+    seen_ = depth_picture(view_, model.positions, model.faces, size, size);
+  }
+
+  Vector3 towards() const { return towards_; }
+  Vector3 world() const { return world_; }
+
+  // Share of the light that arrives at a point of the model with this slope against it.
+  double arriving(Vector3 point, double facing) const {
+    const Vector3 at = view_.point(point);
+    const double bias = 3 + 3 / std::max(0.15, std::abs(facing));
+    int lit = 0;
+    for (int k = 0; k < 9; ++k) {
+      const auto x = static_cast<std::int64_t>(std::floor(at.x)) + 2 * (k % 3 - 1),
+                 y = static_cast<std::int64_t>(std::floor(at.y)) + 2 * (k / 3 - 1);
+      lit += !seen_.covered(x, y) ||
+             static_cast<double>(seen_.depth[static_cast<std::size_t>(y) * seen_.width +
+                                             static_cast<std::size_t>(x)]) <= at.z + bias;
+    }
+    return lit / 9.0;
+  }
+
+  // The light of a surface that faces along `normal` (camera's frame).
+  double on(Vector3 normal, double arrives, double hollow) const {
+    const double wrapped = std::max(0.0, (dot(normal, towards_) + 0.15) / 1.15);
+    const double key = std::pow(wrapped, 1.15) * (0.22 + 0.78 * arrives);
+    const Vector3 from_below = unit_vector({-0.8 * towards_.x, -0.6 * towards_.y, 0.25});
+    const double reflected = std::max(0.0, dot(normal, from_below));
+    return std::clamp((0.07 + 0.84 * key + 0.13 * reflected) * (1 - 0.5 * hollow), 0.0, 1.0);
+  }
+
+  double shine(Vector3 normal, double arrives) const {
+    const Vector3 half = unit_vector(towards_ + Vector3{0, 0, 1});
+    return arrives * std::pow(std::max(0.0, dot(normal, half)), 24);
+  }
+
+ private:
+  Vector3 towards_, world_;
+  PictureView view_;
+  DepthPicture seen_;
+};
+
+// The samples whose points are seen, in their order.
+std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView& view,
+                                     const DepthPicture& depth, const Lighting& lighting) {
+  const std::vector<std::uint8_t> bins = length_bins(model.spacings);
+  const std::vector<float> hollow = hollowness(depth);
+  std::vector<SeenSample> seen;
+  for (std::size_t i = 0; i < model.points.size() / 3; ++i) {
+    const Vector3 point{model.points[3 * i], model.points[3 * i + 1], model.points[3 * i + 2]};
+    const Vector3 at = view.point(point);
+    Vector3 normal = view.direction(vector_at(model.normals, i)),
+            along = view.direction(vector_at(model.directions, i));
+    if (!finite(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
+    normal = unit_vector(normal);
+    if (normal.z < 0) normal = -1.0 * normal;
+    const auto x = static_cast<std::int64_t>(std::floor(at.x)), y = static_cast<std::int64_t>(std::floor(at.y));
+    if (!depth.covered(x, y)) continue;
+    const std::size_t pixel = static_cast<std::size_t>(y) * depth.width + static_cast<std::size_t>(x);
+    // Within its pixel a surface that is seen at this slope differs so much in depth.
+    const double bias = 1 + 1.5 * std::min(10.0, std::sqrt(1 - normal.z * normal.z) / std::max(normal.z, 0.05));
+    if (at.z + bias < double{depth.depth[pixel]}) continue;
+    const double arrives = lighting.arriving(point, dot(normal, lighting.towards()));
+    seen.push_back({static_cast<std::uint32_t>(i), at, normal, unit_vector(along),
+                    lighting.on(normal, arrives, hollow[pixel]), lighting.shine(normal, arrives), bins[i]});
+  }
+  return seen;
+}
+
+// Directions in the picture without a sign, averaged around a place: what strokes bend along.
+class DirectionGrid {
+ public:
+  DirectionGrid(std::span<const SeenSample> seen, std::uint32_t width, std::uint32_t height, double cell)
+      : cell_(cell),
+        columns_(static_cast<std::int64_t>(width / cell) + 2),
+        rows_(static_cast<std::int64_t>(height / cell) + 2),
+        sums_(static_cast<std::size_t>(columns_ * rows_)) {
+    for (const SeenSample& sample : seen) {
+      const double square = sample.along.x * sample.along.x + sample.along.y * sample.along.y;
+      if (square < 1e-6) continue;
+      auto& sum = sums_[index(sample.at.x, sample.at.y)];
+      // The doubled angle, weighted by how long the direction is seen.
+      sum[0] += sample.along.x * sample.along.x - sample.along.y * sample.along.y;
+      sum[1] += 2 * sample.along.x * sample.along.y;
+    }
+  }
+
+  // How far directions around (x, y) are turned against (cosine, sine), at most a quarter turn; 0 where there
+  // are none or they disagree.
+  double turn(double x, double y, double cosine, double sine) const {
+    const auto& sum = sums_[index(x, y)];
+    const double c = cosine * cosine - sine * sine, s = 2 * cosine * sine;
+    if (sum[0] * sum[0] + sum[1] * sum[1] < 1e-12) return 0;
+    return 0.5 * std::atan2(sum[1] * c - sum[0] * s, sum[0] * c + sum[1] * s);
+  }
+
+ private:
+  std::size_t index(double x, double y) const {
+    const auto column = std::clamp(static_cast<std::int64_t>(x / cell_), std::int64_t{0}, columns_ - 1),
+               row = std::clamp(static_cast<std::int64_t>(y / cell_), std::int64_t{0}, rows_ - 1);
+    return static_cast<std::size_t>(row * columns_ + column);
+  }
+  double cell_;
+  std::int64_t columns_, rows_;
+  std::vector<std::array<double, 2>> sums_;
+};
+
+double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+class Planner {
+ public:
+  Planner(const StrokeModel& model, const StrokePictureParameters& parameters, StrokePlan& plan,
+          const LatticeNoise& noise)
+      : model_(model),
+        parameters_(parameters),
+        plan_(plan),
+        noise_(noise),
+        colours_(palette_colours(palette_of(parameters))),
+        key_(picture_key(parameters.seed)) {
+    margin_ = std::round(parameters.margin * std::min(parameters.width, parameters.height));
+    unit_ = std::min(parameters.width, parameters.height) / 1080.0;
+    plan.canvas.width = parameters.width;
+    plan.canvas.height = parameters.height;
+    plan.canvas.margin = margin_;
+    plan.canvas.unit = unit_;
+  }
+
+  void run() {
+    const std::uint32_t width = parameters_.width, height = parameters_.height;
+    view_ = fitted_view(model_.positions, parameters_.view, parameters_.up, width, height,
+                        margin_ + 0.075 * std::min(width, height));
+    depth_ = depth_picture(view_, model_.positions, model_.faces, width, height);
+    const Lighting lighting(model_, parameters_, view_);
+    const std::vector<SeenSample> seen = seen_samples(model_, view_, depth_, lighting);
+    plan_.visible = seen.size();
+    measure(seen);
+    const std::size_t layers = plan_.style.layers.size();
+    plan_.brushes.resize(layers + 2);
+    const double spacing = picture_spacing(static_cast<double>(model_.points.size() / 3));
+    const DirectionGrid directions(seen, width, height, std::max(6.0 * unit_, 2 * spacing));
+    if (plan_.style.background) paint_ground(layers, lighting);
+    paint_shadow(layers + 1, lighting);
+    for (std::size_t l = 0; l < layers; ++l) paint_layer(l, seen, directions);
+  }
+
+ private:
+  double random(std::uint64_t index, std::uint32_t layer, std::uint32_t which) const {
+    const PhiloxBlock words = random_words(key_, Stream::test_shapes, (std::uint64_t{1} << 40) + index, layer);
+    return static_cast<double>(words[which]) * 0x1p-32;
+  }
+
+  // The area of surface, in pixels where it faces the eye, that a sample stands for: seen samples of these
+  // slopes cover the picture.
+  void measure(std::span<const SeenSample> seen) {
+    double facing = 0, covered = 0;
+    for (const SeenSample& sample : seen) facing += sample.normal.z;
+    near_ = depth_.far;
+    for (const float d : depth_.depth) {
+      if (d == empty_depth) continue;
+      ++covered;
+      near_ = std::max(near_, double{d});
+    }
+    if (facing > 0) pixels_per_sample_ = covered / facing;
+  }
+
+  // Between the samples of the first `count`, in pixels where the surface faces the eye.
+  double picture_spacing(double count) const {
+    const double all = static_cast<double>(model_.points.size() / 3);
+    return std::sqrt(pixels_per_sample_ * all / std::max(1.0, count));
+  }
+
+  struct Sizes {
+    double width, shortest, longest, spacing;
+    std::size_t samples;
+  };
+  Sizes sizes_of(const StrokeLayer& layer) const {
+    const std::size_t all = model_.points.size() / 3;
+    Sizes sizes{};
+    sizes.samples = std::min(all, static_cast<std::size_t>(std::ceil(layer.share * static_cast<double>(all))));
+    sizes.spacing = picture_spacing(static_cast<double>(sizes.samples));
+    const double side = std::min(parameters_.width, parameters_.height);
+    const double length = layer.in_pixels ? unit_ : std::min(sizes.spacing, 0.06 * side);
+    sizes.width = std::max(1.3, length * layer.width);
+    sizes.shortest = std::max(2.0, length * layer.shortest);
+    sizes.longest = std::max(sizes.shortest, std::min(0.3 * side, length * layer.longest));
+    return sizes;
+  }
+
+  // Direction in the picture and how much the stroke is shortened along and across.
+  struct Lie {
+    double cosine = 1, sine = 0, along = 1, across = 1;
+  };
+  Lie lie_of(const SeenSample& sample, LayerPurpose purpose) const {
+    Vector3 along = sample.along;
+    if (purpose == LayerPurpose::cross) along = cross(sample.normal, sample.along);
+    if (purpose == LayerPurpose::contour) along = cross(sample.normal, {0, 0, 1});
+    double length = std::hypot(along.x, along.y);
+    // Straight at the eye: along the contour instead, or anywhere where the surface faces the eye.
+    if (length < 1e-3) {
+      along = cross(sample.normal, {0, 0, 1});
+      length = std::hypot(along.x, along.y);
+      if (length < 1e-6) return {};
+    }
+    Lie lie{along.x / length, along.y / length, std::min(1.0, length), 1};
+    if (purpose == LayerPurpose::contour) lie.along = 1;
+    lie.across = std::clamp(sample.normal.z / std::max(lie.along, 0.1), 0.0, 1.0);
+    return lie;
+  }
+
+  // Whether the sample has a stroke in the layer: its rank, as a share, is below what is asked for there.
+  double asked(const SeenSample& sample, const StrokeLayer& layer) const {
+    const StrokeStyle& style = plan_.style;
+    switch (layer.purpose) {
+      case LayerPurpose::light:
+        return sample.light > 0.6 ? 2.2 * sample.shine : 0;
+      case LayerPurpose::contour:
+        return 1.2 * (1 - sample.normal.z / 0.34);
+      default:
+        break;
+    }
+    if (style.glaze && sample.light > style.unpainted_light)
+      return std::max(0.0, 1 - (sample.light - style.unpainted_light) / (0.97 - style.unpainted_light));
+    return 1;
+  }
+
+  // The part of the darkness that is left to each layer of hatching.
+  double darkness(const SeenSample& sample, std::size_t layer) const {
+    double left = 1 - std::pow(std::clamp((1 - sample.light - 0.08) / 0.92, 0.0, 1.0), 1.15);
+    for (std::size_t l = 0; l < layer; ++l)
+      if (plan_.style.layers[l].darkest > 0) left /= 1 - std::min(plan_.style.layers[l].darkest, 1 - std::min(left, 1.0));
+    return std::min(plan_.style.layers[layer].darkest, 1 - std::min(1.0, left));
+  }
+
+  double strength(const StrokeLayer& layer) const {
+    const StrokeStyle& style = plan_.style;
+    double each = layer.opacity * (style.grain > 0 ? 0.62 : 1);
+    if (style.glaze && layer.ink >= 0)
+      each *= std::log(luminance(style.paper_colour) /
+                       luminance(style.inks[static_cast<std::size_t>(layer.ink)]));
+    return each;
+  }
+
+  LinearColour colour_of(const SeenSample& sample, const StrokeLayer& layer, double tone, double choice) const {
+    if (layer.ink >= 0) return plan_.style.inks[static_cast<std::size_t>(layer.ink)];
+    double light = sample.light + layer.tone_jitter * (2 * tone - 1);
+    if (layer.purpose == LayerPurpose::light) light = 0.84 + 0.16 * sample.shine;
+    if (layer.purpose == LayerPurpose::contour) light = 0.55 * light;
+    if (plan_.style.sticks) {
+      // The nearest two colours in turn, as often as each is near.
+      const double at = 5 * std::clamp(light, 0.0, 1.0);
+      return colours_.stops[std::min<std::size_t>(5, static_cast<std::size_t>(at + choice))];
+    }
+    LinearColour mixed = palette_colour_at(colours_, light);
+    // Broken colour: now and then some of the ground's.
+    if (!plan_.style.glaze && choice < 0.12)
+      for (std::size_t k = 0; k < 3; ++k) mixed[k] += 0.22f * (colours_.ground[sample.light > 0.5][k] - mixed[k]);
+    return mixed;
+  }
+
+  void paint_layer(std::size_t l, std::span<const SeenSample> seen, const DirectionGrid& directions) {
+    const StrokeLayer& layer = plan_.style.layers[l];
+    const Sizes sizes = sizes_of(layer);
+    plan_.brushes[l] = make_brushes(plan_.style.brush, sizes.width, sizes.shortest, sizes.longest, noise_);
+    struct Ordered {
+      std::uint32_t slab, mix;
+      Stroke stroke;
+    };
+    std::vector<Ordered> made;
+    for (const SeenSample& sample : seen) {
+      if (sample.index >= sizes.samples) break;
+      const auto id = static_cast<std::uint32_t>(l);
+      const PhiloxBlock words = random_words(key_, Stream::test_shapes, sample.index, id),
+                        more = random_words(key_, Stream::test_shapes, sample.index, id + 64);
+      const auto share = [](std::uint32_t word) { return static_cast<double>(word) * 0x1p-32; };
+      const Lie lie = lie_of(sample, layer.purpose);
+      Stroke stroke;
+      stroke.sample = sample.index;
+      stroke.layer = static_cast<std::uint8_t>(l);
+      stroke.brush_length = sample.length;
+      stroke.brush_variation = static_cast<std::uint8_t>(words[0] % brush_variations);
+      stroke.flips = static_cast<std::uint8_t>(words[0] >> 30);
+      const double length = brush_length(sizes.shortest, sizes.longest, sample.length);
+      stroke.length = static_cast<float>(length * (0.45 + 0.55 * lie.along));
+      stroke.width = static_cast<float>(
+          sizes.width * (layer.in_pixels ? 0.85 + 0.3 * share(more[3]) : 0.5 + 0.5 * lie.across));
+      const double cover = plan_.brushes[l].at(sample.length, stroke.brush_variation).mean_cover;
+      const double own = static_cast<double>(stroke.length) * static_cast<double>(stroke.width) * cover;
+      double wanted = asked(sample, layer);
+      if (layer.darkest > 0) {
+        // So many strokes that what they cover, at random, is as dark as it should be.
+        const double dark = darkness(sample, l);
+        wanted = -std::log(1 - dark) * std::max(0.06, sample.normal.z) * sizes.spacing * sizes.spacing /
+                 std::max(1e-9, own * strength(layer));
+      }
+      if ((sample.index + 0.5) / static_cast<double>(sizes.samples) >= wanted) continue;
+      const double turned = layer.angle_jitter * (2 * share(words[1]) - 1);
+      const double cosine = lie.cosine * std::cos(turned) - lie.sine * std::sin(turned),
+                   sine = lie.sine * std::cos(turned) + lie.cosine * std::sin(turned);
+      stroke.x = static_cast<float>(sample.at.x);
+      stroke.y = static_cast<float>(sample.at.y);
+      stroke.cosine = static_cast<float>(cosine);
+      stroke.sine = static_cast<float>(sine);
+      if (layer.purpose != LayerPurpose::contour && layer.purpose != LayerPurpose::cross) {
+        const double half = 0.4 * static_cast<double>(stroke.length);
+        const double ahead = directions.turn(sample.at.x + half * lie.cosine, sample.at.y + half * lie.sine,
+                                             lie.cosine, lie.sine),
+                     behind = directions.turn(sample.at.x - half * lie.cosine, sample.at.y - half * lie.sine,
+                                              lie.cosine, lie.sine);
+        if (std::abs(ahead) < 0.8 && std::abs(behind) < 0.8)
+          stroke.bend = static_cast<float>(
+              std::clamp((ahead - behind) / (2 * half), -0.9 / (2 * half), 0.9 / (2 * half)));
+      }
+      stroke.colour = colour_of(sample, layer, share(words[2]), share(words[3]));
+      stroke.opacity = static_cast<float>(layer.opacity * (0.85 + 0.3 * share(more[1])));
+      // Washes that overlap so often give together the density of the layer.
+      if (plan_.style.glaze && layer.ink < 0)
+        stroke.opacity *= static_cast<float>(std::min(
+            1.0, sizes.spacing * sizes.spacing * std::max(0.3, sample.normal.z) / std::max(1e-9, own)));
+      made.push_back({slab_of(sample.at.z), more[0], stroke});
+    }
+    std::sort(made.begin(), made.end(), [](const Ordered& a, const Ordered& b) {
+      return std::tie(a.slab, a.mix, a.stroke.sample) < std::tie(b.slab, b.mix, b.stroke.sample);
+    });
+    for (const Ordered& each : made) plan_.strokes.push_back(each.stroke);
+  }
+
+  std::uint32_t slab_of(double depth) const {
+    const double extent = std::max(1e-9, near_ - depth_.far);
+    return static_cast<std::uint32_t>(std::clamp(16 * (depth - depth_.far) / extent, 0.0, 15.0));
+  }
+
+  // Point i of Roberts's additive recurrence in the window: any prefix is spread evenly.
+  std::array<double, 2> plane_point(std::uint64_t i) const {
+    const double a = 0.5 + 0.7548776662466927 * static_cast<double>(i + 1),
+                 b = 0.5 + 0.5698402909980532 * static_cast<double>(i + 1);
+    return {margin_ + (a - std::floor(a)) * (parameters_.width - 2 * margin_),
+            margin_ + (b - std::floor(b)) * (parameters_.height - 2 * margin_)};
+  }
+
+  double window_area() const {
+    return std::max(0.0, parameters_.width - 2 * margin_) * std::max(0.0, parameters_.height - 2 * margin_);
+  }
+
+  // Broad strokes over all; darker where the light comes from, so that the lit side of the model stands
+  // against dark and its shadow against light.
+  void paint_ground(std::size_t brushes, const Lighting& lighting) {
+    const double width = 38 * unit_, shortest = 2.2 * width, longest = 5 * width;
+    plan_.brushes[brushes] = make_brushes(plan_.style.brush, width, shortest, longest, noise_);
+    const auto count = static_cast<std::uint64_t>(2.6 * window_area() / (width * 3 * width));
+    const double side = 0.5 * std::min(parameters_.width, parameters_.height);
+    const Vector3 towards = lighting.towards();
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::array<double, 2> at = plane_point(i);
+      const auto layer = static_cast<std::uint32_t>(brushes + 128);
+      const double x = (at[0] - 0.5 * parameters_.width) / side, y = (at[1] - 0.5 * parameters_.height) / side;
+      const double light =
+          std::clamp(0.52 - 0.4 * (x * towards.x + y * towards.y) + 0.16 * (2 * random(i, layer, 0) - 1), 0.0, 1.0);
+      const double angle =
+          -0.7 + 1.5 * (noise_.at(1.3 * x + 20, 1.3 * y + 40) - 0.5) * 2 + 0.5 * (random(i, layer, 1) - 0.5);
+      Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double dark = std::sqrt(colours_.ground[0][k]), bright = std::sqrt(colours_.ground[1][k]);
+        const double mixed = dark + light * (bright - dark);
+        stroke.colour[k] = static_cast<float>(mixed * mixed);
+      }
+      plan_.strokes.push_back(stroke);
+    }
+  }
+
+  Stroke plane_stroke(std::size_t brushes, const std::array<double, 2>& at, double angle, double width,
+                      double pick, double shortest, double longest) const {
+    Stroke stroke;
+    const auto choice = static_cast<std::size_t>(pick * (brush_lengths * brush_variations));
+    stroke.layer = static_cast<std::uint8_t>(brushes);
+    stroke.brush_length = static_cast<std::uint8_t>(choice / brush_variations);
+    stroke.brush_variation = static_cast<std::uint8_t>(choice % brush_variations);
+    stroke.x = static_cast<float>(at[0]);
+    stroke.y = static_cast<float>(at[1]);
+    stroke.cosine = static_cast<float>(std::cos(angle));
+    stroke.sine = static_cast<float>(std::sin(angle));
+    stroke.width = static_cast<float>(width);
+    stroke.length = static_cast<float>(brush_length(shortest, longest, stroke.brush_length));
+    stroke.opacity = 0.95f;
+    return stroke;
+  }
+
+  // The shadow that the model casts on the plane it stands on, in level strokes. None where the light comes
+  // from below or grazes, or the plane is seen from below or edge-on.
+  void paint_shadow(std::size_t brushes, const Lighting& lighting) {
+    const Vector3 up = unit_vector(parameters_.up), light = lighting.world();
+    if (plan_.visible == 0 || dot(up, light) < 0.25 || dot(up, view_.back) < 0.05) return;
+    double floor = std::numeric_limits<double>::infinity();
+    std::vector<double> cast(model_.positions.begin(), model_.positions.end());
+    const auto height = [&](std::size_t i) { return dot(up, Vector3{cast[i], cast[i + 1], cast[i + 2]}); };
+    for (const std::uint32_t v : model_.faces)
+      if (std::isfinite(height(3 * std::size_t{v}))) floor = std::min(floor, height(3 * std::size_t{v}));
+    for (std::size_t i = 0; i + 2 < cast.size(); i += 3) {
+      const double fall = (height(i) - floor) / dot(up, light);
+      cast[i] -= fall * light.x;
+      cast[i + 1] -= fall * light.y;
+      cast[i + 2] -= fall * light.z;
+    }
+    const DepthPicture shadow =
+        depth_picture(view_, cast, model_.faces, parameters_.width, parameters_.height);
+    shadow_strokes(brushes, shadow);
+  }
+
+  void shadow_strokes(std::size_t brushes, const DepthPicture& shadow) {
+    const StrokeStyle& style = plan_.style;
+    const bool lines = style.layers.front().in_pixels;
+    const double width = (lines ? style.layers.front().width : 16) * unit_, shortest = (lines ? 22 : 34) * unit_,
+                 longest = (lines ? 60 : 90) * unit_;
+    plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
+    const double wanted = lines ? 1.5 : style.glaze ? 2.2 : 3;
+    const auto count = static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
+    const auto layer = static_cast<std::uint32_t>(brushes + 128);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::array<double, 2> at = plane_point(i);
+      if (!shadow.covered(static_cast<std::int64_t>(at[0]), static_cast<std::int64_t>(at[1]))) continue;
+      const double angle = 0.1 * (2 * random(i, layer, 1) - 1);
+      Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
+      if (!style.inks.empty()) {
+        stroke.colour = style.inks[style.inks.size() / 2];
+      } else {
+        // Cool: the palette's shadow and the dark ground.
+        for (std::size_t k = 0; k < 3; ++k)
+          stroke.colour[k] = 0.5f * (colours_.stops[0][k] + 0.7f * colours_.ground[0][k]);
+      }
+      stroke.opacity = style.glaze ? (lines ? 0.7f : 0.2f) : (style.grain > 0 ? 0.6f : 0.8f);
+      plan_.strokes.push_back(stroke);
+    }
+  }
+
+  const StrokeModel& model_;
+  const StrokePictureParameters& parameters_;
+  StrokePlan& plan_;
+  const LatticeNoise& noise_;
+  PaletteColours colours_;
+  RandomKey key_;
+  PictureView view_;
+  DepthPicture depth_;
+  double margin_ = 0, unit_ = 1, pixels_per_sample_ = 1, near_ = 0;
+};
+
+void check_model(const StrokeModel& model) {
+  const std::size_t values = model.points.size();
+  if (model.positions.size() % 3 != 0 || model.faces.size() % 3 != 0 || values % 3 != 0 ||
+      model.normals.size() != values || model.directions.size() != values ||
+      3 * model.spacings.size() != 2 * values)
+    throw std::invalid_argument("arrays of strokes do not fit each other");
+  for (const std::uint32_t v : model.faces)
+    if (v >= model.positions.size() / 3)
+      throw std::invalid_argument("a face names a vertex that is not there");
+}
+
+}  // namespace
+
+std::vector<std::string> validate(const StrokePictureParameters& parameters) {
+  std::vector<std::string> problems;
+  if (parameters.many_tones && !has_tones(parameters.medium))
+    problems.push_back("several tones are for ink and pencil");
+  for (const std::uint32_t side : {parameters.width, parameters.height})
+    if (side < 64 || side > 8192) problems.push_back("a side of " + std::to_string(side) + " pixels is not in 64..8192");
+  if (!(parameters.margin >= 0 && parameters.margin <= 0.3))
+    problems.push_back("a margin of " + std::to_string(parameters.margin) + " is not in 0..0.3");
+  if (!(norm(cross(parameters.view, parameters.up)) > 1e-6 * norm(parameters.view) * norm(parameters.up)))
+    problems.push_back("the view lies along the direction that points up");
+  if (!(norm(parameters.light) > 0) || !finite(parameters.light)) problems.push_back("the light has no direction");
+  return problems;
+}
+
+StrokePlan plan_strokes(const StrokeModel& model, const StrokePictureParameters& parameters) {
+  check_model(model);
+  const std::vector<std::string> problems = validate(parameters);
+  if (!problems.empty()) throw std::invalid_argument(problems.front());
+  StrokePlan plan;
+  plan.style = stroke_style(parameters.medium, parameters.many_tones);
+  const LatticeNoise noise(picture_key(parameters.seed));
+  Planner(model, parameters, plan, noise).run();
+  return plan;
+}
+
+RgbImage stroke_picture(const StrokeModel& model, const StrokePictureParameters& parameters) {
+  const StrokePlan plan = plan_strokes(model, parameters);
+  return paint_strokes(plan.strokes, plan.brushes, plan.style, plan.canvas,
+                       LatticeNoise(picture_key(parameters.seed)));
+}
+
+std::uint64_t stroke_picture_bytes(std::uint64_t samples, std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint64_t brushes = std::uint64_t{40} << 20;
+  return brushes + std::uint64_t{width} * height * 80 + samples * 1500;
+}
+
+}  // namespace meander
