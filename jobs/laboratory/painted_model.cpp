@@ -75,6 +75,8 @@ std::string read_surface(const Row& row, const std::optional<PlanItem>& file, Po
 SampleParameters painted_samples(std::uint32_t count, std::uint64_t seed) {
   SampleParameters parameters = parameters_for("anisotropic");
   set_samples(parameters, count);
+  // Directions that vary less than those of the surface: neighbouring strokes go together.
+  parameters.tensor.smoothing = 16;
   parameters.seed = seed;
   return parameters;
 }

@@ -112,7 +112,7 @@ double paper_height(PaperKind kind, double x, double y, const LatticeNoise& nois
     case PaperKind::smooth:
       return 0.5 + 0.5 * octave(1.7) + 0.3 * octave(5.3);
     case PaperKind::tooth:
-      return 0.5 + 0.75 * octave(1.9) + 0.55 * octave(3.7) + 0.25 * octave(9.1);
+      return 0.5 + 0.6 * octave(1.9) + 0.5 * octave(3.7) + 0.2 * octave(9.1);
     case PaperKind::cold_press:
       return 0.5 + 0.85 * octave(6.3) + 0.5 * octave(3.1) + 0.35 * octave(13.7);
     case PaperKind::canvas:

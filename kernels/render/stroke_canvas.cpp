@@ -134,8 +134,9 @@ void each_pixel(const Stroke& stroke, const BrushTexture& brush, const Area& are
 
 // The share of the paint that paper of height p takes from a dry stick: peaks first, more under more pressure.
 float taken(float p, float cover, float grain) {
-  const float threshold = grain * (1 - 0.75f * cover);
-  return std::clamp((p - threshold) * 4 + 0.35f, 0.0f, 1.0f);
+  const float threshold = grain * (0.75f - 0.35f * cover);
+  // What valleys get at least fills them in the end.
+  return 0.12f + 0.88f * std::clamp((p - threshold) * 2.2f + 0.5f, 0.0f, 1.0f);
 }
 
 class Painter {

@@ -36,21 +36,22 @@ StrokeLayer line(LayerPurpose purpose, double darkest, double width, double shor
 
 StrokeStyle watercolour() {
   StrokeStyle style;
-  style.brush = {.soft = 0.16, .wobble = 0.22, .rim = 0.75, .mottle = 0.5};
+  style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.55};
   style.paper = PaperKind::cold_press;
   style.paper_colour = colour(0xfbf8f0);
   style.glaze = true;
   style.granulation = 0.4;
   style.edge = 1.1;
   style.unpainted_light = 0.8;
-  StrokeLayer wash = layer(LayerPurpose::underpaint, 0.012, 2.2, 2.4, 4);
-  wash.opacity = 0.42;
-  StrokeLayer body = layer(LayerPurpose::body, 0.1, 1.15, 2, 5);
-  body.opacity = 0.55;
-  StrokeLayer detail = layer(LayerPurpose::body, 0.5, 0.8, 2, 6);
-  detail.opacity = 0.3;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.5, 0.8, 4, 8);
-  contour.opacity = 0.35;
+  style.lift = 0.26;
+  StrokeLayer wash = layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
+  wash.opacity = 0.4;
+  StrokeLayer body = layer(LayerPurpose::body, 0.04, 1.5, 2, 5);
+  body.opacity = 0.5;
+  StrokeLayer detail = layer(LayerPurpose::detail, 0.3, 1.2, 2.5, 7);
+  detail.opacity = 0.35;
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.15, 0.6, 6, 12);
+  contour.opacity = 0.16;
   style.layers = {wash, body, detail, contour};
   return style;
 }
@@ -63,12 +64,12 @@ StrokeStyle crayon() {
   style.paper_colour = colour(0xf6f1e6);
   style.grain = 0.85;
   style.sticks = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.05, 1.0, 3, 6);
-  ground.opacity = 0.55;
-  StrokeLayer body = layer(LayerPurpose::body, 0.6, 0.7, 3, 9);
-  body.opacity = 0.72;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.6, 0.6, 4, 8);
-  contour.opacity = 0.7;
+  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.06, 1.1, 3, 6);
+  ground.opacity = 0.7;
+  StrokeLayer body = layer(LayerPurpose::body, 0.6, 0.9, 4, 11);
+  body.opacity = 0.85;
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.6, 0.7, 5, 9);
+  contour.opacity = 0.75;
   style.layers = {ground, body, contour};
   return style;
 }
@@ -120,13 +121,16 @@ StrokeStyle acrylic() {
   style.impasto = 1.0;
   style.gloss = 0.04;
   style.background = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.03, 1.7, 2.5, 4);
-  StrokeLayer body = layer(LayerPurpose::body, 0.35, 1.15, 2.2, 6);
+  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.02, 1.8, 2.2, 3.5);
+  StrokeLayer body = layer(LayerPurpose::body, 0.12, 1.35, 2, 5);
   body.opacity = 0.95;
-  body.tone_jitter = 0.05;
-  StrokeLayer light = layer(LayerPurpose::light, 0.5, 0.9, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.35, 0.7, 3, 6);
-  style.layers = {ground, body, contour, light};
+  body.tone_jitter = 0.04;
+  StrokeLayer detail = layer(LayerPurpose::detail, 0.7, 1.2, 2.5, 6);
+  detail.tone_jitter = 0.04;
+  StrokeLayer light = layer(LayerPurpose::light, 0.25, 0.9, 2, 4);
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.2, 0.5, 6, 12);
+  contour.opacity = 0.8;
+  style.layers = {ground, body, detail, contour, light};
   return style;
 }
 
@@ -136,8 +140,8 @@ StrokeStyle pastel() {
                  .mottle = 0.3};
   style.paper = PaperKind::tooth;
   style.paper_colour = colour(0xcdbfa8);
-  style.grain = 0.62;
-  style.impasto = 0.35;
+  style.grain = 0.7;
+  style.impasto = 0.3;
   style.sticks = true;
   style.background = true;
   StrokeLayer ground = layer(LayerPurpose::underpaint, 0.03, 1.5, 2.5, 5);
@@ -161,18 +165,18 @@ StrokeStyle oil() {
   style.impasto = 2.0;
   style.gloss = 0.10;
   style.background = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.02, 1.6, 2.2, 4);
-  StrokeLayer body = layer(LayerPurpose::body, 0.3, 1.25, 2, 5.5);
+  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.015, 1.7, 2.2, 4);
+  StrokeLayer body = layer(LayerPurpose::body, 0.1, 1.4, 2, 5);
   body.opacity = 0.92;
   body.angle_jitter = 0.12;
-  body.tone_jitter = 0.1;
-  StrokeLayer detail = layer(LayerPurpose::body, 1, 0.9, 2, 6);
-  detail.opacity = 0.8;
-  detail.tone_jitter = 0.08;
-  detail.darkest = 0;
-  StrokeLayer light = layer(LayerPurpose::light, 0.6, 1.1, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.4, 0.7, 3, 6);
-  style.layers = {ground, body, detail, contour, light};
+  body.tone_jitter = 0.09;
+  StrokeLayer detail = layer(LayerPurpose::detail, 0.7, 1.2, 2.2, 6);
+  detail.opacity = 0.85;
+  detail.tone_jitter = 0.07;
+  StrokeLayer light = layer(LayerPurpose::light, 0.3, 1.1, 2, 4);
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.2, 0.5, 6, 12);
+  contour.opacity = 0.5;
+  style.layers = {ground, body, contour, detail, light};
   return style;
 }
 

@@ -36,6 +36,7 @@ enum class PaperKind : std::uint8_t { smooth, tooth, cold_press, canvas };
 enum class LayerPurpose : std::uint8_t {
   underpaint,  // broad, over everything
   body,        // along the primary direction
+  detail,      // the same, where the light differs from that around
   cross,       // across it
   light,       // where the light is brightest
   contour      // along the silhouette
@@ -70,6 +71,7 @@ struct StrokeStyle {
   double gloss = 0;       // of the light that wet ridges reflect
   bool sticks = false;    // every stroke has one of the palette's colours, unmixed
   bool background = false;  // the ground is painted too
+  double lift = 0;        // how much lighter than the light there colours are, 0..1
   double unpainted_light = 2;  // glaze: light from which on the paper shows, thinned by rank
   std::vector<LinearColour> inks{};
   std::vector<StrokeLayer> layers{};  // painted one after the other

@@ -155,21 +155,27 @@ std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView
   return seen;
 }
 
-// Directions in the picture without a sign, averaged around a place: what strokes bend along.
-class DirectionGrid {
+// Averages of the seen samples around a place: directions without a sign, along which strokes bend, and light.
+class SeenGrid {
  public:
-  DirectionGrid(std::span<const SeenSample> seen, std::uint32_t width, std::uint32_t height, double cell)
+  // `contours`: directions along the silhouette instead of the primary ones.
+  SeenGrid(std::span<const SeenSample> seen, std::uint32_t width, std::uint32_t height, double cell,
+           bool contours = false)
       : cell_(cell),
         columns_(static_cast<std::int64_t>(width / cell) + 2),
         rows_(static_cast<std::int64_t>(height / cell) + 2),
-        sums_(static_cast<std::size_t>(columns_ * rows_)) {
+        sums_(static_cast<std::size_t>(columns_ * rows_)),
+        lights_(sums_.size()) {
     for (const SeenSample& sample : seen) {
-      const double square = sample.along.x * sample.along.x + sample.along.y * sample.along.y;
-      if (square < 1e-6) continue;
+      auto& light = lights_[index(sample.at.x, sample.at.y)];
+      light[0] += sample.light;
+      ++light[1];
+      const Vector3 along = contours ? cross(sample.normal, {0, 0, 1}) : sample.along;
+      if (along.x * along.x + along.y * along.y < 1e-6) continue;
       auto& sum = sums_[index(sample.at.x, sample.at.y)];
       // The doubled angle, weighted by how long the direction is seen.
-      sum[0] += sample.along.x * sample.along.x - sample.along.y * sample.along.y;
-      sum[1] += 2 * sample.along.x * sample.along.y;
+      sum[0] += along.x * along.x - along.y * along.y;
+      sum[1] += 2 * along.x * along.y;
     }
   }
 
@@ -182,6 +188,17 @@ class DirectionGrid {
     return 0.5 * std::atan2(sum[1] * c - sum[0] * s, sum[0] * c + sum[1] * s);
   }
 
+  // The mean light around (x, y); `own` where there is none.
+  double light(double x, double y, double own) const {
+    double sum = 0, count = 0;
+    for (int k = 0; k < 9; ++k) {
+      const auto& light = lights_[index(x + (k % 3 - 1) * cell_, y + (k / 3 - 1) * cell_)];
+      sum += light[0];
+      count += light[1];
+    }
+    return count > 0 ? sum / count : own;
+  }
+
  private:
   std::size_t index(double x, double y) const {
     const auto column = std::clamp(static_cast<std::int64_t>(x / cell_), std::int64_t{0}, columns_ - 1),
@@ -190,7 +207,7 @@ class DirectionGrid {
   }
   double cell_;
   std::int64_t columns_, rows_;
-  std::vector<std::array<double, 2>> sums_;
+  std::vector<std::array<double, 2>> sums_, lights_;
 };
 
 double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
@@ -223,12 +240,16 @@ class Planner {
     plan_.visible = seen.size();
     measure(seen);
     const std::size_t layers = plan_.style.layers.size();
-    plan_.brushes.resize(layers + 2);
+    plan_.brushes.resize(layers + 3);
     const double spacing = picture_spacing(static_cast<double>(model_.points.size() / 3));
-    const DirectionGrid directions(seen, width, height, std::max(6.0 * unit_, 2 * spacing));
-    if (plan_.style.background) paint_ground(layers, lighting);
-    paint_shadow(layers + 1, lighting);
-    for (std::size_t l = 0; l < layers; ++l) paint_layer(l, seen, directions);
+    const double cell = std::max(6.0 * unit_, 2 * spacing);
+    const SeenGrid directions(seen, width, height, cell), contours(seen, width, height, cell, true);
+    if (plan_.style.background) {
+      paint_ground(layers, lighting, 90, 5.5);
+      paint_ground(layers + 1, lighting, 46, 1.2);
+    }
+    paint_shadow(layers + 2, lighting);
+    for (std::size_t l = 0; l < layers; ++l) paint_layer(l, seen, plan_.style.layers[l].purpose == LayerPurpose::contour ? contours : directions);
   }
 
  private:
@@ -268,9 +289,16 @@ class Planner {
     sizes.spacing = picture_spacing(static_cast<double>(sizes.samples));
     const double side = std::min(parameters_.width, parameters_.height);
     const double length = layer.in_pixels ? unit_ : std::min(sizes.spacing, 0.06 * side);
-    sizes.width = std::max(1.3, length * layer.width);
-    sizes.shortest = std::max(2.0, length * layer.shortest);
-    sizes.longest = std::max(sizes.shortest, std::min(0.3 * side, length * layer.longest));
+    double larger = 1;
+    if (layer.darkest > 0) {
+      // Few samples need larger strokes to be as dark as the layer can be; brushes cover about half.
+      const double each = 0.5 * layer.width * std::sqrt(layer.shortest * layer.longest) * length * length;
+      const double needed = -std::log(1 - layer.darkest) * sizes.spacing * sizes.spacing / strength(layer);
+      larger = std::clamp(std::sqrt(needed / each), 1.0, 3.0);
+    }
+    sizes.width = std::max(1.3, larger * length * layer.width);
+    sizes.shortest = std::max(2.0, larger * length * layer.shortest);
+    sizes.longest = std::max(sizes.shortest, std::min(0.3 * side, larger * length * layer.longest));
     return sizes;
   }
 
@@ -296,13 +324,18 @@ class Planner {
   }
 
   // Whether the sample has a stroke in the layer: its rank, as a share, is below what is asked for there.
-  double asked(const SeenSample& sample, const StrokeLayer& layer) const {
+  double asked(const SeenSample& sample, const StrokeLayer& layer, const SeenGrid& around) const {
     const StrokeStyle& style = plan_.style;
     switch (layer.purpose) {
       case LayerPurpose::light:
-        return sample.light > 0.6 ? 2.2 * sample.shine : 0;
+        return sample.light > 0.6 ? 1.5 * (sample.shine - 0.15) : 0;
       case LayerPurpose::contour:
         return 1.2 * (1 - sample.normal.z / 0.34);
+      case LayerPurpose::detail: {
+        // Finer strokes where broad ones miss the light (Hertzmann 1998).
+        const double missed = sample.light - around.light(sample.at.x, sample.at.y, sample.light);
+        return std::clamp(12 * std::abs(missed) - 0.1, 0.0, 1.0);
+      }
       default:
         break;
     }
@@ -331,13 +364,14 @@ class Planner {
   LinearColour colour_of(const SeenSample& sample, const StrokeLayer& layer, double tone, double choice) const {
     if (layer.ink >= 0) return plan_.style.inks[static_cast<std::size_t>(layer.ink)];
     double light = sample.light + layer.tone_jitter * (2 * tone - 1);
-    if (layer.purpose == LayerPurpose::light) light = 0.84 + 0.16 * sample.shine;
+    if (layer.purpose == LayerPurpose::light) light = std::max(light, 0.7 + 0.3 * sample.shine);
     if (layer.purpose == LayerPurpose::contour) light = 0.55 * light;
     if (plan_.style.sticks) {
       // The nearest two colours in turn, as often as each is near.
       const double at = 5 * std::clamp(light, 0.0, 1.0);
       return colours_.stops[std::min<std::size_t>(5, static_cast<std::size_t>(at + choice))];
     }
+    light += plan_.style.lift * (1 - light);
     LinearColour mixed = palette_colour_at(colours_, light);
     // Broken colour: now and then some of the ground's.
     if (!plan_.style.glaze && choice < 0.12)
@@ -345,7 +379,7 @@ class Planner {
     return mixed;
   }
 
-  void paint_layer(std::size_t l, std::span<const SeenSample> seen, const DirectionGrid& directions) {
+  void paint_layer(std::size_t l, std::span<const SeenSample> seen, const SeenGrid& directions) {
     const StrokeLayer& layer = plan_.style.layers[l];
     const Sizes sizes = sizes_of(layer);
     plan_.brushes[l] = make_brushes(plan_.style.brush, sizes.width, sizes.shortest, sizes.longest, noise_);
@@ -373,7 +407,7 @@ class Planner {
           sizes.width * (layer.in_pixels ? 0.85 + 0.3 * share(more[3]) : 0.5 + 0.5 * lie.across));
       const double cover = plan_.brushes[l].at(sample.length, stroke.brush_variation).mean_cover;
       const double own = static_cast<double>(stroke.length) * static_cast<double>(stroke.width) * cover;
-      double wanted = asked(sample, layer);
+      double wanted = asked(sample, layer, directions);
       if (layer.darkest > 0) {
         // So many strokes that what they cover, at random, is as dark as it should be.
         const double dark = darkness(sample, l);
@@ -388,7 +422,7 @@ class Planner {
       stroke.y = static_cast<float>(sample.at.y);
       stroke.cosine = static_cast<float>(cosine);
       stroke.sine = static_cast<float>(sine);
-      if (layer.purpose != LayerPurpose::contour && layer.purpose != LayerPurpose::cross) {
+      if (layer.purpose != LayerPurpose::cross) {
         const double half = 0.4 * static_cast<double>(stroke.length);
         const double ahead = directions.turn(sample.at.x + half * lie.cosine, sample.at.y + half * lie.sine,
                                              lie.cosine, lie.sine),
@@ -417,35 +451,39 @@ class Planner {
     return static_cast<std::uint32_t>(std::clamp(16 * (depth - depth_.far) / extent, 0.0, 15.0));
   }
 
-  // Point i of Roberts's additive recurrence in the window: any prefix is spread evenly.
-  std::array<double, 2> plane_point(std::uint64_t i) const {
+  // Point i of Roberts's additive recurrence in the window, moved a little: any prefix is spread evenly.
+  std::array<double, 2> plane_point(std::uint64_t i, std::uint32_t layer, double move) const {
     const double a = 0.5 + 0.7548776662466927 * static_cast<double>(i + 1),
                  b = 0.5 + 0.5698402909980532 * static_cast<double>(i + 1);
-    return {margin_ + (a - std::floor(a)) * (parameters_.width - 2 * margin_),
-            margin_ + (b - std::floor(b)) * (parameters_.height - 2 * margin_)};
+    return {margin_ + (a - std::floor(a)) * (parameters_.width - 2 * margin_) +
+                move * (random(i, layer + 64, 0) - 0.5),
+            margin_ + (b - std::floor(b)) * (parameters_.height - 2 * margin_) +
+                move * (random(i, layer + 64, 1) - 0.5)};
   }
 
   double window_area() const {
     return std::max(0.0, parameters_.width - 2 * margin_) * std::max(0.0, parameters_.height - 2 * margin_);
   }
 
-  // Broad strokes over all; darker where the light comes from, so that the lit side of the model stands
-  // against dark and its shadow against light.
-  void paint_ground(std::size_t brushes, const Lighting& lighting) {
-    const double width = 38 * unit_, shortest = 2.2 * width, longest = 5 * width;
+  // Broad strokes over all, then some smaller ones; darker where the light comes from, so that the lit side of
+  // the model stands against dark and its shadow against light.
+  void paint_ground(std::size_t brushes, const Lighting& lighting, double width, double cover) {
+    width *= unit_;
+    const double shortest = 1.6 * width, longest = 4 * width;
     plan_.brushes[brushes] = make_brushes(plan_.style.brush, width, shortest, longest, noise_);
-    const auto count = static_cast<std::uint64_t>(2.6 * window_area() / (width * 3 * width));
+    const auto count = static_cast<std::uint64_t>(cover * window_area() / (width * 2.6 * width));
     const double side = 0.5 * std::min(parameters_.width, parameters_.height);
     const Vector3 towards = lighting.towards();
+    const auto layer = static_cast<std::uint32_t>(brushes + 128);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const std::array<double, 2> at = plane_point(i);
-      const auto layer = static_cast<std::uint32_t>(brushes + 128);
+      const std::array<double, 2> at = plane_point(i, layer, width);
       const double x = (at[0] - 0.5 * parameters_.width) / side, y = (at[1] - 0.5 * parameters_.height) / side;
       const double light =
-          std::clamp(0.52 - 0.4 * (x * towards.x + y * towards.y) + 0.16 * (2 * random(i, layer, 0) - 1), 0.0, 1.0);
+          std::clamp(0.5 - 0.4 * (x * towards.x + y * towards.y) + 0.14 * (2 * random(i, layer, 0) - 1), 0.0, 1.0);
       const double angle =
-          -0.7 + 1.5 * (noise_.at(1.3 * x + 20, 1.3 * y + 40) - 0.5) * 2 + 0.5 * (random(i, layer, 1) - 0.5);
+          -0.8 + 2.2 * (noise_.at(1.7 * x + 20, 1.7 * y + 40) - 0.5) + 1.3 * (random(i, layer, 1) - 0.5);
       Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
+      stroke.bend = static_cast<float>((random(i, layer, 3) - 0.5) * 0.9 / static_cast<double>(stroke.length));
       for (std::size_t k = 0; k < 3; ++k) {
         const double dark = std::sqrt(colours_.ground[0][k]), bright = std::sqrt(colours_.ground[1][k]);
         const double mixed = dark + light * (bright - dark);
@@ -496,25 +534,31 @@ class Planner {
   void shadow_strokes(std::size_t brushes, const DepthPicture& shadow) {
     const StrokeStyle& style = plan_.style;
     const bool lines = style.layers.front().in_pixels;
-    const double width = (lines ? style.layers.front().width : 16) * unit_, shortest = (lines ? 22 : 34) * unit_,
-                 longest = (lines ? 60 : 90) * unit_;
+    // Lines, washes, or strokes that cover.
+    const double width = unit_ * (lines ? style.layers.front().width : style.glaze ? 60 : 30),
+                 shortest = unit_ * (lines ? 22 : style.glaze ? 110 : 60),
+                 longest = unit_ * (lines ? 64 : style.glaze ? 240 : 150);
     plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
-    const double wanted = lines ? 1.5 : style.glaze ? 2.2 : 3;
+    const double wanted = lines ? 0.62 : style.glaze ? 2.6 : 3.5;
     const auto count = static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
     const auto layer = static_cast<std::uint32_t>(brushes + 128);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const std::array<double, 2> at = plane_point(i);
-      if (!shadow.covered(static_cast<std::int64_t>(at[0]), static_cast<std::int64_t>(at[1]))) continue;
-      const double angle = 0.1 * (2 * random(i, layer, 1) - 1);
+      const std::array<double, 2> at = plane_point(i, layer, 0.5 * shortest);
+      const auto x = static_cast<std::int64_t>(at[0]), y = static_cast<std::int64_t>(at[1]);
+      if (!shadow.covered(x, y)) continue;
+      // Paint that covers hides what of the shadow lies behind the model, lines and washes do not.
+      if (!style.background && depth_.covered(x, y)) continue;
+      const double angle = (lines ? 0.06 : 0.2) * (2 * random(i, layer, 1) - 1);
       Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
       if (!style.inks.empty()) {
         stroke.colour = style.inks[style.inks.size() / 2];
       } else {
-        // Cool: the palette's shadow and the dark ground.
+        // Cool: between the palette's shadow and the dark ground.
+        const auto t = static_cast<float>(0.35 + 0.4 * random(i, layer, 3));
         for (std::size_t k = 0; k < 3; ++k)
-          stroke.colour[k] = 0.5f * (colours_.stops[0][k] + 0.7f * colours_.ground[0][k]);
+          stroke.colour[k] = t * colours_.stops[0][k] + (1 - t) * 0.75f * colours_.ground[0][k];
       }
-      stroke.opacity = style.glaze ? (lines ? 0.7f : 0.2f) : (style.grain > 0 ? 0.6f : 0.8f);
+      stroke.opacity = lines ? 0.8f : style.glaze ? 0.16f : style.grain > 0 ? 0.7f : 0.85f;
       plan_.strokes.push_back(stroke);
     }
   }
