@@ -23,7 +23,14 @@ struct Paint {
 struct Area {
   std::int64_t x0, y0, x1, y1;  // x1, y1 excluded
   bool empty() const { return x0 >= x1 || y0 >= y1; }
+  bool holds(std::int64_t x, std::int64_t y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
+
+// All but the margin.
+Area painted_window(const StrokeCanvas& canvas) {
+  const auto margin = static_cast<std::int64_t>(std::lround(canvas.margin));
+  return {margin, margin, std::int64_t{canvas.width} - margin, std::int64_t{canvas.height} - margin};
+}
 
 Area overlap(const Area& a, const Area& b) {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
@@ -143,10 +150,7 @@ class Painter {
  public:
   Painter(std::span<const Stroke> strokes, std::span<const BrushSet> brushes, const StrokeStyle& style, const StrokeCanvas& canvas,
           const std::vector<float>& paper)
-      : strokes_(strokes), brushes_(brushes), style_(style), canvas_(canvas), paper_(paper) {
-    const auto margin = static_cast<std::int64_t>(std::lround(canvas.margin));
-    window_ = {margin, margin, std::int64_t{canvas.width} - margin, std::int64_t{canvas.height} - margin};
-  }
+      : strokes_(strokes), brushes_(brushes), style_(style), canvas_(canvas), window_(painted_window(canvas)), paper_(paper) {}
 
   std::vector<Paint> paint() const {
     std::vector<Paint> picture(std::size_t{canvas_.width} * canvas_.height, bare());
@@ -211,8 +215,8 @@ class Painter {
   std::span<const BrushSet> brushes_;
   const StrokeStyle& style_;
   const StrokeCanvas& canvas_;
+  const Area window_;
   const std::vector<float>& paper_;
-  Area window_{};
 };
 
 // Pigment gathers where a wash ends: densities are raised where they exceed those around them.
@@ -263,7 +267,11 @@ class Relief {
  public:
   Relief(const StrokeStyle& style, const StrokeCanvas& canvas, const std::vector<float>& paper,
          const std::vector<Paint>& picture)
-      : style_(style), canvas_(canvas), paper_(paper), picture_(picture) {
+      : style_(style),
+        canvas_(canvas),
+        window_(painted_window(canvas)),
+        paper_(paper),
+        picture_(picture) {
     switch (style.paper) {
       case PaperKind::smooth:
         depth_ = 0.08f;
@@ -283,7 +291,9 @@ class Relief {
   ReliefLight at(std::size_t x, std::size_t y) const {
     const std::size_t left = x > 0 ? x - 1 : x, right = std::min<std::size_t>(x + 1, canvas_.width - 1),
                       up = y > 0 ? y - 1 : y, down = std::min<std::size_t>(y + 1, canvas_.height - 1);
-    const float gx = height(right, y) - height(left, y), gy = height(x, down) - height(x, up);
+    const bool painted = window_.holds(static_cast<std::int64_t>(x), static_cast<std::int64_t>(y));
+    const float gx = height(right, y, painted) - height(left, y, painted),
+                gy = height(x, down, painted) - height(x, up, painted);
     // The light comes from the left and above: slopes that rise away from it face it.
     const float slope = 0.5f * (0.6f * gx + 0.8f * gy);
     ReliefLight light;
@@ -296,15 +306,16 @@ class Relief {
   }
 
  private:
-  // Thick paint fills the paper's valleys.
-  float height(std::size_t x, std::size_t y) const {
+  // Thick paint fills the paper's valleys. The margin is lit as if there were none.
+  float height(std::size_t x, std::size_t y, bool painted) const {
     const std::size_t i = y * canvas_.width + x;
-    const float paint = picture_[i].height;
+    const float paint = painted ? picture_[i].height : 0;
     return paint + depth_ * paper_[i] / (1 + 1.5f * paint);
   }
 
   const StrokeStyle& style_;
   const StrokeCanvas& canvas_;
+  const Area window_;
   const std::vector<float>& paper_;
   const std::vector<Paint>& picture_;
   float depth_ = 0.1f;

@@ -36,21 +36,21 @@ StrokeLayer line(LayerPurpose purpose, double darkest, double width, double shor
 
 StrokeStyle watercolour() {
   StrokeStyle style;
-  style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.55};
+  style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.35};
   style.paper = PaperKind::cold_press;
   style.paper_colour = colour(0xfbf8f0);
   style.glaze = true;
-  style.granulation = 0.4;
+  style.granulation = 0.3;
   style.edge = 1.1;
   style.unpainted_light = 0.8;
   style.lift = 0.26;
   StrokeLayer wash = layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
   wash.opacity = 0.4;
-  StrokeLayer body = layer(LayerPurpose::body, 0.04, 1.5, 2, 5);
-  body.opacity = 0.5;
-  StrokeLayer detail = layer(LayerPurpose::detail, 0.3, 1.2, 2.5, 7);
-  detail.opacity = 0.35;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.15, 0.6, 6, 12);
+  StrokeLayer body = layer(LayerPurpose::body, 0.06, 1.5, 2, 5);
+  body.opacity = 0.45;
+  StrokeLayer detail = layer(LayerPurpose::detail, 0.8, 1.6, 3, 9);
+  detail.opacity = 0.6;
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.15, 0.6, 4, 8);
   contour.opacity = 0.16;
   style.layers = {wash, body, detail, contour};
   return style;
@@ -62,7 +62,7 @@ StrokeStyle crayon() {
                  .mottle = 0.35};
   style.paper = PaperKind::tooth;
   style.paper_colour = colour(0xf6f1e6);
-  style.grain = 0.85;
+  style.grain = 0.62;
   style.sticks = true;
   StrokeLayer ground = layer(LayerPurpose::underpaint, 0.06, 1.1, 3, 6);
   ground.opacity = 0.7;
@@ -128,7 +128,7 @@ StrokeStyle acrylic() {
   StrokeLayer detail = layer(LayerPurpose::detail, 0.7, 1.2, 2.5, 6);
   detail.tone_jitter = 0.04;
   StrokeLayer light = layer(LayerPurpose::light, 0.25, 0.9, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.2, 0.5, 6, 12);
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
   contour.opacity = 0.8;
   style.layers = {ground, body, detail, contour, light};
   return style;
@@ -140,7 +140,7 @@ StrokeStyle pastel() {
                  .mottle = 0.3};
   style.paper = PaperKind::tooth;
   style.paper_colour = colour(0xcdbfa8);
-  style.grain = 0.7;
+  style.grain = 0.55;
   style.impasto = 0.3;
   style.sticks = true;
   style.background = true;
@@ -174,7 +174,7 @@ StrokeStyle oil() {
   detail.opacity = 0.85;
   detail.tone_jitter = 0.07;
   StrokeLayer light = layer(LayerPurpose::light, 0.3, 1.1, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.2, 0.5, 6, 12);
+  StrokeLayer contour = layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
   contour.opacity = 0.5;
   style.layers = {ground, body, contour, detail, light};
   return style;

@@ -146,7 +146,7 @@ std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView
     if (!depth.covered(x, y)) continue;
     const std::size_t pixel = static_cast<std::size_t>(y) * depth.width + static_cast<std::size_t>(x);
     // Within its pixel a surface that is seen at this slope differs so much in depth.
-    const double bias = 1 + 1.5 * std::min(10.0, std::sqrt(1 - normal.z * normal.z) / std::max(normal.z, 0.05));
+    const double bias = 0.5 + 0.75 * std::min(8.0, std::sqrt(1 - normal.z * normal.z) / std::max(normal.z, 0.05));
     if (at.z + bias < double{depth.depth[pixel]}) continue;
     const double arrives = lighting.arriving(point, dot(normal, lighting.towards()));
     seen.push_back({static_cast<std::uint32_t>(i), at, normal, unit_vector(along),
@@ -330,7 +330,9 @@ class Planner {
       case LayerPurpose::light:
         return sample.light > 0.6 ? 1.5 * (sample.shine - 0.15) : 0;
       case LayerPurpose::contour:
-        return 1.2 * (1 - sample.normal.z / 0.34);
+        // Painted contours are lost in the light, drawn ones are not.
+        return 1.2 * (1 - sample.normal.z / 0.34) *
+               (layer.ink >= 0 ? 1 : std::clamp(1.2 - 2.2 * sample.light, 0.0, 1.0));
       case LayerPurpose::detail: {
         // Finer strokes where broad ones miss the light (Hertzmann 1998).
         const double missed = sample.light - around.light(sample.at.x, sample.at.y, sample.light);
@@ -365,7 +367,7 @@ class Planner {
     if (layer.ink >= 0) return plan_.style.inks[static_cast<std::size_t>(layer.ink)];
     double light = sample.light + layer.tone_jitter * (2 * tone - 1);
     if (layer.purpose == LayerPurpose::light) light = std::max(light, 0.7 + 0.3 * sample.shine);
-    if (layer.purpose == LayerPurpose::contour) light = 0.55 * light;
+    if (layer.purpose == LayerPurpose::contour) light = (sample.light > 0.4 ? 0.75 : 0.55) * light;
     if (plan_.style.sticks) {
       // The nearest two colours in turn, as often as each is near.
       const double at = 5 * std::clamp(light, 0.0, 1.0);
@@ -377,6 +379,12 @@ class Planner {
     if (!plan_.style.glaze && choice < 0.12)
       for (std::size_t k = 0; k < 3; ++k) mixed[k] += 0.22f * (colours_.ground[sample.light > 0.5][k] - mixed[k]);
     return mixed;
+  }
+
+  double mean_cover(std::size_t layer, std::size_t length) const {
+    double sum = 0;
+    for (std::size_t v = 0; v < brush_variations; ++v) sum += plan_.brushes[layer].at(length, v).mean_cover;
+    return sum / static_cast<double>(brush_variations);
   }
 
   void paint_layer(std::size_t l, std::span<const SeenSample> seen, const SeenGrid& directions) {
@@ -405,8 +413,9 @@ class Planner {
       stroke.length = static_cast<float>(length * (0.45 + 0.55 * lie.along));
       stroke.width = static_cast<float>(
           sizes.width * (layer.in_pixels ? 0.85 + 0.3 * share(more[3]) : 0.5 + 0.5 * lie.across));
-      const double cover = plan_.brushes[l].at(sample.length, stroke.brush_variation).mean_cover;
-      const double own = static_cast<double>(stroke.length) * static_cast<double>(stroke.width) * cover;
+      // What a stroke of this length covers, on average over the variations.
+      const double own = static_cast<double>(stroke.length) * sizes.width *
+                         (layer.in_pixels ? 1 : 0.5 + 0.5 * lie.across) * mean_cover(l, sample.length);
       double wanted = asked(sample, layer, directions);
       if (layer.darkest > 0) {
         // So many strokes that what they cover, at random, is as dark as it should be.
@@ -535,11 +544,11 @@ class Planner {
     const StrokeStyle& style = plan_.style;
     const bool lines = style.layers.front().in_pixels;
     // Lines, washes, or strokes that cover.
-    const double width = unit_ * (lines ? style.layers.front().width : style.glaze ? 60 : 30),
+    const double width = unit_ * (lines ? style.layers.front().width : style.glaze ? 46 : 30),
                  shortest = unit_ * (lines ? 22 : style.glaze ? 110 : 60),
                  longest = unit_ * (lines ? 64 : style.glaze ? 240 : 150);
     plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
-    const double wanted = lines ? 0.62 : style.glaze ? 2.6 : 3.5;
+    const double wanted = lines ? 0.62 : style.glaze ? 5 : 3.5;
     const auto count = static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
     const auto layer = static_cast<std::uint32_t>(brushes + 128);
     for (std::uint64_t i = 0; i < count; ++i) {
