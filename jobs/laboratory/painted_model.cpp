@@ -107,7 +107,8 @@ PaintedModel sampled_file(const PlanItem& file, const SampleParameters& paramete
 PaintedModel stored_model(const Row& row, const std::optional<PlanItem>& file, std::uint32_t count,
                           std::string& lacking) {
   if (row.report.status != Status::ok) throw ItemError(row.report.status, row.report.reason);
-  const std::size_t drawn = count == 0 ? row.samples.count() : std::min<std::size_t>(count, row.samples.count());
+  const std::size_t drawn =
+      count == 0 ? row.samples.count() : std::min<std::size_t>(count, row.samples.count());
   PaintedModel painted;
   keep_samples(painted, row.samples, drawn);
   const std::span<const float> points = std::span(row.samples.points).first(3 * drawn);

@@ -83,7 +83,8 @@ std::vector<StrokeMedium> media_of(const StrokesOptions& options) {
       media.push_back(static_cast<StrokeMedium>(at));
       continue;
     }
-    for (std::size_t k = 0; k < stroke_medium_names.size(); ++k) media.push_back(static_cast<StrokeMedium>(k));
+    for (std::size_t k = 0; k < stroke_medium_names.size(); ++k)
+      media.push_back(static_cast<StrokeMedium>(k));
   }
   if (options.tones == "multi" && std::none_of(media.begin(), media.end(), has_tones))
     throw UsageError("--tones: only ink and pencil have several tones");
@@ -199,7 +200,8 @@ class Paintings {
     for (const StrokeMedium medium : media_) {
       SheetCell cell;
       cell.title = subjects_.name(i);
-      cell.note = media_.size() > 1 ? std::string(stroke_medium_names[static_cast<std::size_t>(medium)]) : note;
+      cell.note =
+          media_.size() > 1 ? std::string(stroke_medium_names[static_cast<std::size_t>(medium)]) : note;
       cell.failure = failure;
       if (failure.empty()) {
         StrokePictureParameters look = look_;
@@ -234,9 +236,8 @@ class Paintings {
     }
     bytes += stroke_picture_bytes(sampling.place.samples, look_.width, look_.height);
     if (bytes > memory_)
-      throw ItemError(Status::too_large,
-                      fmt::format("it needs {}M beside the pictures; --memory leaves {}M", bytes >> 20,
-                                  memory_ >> 20));
+      throw ItemError(Status::too_large, fmt::format("it needs {}M beside the pictures; --memory leaves {}M",
+                                                     bytes >> 20, memory_ >> 20));
   }
 
   const StrokesOptions& options_;
@@ -256,8 +257,9 @@ std::uint64_t memory_for_models(const StrokesOptions& options, const StrokePictu
                       finished = std::uint64_t{look.width} * look.height * 6 * pictures,
                       least = finished + stroke_picture_bytes(1, look.width, look.height);
   if (memory < least)
-    throw UsageError(fmt::format("--memory: {} pictures of {} x {} pixels need {}M or more: give it, or lower --size",
-                                 pictures, look.width, look.height, (least >> 20) + 1));
+    throw UsageError(
+        fmt::format("--memory: {} pictures of {} x {} pixels need {}M or more: give it, or lower --size",
+                    pictures, look.width, look.height, (least >> 20) + 1));
   return memory - finished;
 }
 
@@ -292,7 +294,8 @@ int render_strokes(const StrokesOptions& options) {
   Paintings paintings(options, subjects, memory);
   std::vector<SheetCell> cells = paintings.paint();
   if (cells.size() == 1 && !cells.front().failure.empty()) {
-    fmt::print(stderr, "meander: {}: {}; no picture was written\n", cells.front().title, cells.front().failure);
+    fmt::print(stderr, "meander: {}: {}; no picture was written\n", cells.front().title,
+               cells.front().failure);
     return exit_some_failed;
   }
   write_pictures(options, look, cells);
@@ -324,14 +327,18 @@ void add_look_options(Command& command, StrokesOptions& options) {
   command.add_option("--up", options.up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});
-  command.add_option("--view", options.view,
-                     "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
-  command.add_option("--light", options.light,
-                     "Direction towards the light, as the eye sees it: RIGHT,UP,NEAR (default: -0.6,0.62,0.5)");
+  command.add_option(
+      "--view", options.view,
+      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
+  command.add_option(
+      "--light", options.light,
+      "Direction towards the light, as the eye sees it: RIGHT,UP,NEAR (default: -0.6,0.62,0.5)");
   command.add_option("--margin", options.look.margin, "Unpainted border, share of the smaller side, 0 to 0.3")
       .show_default()
       .range(0.0, 0.3);
-  command.add_option("--seed", options.look.seed, "Seed of the samples of meshes and of the brushes, 0 to 2^64 - 1")
+  command
+      .add_option("--seed", options.look.seed,
+                  "Seed of the samples of meshes and of the brushes, 0 to 2^64 - 1")
       .show_default()
       .whole_number();
 }

@@ -16,9 +16,7 @@ struct PictureView {
   double scale = 1, middle_x = 0, middle_y = 0;
 
   Vector3 direction(Vector3 v) const { return {dot(right, v), dot(down, v), dot(back, v)}; }
-  Vector3 point(Vector3 p) const {
-    return scale * direction(p - centre) + Vector3{middle_x, middle_y, 0};
-  }
+  Vector3 point(Vector3 p) const { return scale * direction(p - centre) + Vector3{middle_x, middle_y, 0}; }
 };
 
 // The view along `view` (from the model towards the eye, not along `up`) in which the points fill a

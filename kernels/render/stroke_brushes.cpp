@@ -99,7 +99,8 @@ BrushTexture paint_brush(const BrushShape& shape, double width, double length, d
 }
 
 double weave(double x, double y) {
-  const auto column = static_cast<std::int64_t>(std::floor(x)), row = static_cast<std::int64_t>(std::floor(y));
+  const auto column = static_cast<std::int64_t>(std::floor(x)),
+             row = static_cast<std::int64_t>(std::floor(y));
   const double across = std::sin(std::numbers::pi * (x - std::floor(x))),
                along = std::sin(std::numbers::pi * (y - std::floor(y)));
   // Threads pass over and under each other.

@@ -50,8 +50,8 @@ double brush_length(double shortest, double longest, std::size_t bin);
 BrushSet make_brushes(const BrushShape& shape, double width, double shortest, double longest,
                       const LatticeNoise& noise);
 
-// The height of the paper at every pixel, 0 (valleys) to 1, row by row. `unit`: pixels of a grain's unit: 1 in
-// a picture 1,080 high. Parallel over rows.
+// The height of the paper at every pixel, 0 (valleys) to 1, row by row. `unit`: pixels of a grain's unit: 1
+// in a picture 1,080 high. Parallel over rows.
 std::vector<float> paper_heights(PaperKind kind, std::uint32_t width, std::uint32_t height, double unit,
                                  const LatticeNoise& noise);
 

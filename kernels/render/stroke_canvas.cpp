@@ -139,7 +139,8 @@ void each_pixel(const Stroke& stroke, const BrushTexture& brush, const Area& are
   }
 }
 
-// The share of the paint that paper of height p takes from a dry stick: peaks first, more under more pressure.
+// The share of the paint that paper of height p takes from a dry stick: peaks first, more under more
+// pressure.
 float taken(float p, float cover, float grain) {
   const float threshold = grain * (0.75f - 0.35f * cover);
   // What valleys get at least fills them in the end.
@@ -148,9 +149,14 @@ float taken(float p, float cover, float grain) {
 
 class Painter {
  public:
-  Painter(std::span<const Stroke> strokes, std::span<const BrushSet> brushes, const StrokeStyle& style, const StrokeCanvas& canvas,
-          const std::vector<float>& paper)
-      : strokes_(strokes), brushes_(brushes), style_(style), canvas_(canvas), window_(painted_window(canvas)), paper_(paper) {}
+  Painter(std::span<const Stroke> strokes, std::span<const BrushSet> brushes, const StrokeStyle& style,
+          const StrokeCanvas& canvas, const std::vector<float>& paper)
+      : strokes_(strokes),
+        brushes_(brushes),
+        style_(style),
+        canvas_(canvas),
+        window_(painted_window(canvas)),
+        paper_(paper) {}
 
   std::vector<Paint> paint() const {
     std::vector<Paint> picture(std::size_t{canvas_.width} * canvas_.height, bare());
@@ -175,14 +181,13 @@ class Painter {
   void paint_stroke(const Stroke& stroke, const Area& tile_area, std::vector<Paint>& picture) const {
     const Area area = overlap(bounds(stroke), tile_area);
     if (area.empty()) return;
-    const BrushTexture& brush =
-        brushes_[stroke.layer].at(stroke.brush_length, stroke.brush_variation);
+    const BrushTexture& brush = brushes_[stroke.layer].at(stroke.brush_length, stroke.brush_variation);
     const auto grain = static_cast<float>(style_.grain);
     if (style_.glaze) {
       std::array<float, 3> density;
       for (std::size_t k = 0; k < 3; ++k)
-        density[k] = -stroke.opacity * std::log(std::clamp(
-                                           stroke.colour[k] / style_.paper_colour[k], 0.004f, 1.0f));
+        density[k] =
+            -stroke.opacity * std::log(std::clamp(stroke.colour[k] / style_.paper_colour[k], 0.004f, 1.0f));
       const auto granulation = static_cast<float>(style_.granulation);
       each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
         const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
@@ -228,13 +233,13 @@ void darken_edges(std::vector<Paint>& picture, const StrokeCanvas& canvas, doubl
     total[i] = picture[i].red + picture[i].green + picture[i].blue;
   // Along rows, then along columns: each line has its own running sum.
   const auto blur = [&](const std::vector<float>& from, std::vector<float>& to, bool rows) {
-    const std::int64_t lines = rows ? height : width, length = rows ? width : height,
-                       step = rows ? 1 : width, next = rows ? width : 1;
+    const std::int64_t lines = rows ? height : width, length = rows ? width : height, step = rows ? 1 : width,
+                       next = rows ? width : 1;
     parallel_blocks(static_cast<std::size_t>(lines), 64, [&](std::size_t begin, std::size_t end) {
       for (auto l = static_cast<std::int64_t>(begin); l < static_cast<std::int64_t>(end); ++l) {
         const auto at = [&](std::int64_t i) {
-          return double{from[static_cast<std::size_t>(l * next + std::clamp<std::int64_t>(i, 0, length - 1) *
-                                                                     step)]};
+          return double{
+              from[static_cast<std::size_t>(l * next + std::clamp<std::int64_t>(i, 0, length - 1) * step)]};
         };
         double sum = 0;
         for (std::int64_t i = -reach; i <= reach; ++i) sum += at(i);
@@ -250,8 +255,8 @@ void darken_edges(std::vector<Paint>& picture, const StrokeCanvas& canvas, doubl
   blur(total, half, true);
   blur(half, mean, false);
   for (std::size_t i = 0; i < total.size(); ++i) {
-    const auto more = static_cast<float>(edge) *
-                      std::clamp((total[i] - mean[i]) / (0.35f + total[i]), -0.3f, 0.5f);
+    const auto more =
+        static_cast<float>(edge) * std::clamp((total[i] - mean[i]) / (0.35f + total[i]), -0.3f, 0.5f);
     picture[i].red *= 1 + more;
     picture[i].green *= 1 + more;
     picture[i].blue *= 1 + more;
@@ -267,11 +272,7 @@ class Relief {
  public:
   Relief(const StrokeStyle& style, const StrokeCanvas& canvas, const std::vector<float>& paper,
          const std::vector<Paint>& picture)
-      : style_(style),
-        canvas_(canvas),
-        window_(painted_window(canvas)),
-        paper_(paper),
-        picture_(picture) {
+      : style_(style), canvas_(canvas), window_(painted_window(canvas)), paper_(paper), picture_(picture) {
     switch (style.paper) {
       case PaperKind::smooth:
         depth_ = 0.08f;

@@ -58,7 +58,12 @@ StrokeStyle watercolour() {
 
 StrokeStyle crayon() {
   StrokeStyle style;
-  style.brush = {.bristles = 5, .streak = 0.25, .ragged = 0.06, .taper = 0.06, .soft = 0.5, .wobble = 0.12,
+  style.brush = {.bristles = 5,
+                 .streak = 0.25,
+                 .ragged = 0.06,
+                 .taper = 0.06,
+                 .soft = 0.5,
+                 .wobble = 0.12,
                  .mottle = 0.35};
   style.paper = PaperKind::tooth;
   style.paper_colour = colour(0xf6f1e6);
@@ -83,11 +88,13 @@ StrokeStyle pencil(bool many_tones) {
   style.grain = 0.6;
   if (many_tones) {
     style.inks = {colour(0x8d8d92), colour(0x5b5a60), colour(0x2b2a2e)};
-    style.layers = {line(LayerPurpose::body, 0.42, 2.1, 22, 70, 0), line(LayerPurpose::cross, 0.4, 2.0, 16, 44, 1),
-                    line(LayerPurpose::body, 0.6, 1.9, 16, 48, 2), line(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
+    style.layers = {
+        line(LayerPurpose::body, 0.42, 2.1, 22, 70, 0), line(LayerPurpose::cross, 0.4, 2.0, 16, 44, 1),
+        line(LayerPurpose::body, 0.6, 1.9, 16, 48, 2), line(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
   } else {
     style.inks = {colour(0x4a494e)};
-    style.layers = {line(LayerPurpose::body, 0.6, 1.8, 20, 64, 0), line(LayerPurpose::cross, 0.6, 1.7, 16, 44, 0),
+    style.layers = {line(LayerPurpose::body, 0.6, 1.8, 20, 64, 0),
+                    line(LayerPurpose::cross, 0.6, 1.7, 16, 44, 0),
                     line(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
   }
   for (StrokeLayer& each : style.layers) each.opacity = 0.8;
@@ -101,11 +108,13 @@ StrokeStyle ink(bool many_tones) {
   style.paper_colour = colour(0xfaf6ea);
   if (many_tones) {
     style.inks = {colour(0x8a6a4c), colour(0x4c3a34), colour(0x15161c)};
-    style.layers = {line(LayerPurpose::body, 0.4, 2.0, 16, 52, 0), line(LayerPurpose::cross, 0.4, 1.8, 14, 40, 1),
-                    line(LayerPurpose::body, 0.6, 2.0, 14, 44, 2), line(LayerPurpose::contour, 0, 2.4, 18, 34, 2)};
+    style.layers = {
+        line(LayerPurpose::body, 0.4, 2.0, 16, 52, 0), line(LayerPurpose::cross, 0.4, 1.8, 14, 40, 1),
+        line(LayerPurpose::body, 0.6, 2.0, 14, 44, 2), line(LayerPurpose::contour, 0, 2.4, 18, 34, 2)};
   } else {
     style.inks = {colour(0x17181f)};
-    style.layers = {line(LayerPurpose::body, 0.55, 1.8, 16, 52, 0), line(LayerPurpose::cross, 0.6, 1.6, 14, 40, 0),
+    style.layers = {line(LayerPurpose::body, 0.55, 1.8, 16, 52, 0),
+                    line(LayerPurpose::cross, 0.6, 1.6, 14, 40, 0),
                     line(LayerPurpose::contour, 0, 2.4, 18, 34, 0)};
   }
   for (StrokeLayer& each : style.layers) each.tone_jitter = 0.03;
@@ -114,8 +123,14 @@ StrokeStyle ink(bool many_tones) {
 
 StrokeStyle acrylic() {
   StrokeStyle style;
-  style.brush = {.bristles = 9, .streak = 0.35, .ragged = 0.12, .taper = 0.03, .soft = 0.1, .wobble = 0.05,
-                 .mottle = 0.1, .ridge = 0.5};
+  style.brush = {.bristles = 9,
+                 .streak = 0.35,
+                 .ragged = 0.12,
+                 .taper = 0.03,
+                 .soft = 0.1,
+                 .wobble = 0.05,
+                 .mottle = 0.1,
+                 .ridge = 0.5};
   style.paper = PaperKind::canvas;
   style.paper_colour = colour(0xf1ede4);
   style.impasto = 1.0;
@@ -136,8 +151,8 @@ StrokeStyle acrylic() {
 
 StrokeStyle pastel() {
   StrokeStyle style;
-  style.brush = {.bristles = 4, .streak = 0.2, .ragged = 0.05, .taper = 0.04, .soft = 0.7, .wobble = 0.1,
-                 .mottle = 0.3};
+  style.brush = {
+      .bristles = 4, .streak = 0.2, .ragged = 0.05, .taper = 0.04, .soft = 0.7, .wobble = 0.1, .mottle = 0.3};
   style.paper = PaperKind::tooth;
   style.paper_colour = colour(0xcdbfa8);
   style.grain = 0.55;
@@ -158,8 +173,14 @@ StrokeStyle pastel() {
 
 StrokeStyle oil() {
   StrokeStyle style;
-  style.brush = {.bristles = 8, .streak = 0.45, .ragged = 0.16, .taper = 0.05, .soft = 0.14, .wobble = 0.1,
-                 .mottle = 0.2, .ridge = 0.7};
+  style.brush = {.bristles = 8,
+                 .streak = 0.45,
+                 .ragged = 0.16,
+                 .taper = 0.05,
+                 .soft = 0.14,
+                 .wobble = 0.1,
+                 .mottle = 0.2,
+                 .ridge = 0.7};
   style.paper = PaperKind::canvas;
   style.paper_colour = colour(0xe6dcc6);
   style.impasto = 2.0;
@@ -182,9 +203,7 @@ StrokeStyle oil() {
 
 }  // namespace
 
-bool has_tones(StrokeMedium medium) {
-  return medium == StrokeMedium::pencil || medium == StrokeMedium::ink;
-}
+bool has_tones(StrokeMedium medium) { return medium == StrokeMedium::pencil || medium == StrokeMedium::ink; }
 
 StrokeStyle stroke_style(StrokeMedium medium, bool many_tones) {
   switch (medium) {

@@ -20,15 +20,15 @@ using LinearColour = std::array<float, 3>;  // red, green, blue of sRGB's primar
 
 // What a brush leaves on flat paper. Shares are of the length or of half the width.
 struct BrushShape {
-  double bristles = 0;   // streaks across the width; 0: none
-  double streak = 0;     // how much paint the gaps between bristles lack, 0..1
-  double ragged = 0;     // how much earlier than the stroke single bristles end, share of the length
-  double taper = 0;      // share of the length at each end over which the width falls to nothing
-  double soft = 0.2;     // share of the half width over which the edge fades
-  double wobble = 0;     // how much the outline and the middle line wander, share of the half width
-  double rim = 0;        // more paint along the outline than within, 0..1 (edge darkening)
-  double mottle = 0;     // slow variation of the paint within, 0..1
-  double ridge = 0;      // height at the edges that the brush pushed paint to, beside 1 for its middle
+  double bristles = 0;  // streaks across the width; 0: none
+  double streak = 0;    // how much paint the gaps between bristles lack, 0..1
+  double ragged = 0;    // how much earlier than the stroke single bristles end, share of the length
+  double taper = 0;     // share of the length at each end over which the width falls to nothing
+  double soft = 0.2;    // share of the half width over which the edge fades
+  double wobble = 0;    // how much the outline and the middle line wander, share of the half width
+  double rim = 0;       // more paint along the outline than within, 0..1 (edge darkening)
+  double mottle = 0;    // slow variation of the paint within, 0..1
+  double ridge = 0;     // height at the edges that the brush pushed paint to, beside 1 for its middle
 };
 
 enum class PaperKind : std::uint8_t { smooth, tooth, cold_press, canvas };
@@ -46,7 +46,7 @@ enum class LayerPurpose : std::uint8_t {
 // of the surface / samples of the layer), or in pixels of a picture 1,080 high where `in_pixels`.
 struct StrokeLayer {
   LayerPurpose purpose = LayerPurpose::body;
-  double share = 1;                   // the first so many of the samples, 0..1
+  double share = 1;  // the first so many of the samples, 0..1
   double width = 0.9;
   double shortest = 1.6, longest = 5;  // by the primary spacing: those of the 5 % and the 95 % quantile
   double opacity = 1;
@@ -63,15 +63,15 @@ struct StrokeStyle {
   BrushShape brush;
   PaperKind paper = PaperKind::smooth;
   LinearColour paper_colour{};
-  bool glaze = false;     // strokes multiply the light of what lies below; otherwise they cover it
-  double grain = 0;       // how much of a stroke the valleys of the paper stay free of, 0..1
-  double granulation = 0; // glaze: how much more pigment settles in the valleys
-  double edge = 0;        // glaze: how much pigment gathers at the edge of a wash
-  double impasto = 0;     // height of paint, pixels of a picture 1,080 high; 0: flat
-  double gloss = 0;       // of the light that wet ridges reflect
-  bool sticks = false;    // every stroke has one of the palette's colours, unmixed
-  bool background = false;  // the ground is painted too
-  double lift = 0;        // how much lighter than the light there colours are, 0..1
+  bool glaze = false;          // strokes multiply the light of what lies below; otherwise they cover it
+  double grain = 0;            // how much of a stroke the valleys of the paper stay free of, 0..1
+  double granulation = 0;      // glaze: how much more pigment settles in the valleys
+  double edge = 0;             // glaze: how much pigment gathers at the edge of a wash
+  double impasto = 0;          // height of paint, pixels of a picture 1,080 high; 0: flat
+  double gloss = 0;            // of the light that wet ridges reflect
+  bool sticks = false;         // every stroke has one of the palette's colours, unmixed
+  bool background = false;     // the ground is painted too
+  double lift = 0;             // how much lighter than the light there colours are, 0..1
   double unpainted_light = 2;  // glaze: light from which on the paper shows, thinned by rank
   std::vector<LinearColour> inks{};
   std::vector<StrokeLayer> layers{};  // painted one after the other

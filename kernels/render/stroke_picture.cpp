@@ -10,21 +10,12 @@
 #include <tuple>
 
 #include "kernels/render/depth_picture.h"
+#include "kernels/render/seen_samples.h"
 #include "kernels/render/shading.h"
 
 namespace meander {
 
 namespace {
-
-// A sample that is seen, in the camera's frame.
-struct SeenSample {
-  std::uint32_t index;
-  Vector3 at, normal;   // pixels; a unit vector that faces the eye
-  Vector3 along;        // the primary direction, a unit vector
-  double light;         // 0..1
-  double shine;         // how near its mirrored light comes to the eye, 0..1
-  std::uint8_t length;  // bin of its primary spacing
-};
 
 StrokePalette palette_of(const StrokePictureParameters& parameters) {
   if (parameters.palette) return *parameters.palette;
@@ -41,174 +32,7 @@ StrokePalette palette_of(const StrokePictureParameters& parameters) {
   }
 }
 
-Vector3 vector_at(std::span<const float> values, std::size_t i) {
-  return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-}
-
 bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
-// Bins of the logarithm of the primary spacings between their 5 % and 95 % quantiles.
-std::vector<std::uint8_t> length_bins(std::span<const float> spacings) {
-  const std::size_t count = spacings.size() / 2;
-  std::vector<float> logs(count), sorted;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float s = spacings[2 * i];
-    logs[i] = s > 0 && std::isfinite(s) ? std::log(s) : std::numeric_limits<float>::quiet_NaN();
-    if (std::isfinite(logs[i])) sorted.push_back(logs[i]);
-  }
-  constexpr auto middle = static_cast<std::uint8_t>(brush_lengths / 2);
-  std::vector<std::uint8_t> bins(count, middle);
-  if (sorted.empty()) return bins;
-  const auto quantile = [&](double q) {
-    const auto k = static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
-    return sorted[static_cast<std::size_t>(k)];
-  };
-  const float low = quantile(0.05), high = quantile(0.95);
-  // Equal but for rounding: nothing to tell apart.
-  if (!(high - low > 1e-4f)) return bins;
-  for (std::size_t i = 0; i < count; ++i)
-    if (std::isfinite(logs[i])) {
-      const float t = (logs[i] - low) / (high - low) * static_cast<float>(brush_lengths);
-      bins[i] = static_cast<std::uint8_t>(std::clamp(t, 0.0f, static_cast<float>(brush_lengths - 1)));
-    }
-  return bins;
-}
-
-// Where light comes from, and what it reaches.
-class Lighting {
- public:
-  // The mesh as the light sees it decides what lies in shadow (Williams 1978).
-  Lighting(const StrokeModel& model, const StrokePictureParameters& parameters, const PictureView& view) {
-    const Vector3 wanted = parameters.light;
-    towards_ = unit_vector({wanted.x, -wanted.y, wanted.z});
-    world_ = towards_.x * view.right + towards_.y * view.down + towards_.z * view.back;
-    const std::uint32_t size = std::clamp(parameters.height, 256u, 1024u);
-    // Any direction not along the light.
-    const Vector3 side = std::abs(world_.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
-    view_ = fitted_view(model.positions, world_, side, size, size, 2);
-    seen_ = depth_picture(view_, model.positions, model.faces, size, size);
-  }
-
-  Vector3 towards() const { return towards_; }
-  Vector3 world() const { return world_; }
-
-  // Share of the light that arrives at a point of the model with this slope against it.
-  double arriving(Vector3 point, double facing) const {
-    const Vector3 at = view_.point(point);
-    const double bias = 3 + 3 / std::max(0.15, std::abs(facing));
-    int lit = 0;
-    for (int k = 0; k < 9; ++k) {
-      const auto x = static_cast<std::int64_t>(std::floor(at.x)) + 2 * (k % 3 - 1),
-                 y = static_cast<std::int64_t>(std::floor(at.y)) + 2 * (k / 3 - 1);
-      lit += !seen_.covered(x, y) ||
-             static_cast<double>(seen_.depth[static_cast<std::size_t>(y) * seen_.width +
-                                             static_cast<std::size_t>(x)]) <= at.z + bias;
-    }
-    return lit / 9.0;
-  }
-
-  // The light of a surface that faces along `normal` (camera's frame).
-  double on(Vector3 normal, double arrives, double hollow) const {
-    const double wrapped = std::max(0.0, (dot(normal, towards_) + 0.15) / 1.15);
-    const double key = std::pow(wrapped, 1.15) * (0.22 + 0.78 * arrives);
-    const Vector3 from_below = unit_vector({-0.8 * towards_.x, -0.6 * towards_.y, 0.25});
-    const double reflected = std::max(0.0, dot(normal, from_below));
-    return std::clamp((0.07 + 0.84 * key + 0.13 * reflected) * (1 - 0.5 * hollow), 0.0, 1.0);
-  }
-
-  double shine(Vector3 normal, double arrives) const {
-    const Vector3 half = unit_vector(towards_ + Vector3{0, 0, 1});
-    return arrives * std::pow(std::max(0.0, dot(normal, half)), 24);
-  }
-
- private:
-  Vector3 towards_, world_;
-  PictureView view_;
-  DepthPicture seen_;
-};
-
-// The samples whose points are seen, in their order.
-std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView& view,
-                                     const DepthPicture& depth, const Lighting& lighting) {
-  const std::vector<std::uint8_t> bins = length_bins(model.spacings);
-  const std::vector<float> hollow = hollowness(depth);
-  std::vector<SeenSample> seen;
-  for (std::size_t i = 0; i < model.points.size() / 3; ++i) {
-    const Vector3 point{model.points[3 * i], model.points[3 * i + 1], model.points[3 * i + 2]};
-    const Vector3 at = view.point(point);
-    Vector3 normal = view.direction(vector_at(model.normals, i)),
-            along = view.direction(vector_at(model.directions, i));
-    if (!finite(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
-    normal = unit_vector(normal);
-    if (normal.z < 0) normal = -1.0 * normal;
-    const auto x = static_cast<std::int64_t>(std::floor(at.x)), y = static_cast<std::int64_t>(std::floor(at.y));
-    if (!depth.covered(x, y)) continue;
-    const std::size_t pixel = static_cast<std::size_t>(y) * depth.width + static_cast<std::size_t>(x);
-    // Within its pixel a surface that is seen at this slope differs so much in depth.
-    const double bias = 0.5 + 0.75 * std::min(8.0, std::sqrt(1 - normal.z * normal.z) / std::max(normal.z, 0.05));
-    if (at.z + bias < double{depth.depth[pixel]}) continue;
-    const double arrives = lighting.arriving(point, dot(normal, lighting.towards()));
-    seen.push_back({static_cast<std::uint32_t>(i), at, normal, unit_vector(along),
-                    lighting.on(normal, arrives, hollow[pixel]), lighting.shine(normal, arrives), bins[i]});
-  }
-  return seen;
-}
-
-// Averages of the seen samples around a place: directions without a sign, along which strokes bend, and light.
-class SeenGrid {
- public:
-  // `contours`: directions along the silhouette instead of the primary ones.
-  SeenGrid(std::span<const SeenSample> seen, std::uint32_t width, std::uint32_t height, double cell,
-           bool contours = false)
-      : cell_(cell),
-        columns_(static_cast<std::int64_t>(width / cell) + 2),
-        rows_(static_cast<std::int64_t>(height / cell) + 2),
-        sums_(static_cast<std::size_t>(columns_ * rows_)),
-        lights_(sums_.size()) {
-    for (const SeenSample& sample : seen) {
-      auto& light = lights_[index(sample.at.x, sample.at.y)];
-      light[0] += sample.light;
-      ++light[1];
-      const Vector3 along = contours ? cross(sample.normal, {0, 0, 1}) : sample.along;
-      if (along.x * along.x + along.y * along.y < 1e-6) continue;
-      auto& sum = sums_[index(sample.at.x, sample.at.y)];
-      // The doubled angle, weighted by how long the direction is seen.
-      sum[0] += along.x * along.x - along.y * along.y;
-      sum[1] += 2 * along.x * along.y;
-    }
-  }
-
-  // How far directions around (x, y) are turned against (cosine, sine), at most a quarter turn; 0 where there
-  // are none or they disagree.
-  double turn(double x, double y, double cosine, double sine) const {
-    const auto& sum = sums_[index(x, y)];
-    const double c = cosine * cosine - sine * sine, s = 2 * cosine * sine;
-    if (sum[0] * sum[0] + sum[1] * sum[1] < 1e-12) return 0;
-    return 0.5 * std::atan2(sum[1] * c - sum[0] * s, sum[0] * c + sum[1] * s);
-  }
-
-  // The mean light around (x, y); `own` where there is none.
-  double light(double x, double y, double own) const {
-    double sum = 0, count = 0;
-    for (int k = 0; k < 9; ++k) {
-      const auto& light = lights_[index(x + (k % 3 - 1) * cell_, y + (k / 3 - 1) * cell_)];
-      sum += light[0];
-      count += light[1];
-    }
-    return count > 0 ? sum / count : own;
-  }
-
- private:
-  std::size_t index(double x, double y) const {
-    const auto column = std::clamp(static_cast<std::int64_t>(x / cell_), std::int64_t{0}, columns_ - 1),
-               row = std::clamp(static_cast<std::int64_t>(y / cell_), std::int64_t{0}, rows_ - 1);
-    return static_cast<std::size_t>(row * columns_ + column);
-  }
-  double cell_;
-  std::int64_t columns_, rows_;
-  std::vector<std::array<double, 2>> sums_, lights_;
-};
 
 double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
@@ -249,12 +73,14 @@ class Planner {
       paint_ground(layers + 1, lighting, 46, 1.2);
     }
     paint_shadow(layers + 2, lighting);
-    for (std::size_t l = 0; l < layers; ++l) paint_layer(l, seen, plan_.style.layers[l].purpose == LayerPurpose::contour ? contours : directions);
+    for (std::size_t l = 0; l < layers; ++l)
+      paint_layer(l, seen, plan_.style.layers[l].purpose == LayerPurpose::contour ? contours : directions);
   }
 
  private:
   double random(std::uint64_t index, std::uint32_t layer, std::uint32_t which) const {
-    const PhiloxBlock words = random_words(key_, Stream::test_shapes, (std::uint64_t{1} << 40) + index, layer);
+    const PhiloxBlock words =
+        random_words(key_, Stream::test_shapes, (std::uint64_t{1} << 40) + index, layer);
     return static_cast<double>(words[which]) * 0x1p-32;
   }
 
@@ -285,7 +111,8 @@ class Planner {
   Sizes sizes_of(const StrokeLayer& layer) const {
     const std::size_t all = model_.points.size() / 3;
     Sizes sizes{};
-    sizes.samples = std::min(all, static_cast<std::size_t>(std::ceil(layer.share * static_cast<double>(all))));
+    sizes.samples =
+        std::min(all, static_cast<std::size_t>(std::ceil(layer.share * static_cast<double>(all))));
     sizes.spacing = picture_spacing(static_cast<double>(sizes.samples));
     const double side = std::min(parameters_.width, parameters_.height);
     const double length = layer.in_pixels ? unit_ : std::min(sizes.spacing, 0.06 * side);
@@ -350,7 +177,8 @@ class Planner {
   double darkness(const SeenSample& sample, std::size_t layer) const {
     double left = 1 - std::pow(std::clamp((1 - sample.light - 0.08) / 0.92, 0.0, 1.0), 1.15);
     for (std::size_t l = 0; l < layer; ++l)
-      if (plan_.style.layers[l].darkest > 0) left /= 1 - std::min(plan_.style.layers[l].darkest, 1 - std::min(left, 1.0));
+      if (plan_.style.layers[l].darkest > 0)
+        left /= 1 - std::min(plan_.style.layers[l].darkest, 1 - std::min(left, 1.0));
     return std::min(plan_.style.layers[layer].darkest, 1 - std::min(1.0, left));
   }
 
@@ -363,7 +191,8 @@ class Planner {
     return each;
   }
 
-  LinearColour colour_of(const SeenSample& sample, const StrokeLayer& layer, double tone, double choice) const {
+  LinearColour colour_of(const SeenSample& sample, const StrokeLayer& layer, double tone,
+                         double choice) const {
     if (layer.ink >= 0) return plan_.style.inks[static_cast<std::size_t>(layer.ink)];
     double light = sample.light + layer.tone_jitter * (2 * tone - 1);
     if (layer.purpose == LayerPurpose::light) light = std::max(light, 0.7 + 0.3 * sample.shine);
@@ -377,7 +206,8 @@ class Planner {
     LinearColour mixed = palette_colour_at(colours_, light);
     // Broken colour: now and then some of the ground's.
     if (!plan_.style.glaze && choice < 0.12)
-      for (std::size_t k = 0; k < 3; ++k) mixed[k] += 0.22f * (colours_.ground[sample.light > 0.5][k] - mixed[k]);
+      for (std::size_t k = 0; k < 3; ++k)
+        mixed[k] += 0.22f * (colours_.ground[sample.light > 0.5][k] - mixed[k]);
     return mixed;
   }
 
@@ -387,9 +217,67 @@ class Planner {
     return sum / static_cast<double>(brush_variations);
   }
 
-  void paint_layer(std::size_t l, std::span<const SeenSample> seen, const SeenGrid& directions) {
+  // What a stroke covers, on average over the variations of its brush.
+  double covered_by(const Stroke& stroke, const StrokeLayer& layer, const Sizes& sizes, double across) const {
+    return static_cast<double>(stroke.length) * sizes.width * (layer.in_pixels ? 1 : 0.5 + 0.5 * across) *
+           mean_cover(stroke.layer, stroke.brush_length);
+  }
+
+  // The stroke bends as the directions ahead and behind are turned.
+  void bend(Stroke& stroke, const SeenSample& sample, const Lie& lie, const SeenGrid& around) const {
+    const double half = 0.4 * static_cast<double>(stroke.length);
+    const auto turn = [&](double along) {
+      return around.turn(sample.at.x + along * lie.cosine, sample.at.y + along * lie.sine, lie.cosine,
+                         lie.sine);
+    };
+    const double ahead = turn(half), behind = turn(-half), most = 0.9 / (2 * half);
+    if (std::abs(ahead) < 0.8 && std::abs(behind) < 0.8)
+      stroke.bend = static_cast<float>(std::clamp((ahead - behind) / (2 * half), -most, most));
+  }
+
+  // The sample's stroke in layer l, if it has one.
+  std::optional<Stroke> stroke_of(const SeenSample& sample, std::size_t l, const Sizes& sizes,
+                                  const SeenGrid& around) const {
     const StrokeLayer& layer = plan_.style.layers[l];
-    const Sizes sizes = sizes_of(layer);
+    const auto id = static_cast<std::uint32_t>(l);
+    const PhiloxBlock words = random_words(key_, Stream::test_shapes, sample.index, id),
+                      more = random_words(key_, Stream::test_shapes, sample.index, id + 64);
+    const auto share = [](std::uint32_t word) { return static_cast<double>(word) * 0x1p-32; };
+    const Lie lie = lie_of(sample, layer.purpose);
+    Stroke stroke;
+    stroke.sample = sample.index;
+    stroke.layer = static_cast<std::uint8_t>(l);
+    stroke.brush_length = sample.length;
+    stroke.brush_variation = static_cast<std::uint8_t>(words[0] % brush_variations);
+    stroke.flips = static_cast<std::uint8_t>(words[0] >> 30);
+    stroke.length = static_cast<float>(brush_length(sizes.shortest, sizes.longest, sample.length) *
+                                       (0.45 + 0.55 * lie.along));
+    stroke.width = static_cast<float>(
+        sizes.width * (layer.in_pixels ? 0.85 + 0.3 * share(more[3]) : 0.5 + 0.5 * lie.across));
+    const double cell = sizes.spacing * sizes.spacing,
+                 own = std::max(1e-9, covered_by(stroke, layer, sizes, lie.across));
+    double wanted = asked(sample, layer, around);
+    // So many strokes that what they cover, at random, is as dark as it should be.
+    if (layer.darkest > 0)
+      wanted = -std::log(1 - darkness(sample, l)) * std::max(0.06, sample.normal.z) * cell /
+               (own * strength(layer));
+    if ((sample.index + 0.5) / static_cast<double>(sizes.samples) >= wanted) return {};
+    const double turned = layer.angle_jitter * (2 * share(words[1]) - 1);
+    stroke.x = static_cast<float>(sample.at.x);
+    stroke.y = static_cast<float>(sample.at.y);
+    stroke.cosine = static_cast<float>(lie.cosine * std::cos(turned) - lie.sine * std::sin(turned));
+    stroke.sine = static_cast<float>(lie.sine * std::cos(turned) + lie.cosine * std::sin(turned));
+    if (layer.purpose != LayerPurpose::cross) bend(stroke, sample, lie, around);
+    stroke.colour = colour_of(sample, layer, share(words[2]), share(words[3]));
+    stroke.opacity = static_cast<float>(layer.opacity * (0.85 + 0.3 * share(more[1])));
+    // Washes that overlap so often give together the density of the layer.
+    if (plan_.style.glaze && layer.ink < 0)
+      stroke.opacity *= static_cast<float>(std::min(1.0, cell * std::max(0.3, sample.normal.z) / own));
+    return stroke;
+  }
+
+  void paint_layer(std::size_t l, std::span<const SeenSample> seen, const SeenGrid& around) {
+    const Sizes sizes = sizes_of(plan_.style.layers[l]);
     plan_.brushes[l] = make_brushes(plan_.style.brush, sizes.width, sizes.shortest, sizes.longest, noise_);
     struct Ordered {
       std::uint32_t slab, mix;
@@ -398,56 +286,10 @@ class Planner {
     std::vector<Ordered> made;
     for (const SeenSample& sample : seen) {
       if (sample.index >= sizes.samples) break;
-      const auto id = static_cast<std::uint32_t>(l);
-      const PhiloxBlock words = random_words(key_, Stream::test_shapes, sample.index, id),
-                        more = random_words(key_, Stream::test_shapes, sample.index, id + 64);
-      const auto share = [](std::uint32_t word) { return static_cast<double>(word) * 0x1p-32; };
-      const Lie lie = lie_of(sample, layer.purpose);
-      Stroke stroke;
-      stroke.sample = sample.index;
-      stroke.layer = static_cast<std::uint8_t>(l);
-      stroke.brush_length = sample.length;
-      stroke.brush_variation = static_cast<std::uint8_t>(words[0] % brush_variations);
-      stroke.flips = static_cast<std::uint8_t>(words[0] >> 30);
-      const double length = brush_length(sizes.shortest, sizes.longest, sample.length);
-      stroke.length = static_cast<float>(length * (0.45 + 0.55 * lie.along));
-      stroke.width = static_cast<float>(
-          sizes.width * (layer.in_pixels ? 0.85 + 0.3 * share(more[3]) : 0.5 + 0.5 * lie.across));
-      // What a stroke of this length covers, on average over the variations.
-      const double own = static_cast<double>(stroke.length) * sizes.width *
-                         (layer.in_pixels ? 1 : 0.5 + 0.5 * lie.across) * mean_cover(l, sample.length);
-      double wanted = asked(sample, layer, directions);
-      if (layer.darkest > 0) {
-        // So many strokes that what they cover, at random, is as dark as it should be.
-        const double dark = darkness(sample, l);
-        wanted = -std::log(1 - dark) * std::max(0.06, sample.normal.z) * sizes.spacing * sizes.spacing /
-                 std::max(1e-9, own * strength(layer));
-      }
-      if ((sample.index + 0.5) / static_cast<double>(sizes.samples) >= wanted) continue;
-      const double turned = layer.angle_jitter * (2 * share(words[1]) - 1);
-      const double cosine = lie.cosine * std::cos(turned) - lie.sine * std::sin(turned),
-                   sine = lie.sine * std::cos(turned) + lie.cosine * std::sin(turned);
-      stroke.x = static_cast<float>(sample.at.x);
-      stroke.y = static_cast<float>(sample.at.y);
-      stroke.cosine = static_cast<float>(cosine);
-      stroke.sine = static_cast<float>(sine);
-      if (layer.purpose != LayerPurpose::cross) {
-        const double half = 0.4 * static_cast<double>(stroke.length);
-        const double ahead = directions.turn(sample.at.x + half * lie.cosine, sample.at.y + half * lie.sine,
-                                             lie.cosine, lie.sine),
-                     behind = directions.turn(sample.at.x - half * lie.cosine, sample.at.y - half * lie.sine,
-                                              lie.cosine, lie.sine);
-        if (std::abs(ahead) < 0.8 && std::abs(behind) < 0.8)
-          stroke.bend = static_cast<float>(
-              std::clamp((ahead - behind) / (2 * half), -0.9 / (2 * half), 0.9 / (2 * half)));
-      }
-      stroke.colour = colour_of(sample, layer, share(words[2]), share(words[3]));
-      stroke.opacity = static_cast<float>(layer.opacity * (0.85 + 0.3 * share(more[1])));
-      // Washes that overlap so often give together the density of the layer.
-      if (plan_.style.glaze && layer.ink < 0)
-        stroke.opacity *= static_cast<float>(std::min(
-            1.0, sizes.spacing * sizes.spacing * std::max(0.3, sample.normal.z) / std::max(1e-9, own)));
-      made.push_back({slab_of(sample.at.z), more[0], stroke});
+      const auto id = static_cast<std::uint32_t>(l + 64);
+      if (const std::optional<Stroke> stroke = stroke_of(sample, l, sizes, around))
+        made.push_back(
+            {slab_of(sample.at.z), random_words(key_, Stream::test_shapes, sample.index, id)[0], *stroke});
     }
     std::sort(made.begin(), made.end(), [](const Ordered& a, const Ordered& b) {
       return std::tie(a.slab, a.mix, a.stroke.sample) < std::tie(b.slab, b.mix, b.stroke.sample);
@@ -474,8 +316,8 @@ class Planner {
     return std::max(0.0, parameters_.width - 2 * margin_) * std::max(0.0, parameters_.height - 2 * margin_);
   }
 
-  // Broad strokes over all, then some smaller ones; darker where the light comes from, so that the lit side of
-  // the model stands against dark and its shadow against light.
+  // Broad strokes over all, then some smaller ones; darker where the light comes from, so that the lit side
+  // of the model stands against dark and its shadow against light.
   void paint_ground(std::size_t brushes, const Lighting& lighting, double width, double cover) {
     width *= unit_;
     const double shortest = 1.6 * width, longest = 4 * width;
@@ -486,13 +328,15 @@ class Planner {
     const auto layer = static_cast<std::uint32_t>(brushes + 128);
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::array<double, 2> at = plane_point(i, layer, width);
-      const double x = (at[0] - 0.5 * parameters_.width) / side, y = (at[1] - 0.5 * parameters_.height) / side;
-      const double light =
-          std::clamp(0.5 - 0.4 * (x * towards.x + y * towards.y) + 0.14 * (2 * random(i, layer, 0) - 1), 0.0, 1.0);
+      const double x = (at[0] - 0.5 * parameters_.width) / side,
+                   y = (at[1] - 0.5 * parameters_.height) / side;
+      const double light = std::clamp(
+          0.5 - 0.4 * (x * towards.x + y * towards.y) + 0.14 * (2 * random(i, layer, 0) - 1), 0.0, 1.0);
       const double angle =
           -0.8 + 2.2 * (noise_.at(1.7 * x + 20, 1.7 * y + 40) - 0.5) + 1.3 * (random(i, layer, 1) - 0.5);
       Stroke stroke = plane_stroke(brushes, at, angle, width, random(i, layer, 2), shortest, longest);
-      stroke.bend = static_cast<float>((random(i, layer, 3) - 0.5) * 0.9 / static_cast<double>(stroke.length));
+      stroke.bend =
+          static_cast<float>((random(i, layer, 3) - 0.5) * 0.9 / static_cast<double>(stroke.length));
       for (std::size_t k = 0; k < 3; ++k) {
         const double dark = std::sqrt(colours_.ground[0][k]), bright = std::sqrt(colours_.ground[1][k]);
         const double mixed = dark + light * (bright - dark);
@@ -544,12 +388,19 @@ class Planner {
     const StrokeStyle& style = plan_.style;
     const bool lines = style.layers.front().in_pixels;
     // Lines, washes, or strokes that cover.
-    const double width = unit_ * (lines ? style.layers.front().width : style.glaze ? 46 : 30),
-                 shortest = unit_ * (lines ? 22 : style.glaze ? 110 : 60),
-                 longest = unit_ * (lines ? 64 : style.glaze ? 240 : 150);
+    const double width = unit_ * (lines         ? style.layers.front().width
+                                  : style.glaze ? 46
+                                                : 30),
+                 shortest = unit_ * (lines         ? 22
+                                     : style.glaze ? 110
+                                                   : 60),
+                 longest = unit_ * (lines         ? 64
+                                    : style.glaze ? 240
+                                                  : 150);
     plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
     const double wanted = lines ? 0.62 : style.glaze ? 5 : 3.5;
-    const auto count = static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
+    const auto count =
+        static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
     const auto layer = static_cast<std::uint32_t>(brushes + 128);
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::array<double, 2> at = plane_point(i, layer, 0.5 * shortest);
@@ -601,12 +452,14 @@ std::vector<std::string> validate(const StrokePictureParameters& parameters) {
   if (parameters.many_tones && !has_tones(parameters.medium))
     problems.push_back("several tones are for ink and pencil");
   for (const std::uint32_t side : {parameters.width, parameters.height})
-    if (side < 64 || side > 8192) problems.push_back("a side of " + std::to_string(side) + " pixels is not in 64..8192");
+    if (side < 64 || side > 8192)
+      problems.push_back("a side of " + std::to_string(side) + " pixels is not in 64..8192");
   if (!(parameters.margin >= 0 && parameters.margin <= 0.3))
     problems.push_back("a margin of " + std::to_string(parameters.margin) + " is not in 0..0.3");
   if (!(norm(cross(parameters.view, parameters.up)) > 1e-6 * norm(parameters.view) * norm(parameters.up)))
     problems.push_back("the view lies along the direction that points up");
-  if (!(norm(parameters.light) > 0) || !finite(parameters.light)) problems.push_back("the light has no direction");
+  if (!(norm(parameters.light) > 0) || !finite(parameters.light))
+    problems.push_back("the light has no direction");
   return problems;
 }
 

@@ -26,11 +26,11 @@ struct StrokeModel {
 
 struct StrokePictureParameters {
   StrokeMedium medium = StrokeMedium::oil;
-  bool many_tones = false;                   // ink and pencil: three tones
-  std::optional<StrokePalette> palette{};    // without it that of the medium
+  bool many_tones = false;                    // ink and pencil: three tones
+  std::optional<StrokePalette> palette{};     // without it that of the medium
   std::uint32_t width = 1080, height = 1080;  // pixels, 64..8192 each
-  double margin = 0.045;                     // unpainted border, share of the smaller side, 0..0.3
-  Vector3 view = {0.55, 0.42, 1};            // from the model towards the eye; not along `up`
+  double margin = 0.045;                      // unpainted border, share of the smaller side, 0..0.3
+  Vector3 view = {0.55, 0.42, 1};             // from the model towards the eye; not along `up`
   Vector3 up = {0, 1, 0};
   Vector3 light = {-0.6, 0.62, 0.5};  // towards the light, as the eye sees it: right, up, towards the eye
   std::uint64_t seed = 1;
@@ -54,15 +54,15 @@ struct StrokePlan {
 // A stroke lies along the primary direction of its sample as the picture shows it (contours along the
 // silhouette, hatching of deep shadow across), bends with the directions around it, and is as long as the
 // primary spacing asks for: one of ten lengths between the 5 % and the 95 % quantile of its logarithm.
-// A sample has strokes when its point is seen (a depth buffer of the mesh decides); strokes are not cut at the
-// silhouette. Layers take prefixes of the samples (broad underpaint, body, accents at lights and contours:
-// Hertzmann 1998, "Painterly rendering with curved brush strokes of multiple sizes"), and where the tone
-// comes from the number of strokes each sample has one if its place in the order, as a share, is below what
-// the tone there asks for, as textures of Praun, Hoppe, Webb, Finkelstein 2001 nest ("Real-time hatching").
-// Samples and faces that are not finite are left out; no samples give paper. Which samples have strokes does
-// not depend on the number of threads; with a prefix of the samples and the same sizes they are a part of
-// those of all. Throws std::invalid_argument when arrays do not fit each other, a face names a vertex that is
-// not there, or validate() finds a problem. O(T + n + pixels of the mesh).
+// A sample has strokes when its point is seen (a depth buffer of the mesh decides); strokes are not cut at
+// the silhouette. Layers take prefixes of the samples (broad underpaint, body, accents at lights and
+// contours: Hertzmann 1998, "Painterly rendering with curved brush strokes of multiple sizes"), and where the
+// tone comes from the number of strokes each sample has one if its place in the order, as a share, is below
+// what the tone there asks for, as textures of Praun, Hoppe, Webb, Finkelstein 2001 nest ("Real-time
+// hatching"). Samples and faces that are not finite are left out; no samples give paper. Which samples have
+// strokes does not depend on the number of threads; with a prefix of the samples and the same sizes they are
+// a part of those of all. Throws std::invalid_argument when arrays do not fit each other, a face names a
+// vertex that is not there, or validate() finds a problem. O(T + n + pixels of the mesh).
 StrokePlan plan_strokes(const StrokeModel& model, const StrokePictureParameters& parameters);
 
 // The plan painted (paint_strokes). Pure, deterministic; about 100 bytes a pixel and 150 a sample.

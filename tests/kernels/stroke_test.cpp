@@ -55,7 +55,8 @@ struct UnitPoint {
   double u, v;
 };
 UnitPoint spread(std::size_t i) {
-  const double a = 0.5 + 0.7548776662466927 * static_cast<double>(i), b = 0.5 + 0.5698402909980532 * static_cast<double>(i);
+  const double a = 0.5 + 0.7548776662466927 * static_cast<double>(i),
+               b = 0.5 + 0.5698402909980532 * static_cast<double>(i);
   return {a - std::floor(a), b - std::floor(b)};
 }
 
@@ -195,13 +196,15 @@ TEST_CASE("strokes are as long as the primary spacing asks for") {
   const TestModel model = cylinder(4000);
   const StrokePictureParameters parameters = look(StrokeMedium::pastel);
   const StrokePlan plan = plan_strokes(model.spans(), parameters);
-  // The logarithm is 2 v with v even in [0, 1]: bin k between the quantiles holds v = 0.05 + 0.9 (k .. k + 1) / 10.
+  // The logarithm is 2 v with v even in [0, 1]: bin k between the quantiles holds v = 0.05 + 0.9 (k .. k + 1)
+  // / 10.
   const Axes axes = axes_of(parameters);
   const double seen = std::hypot(dot(axes.right, {0, 1, 0}), dot(axes.down, {0, 1, 0}));
   std::set<int> bins;
   std::vector<float> length_of_bin(brush_lengths, 0);
   for (const Stroke& stroke : plan.strokes) {
-    if (!along_primary(plan, stroke) || plan.style.layers[stroke.layer].purpose != LayerPurpose::body) continue;
+    if (!along_primary(plan, stroke) || plan.style.layers[stroke.layer].purpose != LayerPurpose::body)
+      continue;
     const double v = 0.5 * std::log(double{model.spacings[2 * stroke.sample]});
     const double bin = std::clamp((v - 0.05) / 0.9 * 10, 0.0, 9.0);
     CHECK(std::abs(bin - 0.5 - stroke.brush_length) <= 0.65);
@@ -339,8 +342,9 @@ TEST_CASE("the margin stays paper") {
     parameters.margin = 0.1;
     const RgbImage picture = stroke_picture(model.spans(), parameters);
     parameters.medium = static_cast<StrokeMedium>(m);
-    const RgbImage paper = paint_strokes({}, {}, stroke_style(parameters.medium), {160, 160, 16, 160 / 1080.0},
-                                         LatticeNoise(picture_key(parameters.seed)));
+    const RgbImage paper =
+        paint_strokes({}, {}, stroke_style(parameters.medium), {160, 160, 16, 160 / 1080.0},
+                      LatticeNoise(picture_key(parameters.seed)));
     std::size_t painted = 0;
     for (std::uint32_t y = 0; y < 160; ++y)
       for (std::uint32_t x = 0; x < 160; ++x) {
