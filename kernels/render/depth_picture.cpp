@@ -39,27 +39,6 @@ void draw_triangle(DepthPicture& picture, Vector3 a, Vector3 b, Vector3 c) {
   }
 }
 
-// Mean over a window of 2 reach + 1 along each of `lines` lines of `length` values, with running sums; the
-// ends repeat.
-void blur_lines(std::vector<float>& values, std::int64_t lines, std::int64_t length, std::int64_t line_step,
-                std::int64_t value_step, std::int64_t reach) {
-  std::vector<float> line(static_cast<std::size_t>(length));
-  const double share = 1.0 / static_cast<double>(2 * reach + 1);
-  for (std::int64_t l = 0; l < lines; ++l) {
-    float* const first = values.data() + l * line_step;
-    const auto at = [&](std::int64_t i) -> float& {
-      return first[std::clamp<std::int64_t>(i, 0, length - 1) * value_step];
-    };
-    double sum = 0;
-    for (std::int64_t i = -reach; i <= reach; ++i) sum += at(i);
-    for (std::int64_t i = 0; i < length; ++i) {
-      line[static_cast<std::size_t>(i)] = static_cast<float>(sum * share);
-      sum += double{at(i + reach + 1)} - double{at(i - reach)};
-    }
-    for (std::int64_t i = 0; i < length; ++i) first[i * value_step] = line[static_cast<std::size_t>(i)];
-  }
-}
-
 }  // namespace
 
 bool DepthPicture::covered(std::int64_t x, std::int64_t y) const {
@@ -109,23 +88,6 @@ DepthPicture depth_picture(const PictureView& view, std::span<const double> posi
   for (const float depth : picture.depth)
     if (depth != empty_depth) picture.far = std::min(picture.far, static_cast<double>(depth));
   return picture;
-}
-
-std::vector<float> hollowness(const DepthPicture& picture) {
-  std::vector<float> smooth(picture.depth.size());
-  for (std::size_t i = 0; i < smooth.size(); ++i)
-    smooth[i] = picture.depth[i] == empty_depth ? static_cast<float>(picture.far) : picture.depth[i];
-  const std::int64_t width = picture.width, height = picture.height, size = std::min(width, height),
-                     reach = std::max<std::int64_t>(1, size / 40);
-  for (int pass = 0; pass < 2; ++pass) {
-    blur_lines(smooth, height, width, width, 1, reach);
-    blur_lines(smooth, width, height, 1, width, reach);
-  }
-  const float unit = static_cast<float>(size) * 0.05f;
-  for (std::size_t i = 0; i < smooth.size(); ++i)
-    smooth[i] =
-        picture.depth[i] == empty_depth ? 0 : std::clamp((smooth[i] - picture.depth[i]) / unit, 0.0f, 1.0f);
-  return smooth;
 }
 
 }  // namespace meander

@@ -38,8 +38,4 @@ struct DepthPicture {
 DepthPicture depth_picture(const PictureView& view, std::span<const double> positions,
                            std::span<const std::uint32_t> faces, std::uint32_t width, std::uint32_t height);
 
-// How far every pixel lies behind its surroundings, 0..1, and 0 where nothing is: the unsharp masked depth of
-// Luft, Colditz, Deussen 2006.
-std::vector<float> hollowness(const DepthPicture& picture);
-
 }  // namespace meander

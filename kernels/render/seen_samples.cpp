@@ -93,7 +93,7 @@ double Lighting::shine(Vector3 normal, double arrives) const {
 std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView& view,
                                      const DepthPicture& depth, const Lighting& lighting) {
   const std::vector<std::uint8_t> bins = length_bins(model.spacings);
-  const std::vector<float> hollow = hollowness(depth);
+  const std::vector<float> hollow = hollowness(depth.depth, depth.width, depth.height, static_cast<float>(depth.far));
   std::vector<SeenSample> seen;
   for (std::size_t i = 0; i < model.points.size() / 3; ++i) {
     const Vector3 point{model.points[3 * i], model.points[3 * i + 1], model.points[3 * i + 2]};

@@ -18,9 +18,17 @@ inline Vector3 unit_vector(Vector3 v) { return (1 / norm(v)) * v; }
 // upper left, a weak one from below right, and what the sky gives.
 float light_on(Vector3 normal);
 
-// What lies behind its surroundings is darkened (creases, contact), in place, by unsharp masking the depth
-// buffer (Luft, Colditz, Deussen 2006). depth, light: size x size; `background`: depth that empty pixels
-// count as.
+// The mean over squares of 2 reach + 1 pixels, in place; the border repeats. values: height rows of width.
+// O(pixels), parallel over lines.
+void blur(std::vector<float>& values, std::int64_t width, std::int64_t height, std::int64_t reach);
+
+// How far every pixel lies behind its surroundings, 0..1 and 0 where nothing is (creases, contact): the
+// unsharp masked depth buffer of Luft, Colditz, Deussen 2006. depth: height rows of width; `background`:
+// depth that empty pixels count as.
+std::vector<float> hollowness(const std::vector<float>& depth, std::int64_t width, std::int64_t height,
+                              float background);
+
+// Darkens light (size x size, as depth) by that, in place.
 void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
                     float background);
 

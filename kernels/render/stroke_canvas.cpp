@@ -226,40 +226,17 @@ class Painter {
 
 // Pigment gathers where a wash ends: densities are raised where they exceed those around them.
 void darken_edges(std::vector<Paint>& picture, const StrokeCanvas& canvas, double edge) {
-  const auto reach = std::max<std::int64_t>(1, std::lround(2.5 * canvas.unit));
-  const std::int64_t width = canvas.width, height = canvas.height;
-  std::vector<float> total(picture.size()), mean(picture.size());
-  for (std::size_t i = 0; i < total.size(); ++i)
-    total[i] = picture[i].red + picture[i].green + picture[i].blue;
-  // Along rows, then along columns: each line has its own running sum.
-  const auto blur = [&](const std::vector<float>& from, std::vector<float>& to, bool rows) {
-    const std::int64_t lines = rows ? height : width, length = rows ? width : height, step = rows ? 1 : width,
-                       next = rows ? width : 1;
-    parallel_blocks(static_cast<std::size_t>(lines), 64, [&](std::size_t begin, std::size_t end) {
-      for (auto l = static_cast<std::int64_t>(begin); l < static_cast<std::int64_t>(end); ++l) {
-        const auto at = [&](std::int64_t i) {
-          return double{
-              from[static_cast<std::size_t>(l * next + std::clamp<std::int64_t>(i, 0, length - 1) * step)]};
-        };
-        double sum = 0;
-        for (std::int64_t i = -reach; i <= reach; ++i) sum += at(i);
-        for (std::int64_t i = 0; i < length; ++i) {
-          to[static_cast<std::size_t>(l * next + i * step)] =
-              static_cast<float>(sum / static_cast<double>(2 * reach + 1));
-          sum += at(i + reach + 1) - at(i - reach);
-        }
-      }
-    });
-  };
-  std::vector<float> half(picture.size());
-  blur(total, half, true);
-  blur(half, mean, false);
-  for (std::size_t i = 0; i < total.size(); ++i) {
-    const auto more =
-        static_cast<float>(edge) * std::clamp((total[i] - mean[i]) / (0.35f + total[i]), -0.3f, 0.5f);
-    picture[i].red *= 1 + more;
-    picture[i].green *= 1 + more;
-    picture[i].blue *= 1 + more;
+  std::vector<float> mean(picture.size());
+  for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = picture[i].red + picture[i].green + picture[i].blue;
+  blur(mean, canvas.width, canvas.height, std::max<std::int64_t>(1, std::lround(2.5 * canvas.unit)));
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    Paint& own = picture[i];
+    const float total = own.red + own.green + own.blue;
+    const float more =
+        static_cast<float>(edge) * std::clamp((total - mean[i]) / (0.35f + total), -0.3f, 0.5f);
+    own.red *= 1 + more;
+    own.green *= 1 + more;
+    own.blue *= 1 + more;
   }
 }
 
