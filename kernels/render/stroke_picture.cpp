@@ -45,7 +45,8 @@ class Planner {
         plan_(plan),
         noise_(noise),
         colours_(palette_colours(palette_of(parameters))),
-        key_(picture_key(parameters.seed)) {
+        key_(picture_key(parameters.seed)),
+        depth_(plan.depth) {
     margin_ = std::round(parameters.margin * std::min(parameters.width, parameters.height));
     unit_ = std::min(parameters.width, parameters.height) / 1080.0;
     plan.canvas.width = parameters.width;
@@ -430,7 +431,7 @@ class Planner {
   PaletteColours colours_;
   RandomKey key_;
   PictureView view_;
-  DepthPicture depth_;
+  DepthPicture& depth_;
   double margin_ = 0, unit_ = 1, pixels_per_sample_ = 1, near_ = 0;
 };
 

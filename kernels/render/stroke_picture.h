@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/render/depth_picture.h"
 #include "kernels/render/rgb_image.h"
 #include "kernels/render/stroke_canvas.h"
 #include "kernels/render/stroke_media.h"
@@ -48,6 +49,7 @@ struct StrokePlan {
   StrokeCanvas canvas;
   std::vector<BrushSet> brushes;  // of the layers of the style, of the ground, of the shadow
   std::vector<Stroke> strokes;    // those of samples have a layer < style.layers.size()
+  DepthPicture depth;             // of the mesh, as the picture shows it
   std::size_t visible = 0;        // samples that are seen
 };
 
