@@ -130,7 +130,7 @@ Coverage coverage_of(const StrokePlan& plan) {
 void draw_random_beside(FigureSet& figures, const Subject& subject, const Model& staged,
                         const SampleParameters& parameters, const EmbreeDevice& device) {
   const std::uint32_t size = figures.quick ? 360 : 900;
-  constexpr std::array<std::size_t, 2> shown = {1, 6};  // of `media`
+  constexpr std::array<std::size_t, 3> shown = {1, 4, 6};  // of `media`
   std::vector<SheetCell> cells;
   Table table{{{"samples"}, {"medium"}, {"bare %", 3}, {"spread of cover", 3}}, {}};
   for (const std::size_t m : shown)
@@ -149,7 +149,10 @@ void draw_random_beside(FigureSet& figures, const Subject& subject, const Model&
       cell.picture = paint_strokes(plan.strokes, plan.brushes, plan.style, plan.canvas,
                                    LatticeNoise(picture_key(look.seed)));
       cell.title = fmt::format("{}, {} samples", media[m].name, name);
-      cell.note = fmt::format("{:.1f} % of the model without a stroke of the body", 100 * cover.bare);
+      // Ink leaves the light bare on purpose.
+      cell.note = has_tones(look.medium)
+                      ? fmt::format("cover varies by {:.0f} % of its mean", 100 * cover.spread)
+                      : fmt::format("{:.1f} % of the model without a stroke of the body", 100 * cover.bare);
       cells.push_back(std::move(cell));
     }
   SheetLook sheet;
