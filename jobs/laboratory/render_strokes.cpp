@@ -36,7 +36,7 @@ constexpr std::uint32_t sampled_strokes = 20000;
 struct StrokesOptions {
   std::vector<std::string> inputs, items, media = {"oil"};
   std::string output, tones = "one", palette, size = "1080", up = "y", view, light, memory = "4G";
-  std::uint32_t strokes = 0;
+  std::uint32_t strokes = 0, columns = 0;
   int threads = 0;
   InputOptions collect;
   StrokePictureParameters look;
@@ -251,8 +251,8 @@ class Paintings {
 };
 
 // What --memory leaves beside the finished pictures and their sheet.
-std::uint64_t memory_for_models(const StrokesOptions& options, const StrokePictureParameters& look,
-                                std::size_t pictures) {
+std::uint64_t memory_beside_pictures(const StrokesOptions& options, const StrokePictureParameters& look,
+                                     std::size_t pictures) {
   const std::uint64_t memory = parse_bytes(options.memory),
                       finished = std::uint64_t{look.width} * look.height * 6 * pictures,
                       least = finished + stroke_picture_bytes(1, look.width, look.height);
@@ -271,6 +271,7 @@ void write_pictures(const StrokesOptions& options, const StrokePictureParameters
   }
   SheetLook sheet;
   sheet.cell = look.width;
+  sheet.columns = options.columns;
   write_png(options.output, picture_sheet(cells, {}, sheet));
 }
 
@@ -286,7 +287,9 @@ int render_strokes(const StrokesOptions& options) {
                                  pictures, most_pictures, subjects.stored() ? " with --item" : ""));
   if (pictures > 1 && (look.width != look.height || look.width > 2048))
     throw UsageError("--size: several pictures are put on a sheet, and need a square of at most 2048 pixels");
-  const std::uint64_t memory = memory_for_models(options, look, pictures);
+  if (pictures == 1 && options.columns > 0)
+    throw UsageError("--columns is for several pictures, and this is one");
+  const std::uint64_t memory = memory_beside_pictures(options, look, pictures);
   guard.check(options.output, {FileKind::png}, "-o");
   const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
   const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -324,6 +327,10 @@ void add_look_options(Command& command, StrokesOptions& options) {
                   "Samples to paint, 1 to 10000000 (default: 20000 of a mesh, all of a store)")
       .range(1, 10000000);
   command.add_option("--size", options.size, "Pixels: SIDE or WIDTHxHEIGHT, 64 to 8192 each").show_default();
+  command
+      .add_option("--columns", options.columns,
+                  "Several pictures: so many in a row (default: a sheet of about 4 : 3)")
+      .range(1, static_cast<int>(most_pictures));
   command.add_option("--up", options.up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});

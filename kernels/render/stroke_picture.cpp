@@ -36,6 +36,9 @@ bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std:
 
 double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
+// Strokes of ground and shadow are not smaller than this, that narrow pictures have no more of them.
+constexpr double least_unit = 0.25;
+
 class Planner {
  public:
   Planner(const StrokeModel& model, const StrokePictureParameters& parameters, StrokePlan& plan,
@@ -320,7 +323,7 @@ class Planner {
   // Broad strokes over all, then some smaller ones; darker where the light comes from, so that the lit side
   // of the model stands against dark and its shadow against light.
   void paint_ground(std::size_t brushes, const Lighting& lighting, double width, double cover) {
-    width *= unit_;
+    width *= std::max(unit_, least_unit);
     const double shortest = 1.6 * width, longest = 4 * width;
     plan_.brushes[brushes] = make_brushes(plan_.style.brush, width, shortest, longest, noise_);
     const auto count = static_cast<std::uint64_t>(cover * window_area() / (width * 2.6 * width));
@@ -389,15 +392,16 @@ class Planner {
     const StrokeStyle& style = plan_.style;
     const bool lines = style.layers.front().in_pixels;
     // Lines, washes, or strokes that cover.
+    const double unit = std::max(unit_, least_unit);
     const double width = unit_ * (lines         ? style.layers.front().width
                                   : style.glaze ? 46
                                                 : 30),
-                 shortest = unit_ * (lines         ? 22
-                                     : style.glaze ? 110
-                                                   : 60),
-                 longest = unit_ * (lines         ? 64
-                                    : style.glaze ? 240
-                                                  : 150);
+                 shortest = unit * (lines         ? 22
+                                    : style.glaze ? 110
+                                                  : 60),
+                 longest = unit * (lines         ? 64
+                                   : style.glaze ? 240
+                                                 : 150);
     plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
     const double wanted = lines ? 0.62 : style.glaze ? 5 : 3.5;
     const auto count =
@@ -415,11 +419,11 @@ class Planner {
         stroke.colour = style.inks[style.inks.size() / 2];
       } else {
         // Cool: between the palette's shadow and the dark ground.
-        const auto t = static_cast<float>(0.35 + 0.4 * random(i, layer, 3));
+        const auto t = static_cast<float>(0.15 + 0.4 * random(i, layer, 3));
         for (std::size_t k = 0; k < 3; ++k)
           stroke.colour[k] = t * colours_.stops[0][k] + (1 - t) * 0.75f * colours_.ground[0][k];
       }
-      stroke.opacity = lines ? 0.8f : style.glaze ? 0.16f : style.grain > 0 ? 0.7f : 0.85f;
+      stroke.opacity = lines ? 0.8f : style.glaze ? 0.16f : 0.7f;
       plan_.strokes.push_back(stroke);
     }
   }
@@ -482,8 +486,14 @@ RgbImage stroke_picture(const StrokeModel& model, const StrokePictureParameters&
 }
 
 std::uint64_t stroke_picture_bytes(std::uint64_t samples, std::uint32_t width, std::uint32_t height) {
-  constexpr std::uint64_t brushes = std::uint64_t{40} << 20;
-  return brushes + std::uint64_t{width} * height * 80 + samples * 1500;
+  // Eight sets of brushes, no texture larger than 98 x 322 or wider and longer than these shares of the side.
+  const double side = std::min(width, height);
+  const double texels = std::min(98.0, 0.15 * side + 3) * std::min(322.0, 0.34 * side + 3);
+  const double brushes =
+      8 * static_cast<double>(brush_lengths * brush_variations) * texels * sizeof(BrushTexel);
+  constexpr std::uint64_t shadow_map = std::uint64_t{16} << 20;
+  return shadow_map + static_cast<std::uint64_t>(brushes) + std::uint64_t{width} * height * 80 +
+         samples * 1500;
 }
 
 }  // namespace meander
