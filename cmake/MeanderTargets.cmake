@@ -8,6 +8,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   # GCC 12 reports overlapping copies inside std::string concatenation that cannot happen (GCC bug 105651).
   target_compile_options(meander_flags INTERFACE -Wno-restrict)
 endif()
+if(CMAKE_UNITY_BUILD)
+  # Among the sources of a unity, a local name may be that of another source's constant.
+  target_compile_options(meander_flags INTERFACE -Wno-shadow -Wno-subobject-linkage)
+endif()
 if(MEANDER_WERROR)
   target_compile_options(meander_flags INTERFACE -Werror)
 endif()
@@ -36,7 +40,27 @@ function(meander_library name)
   target_link_libraries(meander_${name} PRIVATE $<BUILD_INTERFACE:meander_flags>)
 endfunction()
 
-# meander_laboratory_library(NAME): the same, for a library that the product must not need (MeanderLaboratory.cmake).
+# meander_group_sources(TARGET...): in a unity build (CMAKE_UNITY_BUILD), up to eight sources of one folder are compiled
+# together; the groups of a folder do not change with the sources of others. Sources of one folder must therefore not
+# give two meanings to one name. Every other build compiles each source for itself.
+function(meander_group_sources)
+  foreach(target ${ARGN})
+    get_target_property(sources ${target} SOURCES)
+    get_target_property(base ${target} SOURCE_DIR)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+    foreach(source IN LISTS sources)
+      cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${base})
+      cmake_path(GET source PARENT_PATH folder)
+      cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+      string(MAKE_C_IDENTIFIER "${folder}" folder)
+      math(EXPR count_${folder} "${count_${folder}} + 1")
+      math(EXPR group "(${count_${folder}} - 1) / 8")
+      set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${folder}_${group})
+    endforeach()
+  endforeach()
+endfunction()
+
+# meander_laboratory_library(NAME): a meander_library for a library that the product must not need (MeanderLaboratory.cmake).
 function(meander_laboratory_library name)
   meander_library(${name})
   set_property(GLOBAL APPEND PROPERTY MEANDER_LABORATORY_TARGETS meander_${name})

@@ -186,7 +186,7 @@ class DescribeJob {
     GraphStages stages = stages_of(round, *store_);
     for (GraphStage& stage : stages)
       stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };
-    DescribedRows rows(*directory_, round == Round::with_points);
+    DescribedRowSink rows(*directory_, round == Round::with_points);
     std::vector<NodeStatistics> nodes;
     const GraphResult result = run_sampling_graph(plan, parameters, stages, header_, rows, *stop_, nodes,
                                                   [&](const FinishedItem& item) { tell(item, round); });

@@ -116,7 +116,7 @@ SampleParameters Describer::all() const {
   return both;
 }
 
-void DescribedRows::write(EncodedRow row) {
+void DescribedRowSink::write(EncodedRow row) {
   const auto record = store::read_record_header(row.bytes);
   if (record && record->status == Status::ok) return directory_.end_item(std::move(row));
   if (last_round_)

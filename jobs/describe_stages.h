@@ -38,9 +38,10 @@ GraphStages stages_with_points(const Describer& describer, const StoreReader& st
                                std::function<void(const GraphItem&, Failure)> failed);
 
 // Records finished rows. Rows that failed are left for another round, unless this is the last.
-class DescribedRows final : public RowSink {
+class DescribedRowSink final : public RowSink {
  public:
-  DescribedRows(RunDirectory& directory, bool last_round) : directory_(directory), last_round_(last_round) {}
+  DescribedRowSink(RunDirectory& directory, bool last_round)
+      : directory_(directory), last_round_(last_round) {}
   void begin(std::uint64_t row) override { directory_.begin_item(row); }
   void write(EncodedRow row) override;
 

@@ -11,18 +11,24 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/item_id.h"
 #include "io/json_writer.h"
+#include "io/mesh/mesh_writer.h"
 #include "io/parameters_text.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "jobs/jobs.h"
+#include "jobs/lone_item.h"
 #include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
 #include "jobs/planned_run.h"
 #include "jobs/progress.h"
+#include "jobs/remesh_folder.h"
 #include "jobs/remesh_options.h"
 #include "jobs/remesh_stages.h"
 #include "jobs/remesh_table.h"
@@ -37,22 +43,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds table_interval(10);  // between tables that are written on the way
-
-// The names of the meshes: ids with another extension; where that gives one name to several items, it follows
-// their own extension.
-std::vector<std::string> mesh_names(const std::vector<PlanItem>& items, const std::string& extension) {
-  const auto replaced = [&](const PlanItem& item) {
-    return fs::path(item.id).replace_extension(extension).string();
-  };
-  std::map<std::string, int> uses;
-  for (const PlanItem& item : items) ++uses[replaced(item)];
-  std::vector<std::string> names;
-  for (const PlanItem& item : items)
-    names.push_back(uses[replaced(item)] > 1 ? item.id + extension : replaced(item));
-  return names;
-}
-
 FileKind kind_of(MeshFormat format) {
   return format == MeshFormat::ply   ? FileKind::ply_mesh
          : format == MeshFormat::off ? FileKind::off_mesh
@@ -61,13 +51,35 @@ FileKind kind_of(MeshFormat format) {
 
 constexpr double much_of_area = 0.1;  // dropped: more than this is worth a line of its own
 
+InputStamp stamp_of(const PlanItem& item) {
+  std::error_code none;
+  const fs::path& file = file_of(item);
+  const auto modified = fs::last_write_time(file, none);
+  if (none) return {};
+  const auto bytes = fs::file_size(file, none);
+  if (none) return {};
+  return {static_cast<std::int64_t>(bytes),
+          std::chrono::duration_cast<std::chrono::nanoseconds>(modified.time_since_epoch()).count()};
+}
+
+// Logs the items that are begun; the meshes are no rows.
+class BegunItems final : public RowSink {
+ public:
+  BegunItems(RemeshFolder& folder, std::span<const PlanItem> items) : folder_(folder), items_(items) {}
+  void begin(std::uint64_t row) override { folder_.log_begun(items_[row].id); }
+  void write(EncodedRow) override {}
+
+ private:
+  RemeshFolder& folder_;
+  std::span<const PlanItem> items_;  // by row
+};
+
 class RemeshJob {
  public:
   RemeshJob(RemeshOptions& options, const StageHook& hook)
       : options_(options), run_(options.run), folder_(options.run.store), hook_(hook) {}
 
   int run() {
-    if (!run_.fresh) earlier_ = read_remesh_table(folder_);
     list_own_files();
     if (earlier_) run_.collect.remembered_root = earlier_->root;
     inputs_ = collect_inputs(run_.inputs, run_.collect);
@@ -76,18 +88,17 @@ class RemeshJob {
     if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes = memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads);
-    names_ = mesh_names(inputs_.items, extension_of(options_.format));
+    names_ = remesh_names(inputs_.items, extension_of(options_.format));
     take_earlier_table();
     check_outputs();
-    fs::create_directories(folder_);
+    try_suspects();
     // A file of somebody else's that --fresh replaces becomes the command's own when it is, not before.
     for (std::size_t i = 0; i < names_.size(); ++i)
       if (is_own(i) || !fs::exists(target(i))) table_.planned.insert(names_[i]);
-    write_remesh_table(folder_, table_);
-    last_table_ = Clock::now();
+    folder_.begin(table_, own_files_);
     const bool stopped = !make_meshes();
     if (!stopped) table_.planned.clear();
-    write_remesh_table(folder_, table_);
+    folder_.end(table_);
     if (stopped) return exit_stopped;
     print_summary();
     return failed() > 0 || !inputs_.notes.unread.empty() ? exit_some_failed : exit_done;
@@ -96,15 +107,17 @@ class RemeshJob {
  private:
   // What earlier runs into this folder have made, or, where the last one did not end, may have.
   void list_own_files() {
-    std::optional<RemeshTable> table = earlier_;
+    std::optional<RemeshTable> table;
     try {
-      if (!table) table = read_remesh_table(folder_);
-    } catch (const RunError&) {  // with --fresh: no table of this command, so nothing here is its own
+      table = folder_.read();
+    } catch (const RunError&) {
+      if (!run_.fresh) throw;  // with --fresh: no table of this command, so nothing here is its own
     }
     if (!table) return;
     own_files_ = table->planned;
     for (const auto& [id, record] : table->records)
       if (!record.file.empty()) own_files_.insert(record.file);
+    if (!run_.fresh) earlier_ = std::move(table);
   }
   bool is_own(std::size_t item) const { return own_files_.contains(names_[item]); }
 
@@ -116,42 +129,69 @@ class RemeshJob {
     if (earlier_->parameters_json != table_.parameters_json)
       throw UsageError(fmt::format(
           "`{}` was made with other parameters: {} (--fresh makes all meshes anew, or choose another folder)",
-          folder_.string(), parameter_differences(earlier_->parameters_json, table_.parameters_json)));
-    std::uint64_t known = 0;
-    for (std::size_t i = 0; i < inputs_.items.size(); ++i) {
-      const auto found = earlier_->records.find(inputs_.items[i].id);
-      if (found == earlier_->records.end()) continue;
-      ++known;
-      if (found->second.status == Status::ok && found->second.file == names_[i] && is_current(i))
-        table_.records.insert(*found);
+          folder_.path().string(), parameter_differences(earlier_->parameters_json, table_.parameters_json)));
+    std::map<std::string_view, std::size_t> rows;
+    for (std::size_t i = 0; i < inputs_.items.size(); ++i) rows[inputs_.items[i].id] = i;
+    for (const auto& [id, record] : earlier_->records) {
+      const auto found = rows.find(id);
+      if (found == rows.end()) {
+        vanished_.insert(id);
+        table_.records[id] = record;
+      } else if (is_current(found->second, record)) {
+        table_.records[id] = record;
+      }
     }
-    vanished_ = earlier_->records.size() - known;
   }
 
-  fs::path target(std::size_t item) const { return folder_ / names_[item]; }
-
-  bool is_current(std::size_t item) const {
-    std::error_code none;
-    const auto made = fs::last_write_time(target(item), none);
-    if (none) return false;
-    const auto changed = fs::last_write_time(file_of(inputs_.items[item]), none);
-    return !none && changed < made;
+  // An item that crashed would do so again, and take its neighbours with it.
+  bool is_current(std::size_t item, const RemeshRecord& record) const {
+    const bool made =
+        record.status == Status::ok && record.file == names_[item] && fs::is_regular_file(target(item));
+    return (made || record.status == Status::crashed) && record.input.bytes >= 0 &&
+           record.input == stamp_of(inputs_.items[item]);
   }
+
+  // The items that an earlier process was at work on when it died, each alone in a child process: those that
+  // crash it, too, are recorded as such. It forks, so no thread may have been started.
+  void try_suspects() {
+    if (!earlier_) return;
+    const GraphParameters parameters = graph_parameters(run_);
+    for (std::size_t i = 0; i < inputs_.items.size(); ++i) {
+      const PlanItem& item = inputs_.items[i];
+      if (!earlier_->begun.contains(item.id) || is_made(i)) continue;
+      const LoneResult result = try_item_alone(
+          item, parameters, [this] { folder_.leave_lock_to_parent(); },
+          [this](GraphStages& list) {
+            add_remesh_stages(list, run_.sample, options_.mesh, [](const PlanItem&, const auto&) {});
+            if (hook_) hook_(list);
+          });
+      if (!result.crashed) continue;
+      RemeshRecord& record = table_.records[item.id];
+      record.status = Status::crashed;
+      record.message = result.reason;
+      record.input = stamp_of(item);
+      if (run_.progress != "none" && run_.progress != "json")
+        fmt::print(stderr, "{}: crashed: {}\n", item.id, result.reason);
+    }
+  }
+
+  fs::path target(std::size_t item) const { return folder_.path() / names_[item]; }
 
   bool is_made(std::size_t item) const { return table_.records.contains(inputs_.items[item].id); }
 
   void check_outputs() {
     OutputGuard guard;
     guard.protect(input_files(run_.inputs, inputs_.items));
-    guard.check_folder(folder_, "-o");
+    guard.check_folder(folder_.path(), "-o");
     refuse_nested_folder();
-    guard.check(remesh_json_path(folder_), {FileKind::json}, "the table of -o", Existing::replace, true);
-    guard.check(remesh_csv_path(folder_), {FileKind::csv}, "the table of -o", Existing::replace, true);
+    guard.check(remesh_json_path(folder_.path()), {FileKind::json}, "the table of -o", Existing::replace,
+                true);
+    guard.check(remesh_csv_path(folder_.path()), {FileKind::csv}, "the table of -o", Existing::replace, true);
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const fs::path name(names_[i]);
       if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end())
         throw UsageError(fmt::format("the item `{}` names a file outside `{}`: leave it out",
-                                     inputs_.items[i].id, folder_.string()));
+                                     inputs_.items[i].id, folder_.path().string()));
       // What no table names is somebody else's.
       const Existing existing = run_.fresh || is_own(i) ? Existing::replace : Existing::keep;
       guard.check(target(i), {kind_of(options_.format)}, "-o", existing, true);
@@ -161,7 +201,7 @@ class RemeshJob {
   // The next run would find the meshes of this one among its inputs.
   void refuse_nested_folder() const {
     std::error_code none;
-    const fs::path own = fs::weakly_canonical(folder_, none);
+    const fs::path own = fs::weakly_canonical(folder_.path(), none);
     for (const std::string& argument : run_.inputs) {
       if (!fs::is_directory(argument, none)) continue;
       const fs::path input = fs::weakly_canonical(argument, none);
@@ -169,27 +209,31 @@ class RemeshJob {
         throw UsageError(fmt::format(
             "-o: `{}` lies in the input folder `{}`, so its meshes would be inputs of the next run: give "
             "another name",
-            folder_.string(), argument));
+            folder_.path().string(), argument));
     }
   }
 
-  std::vector<PlanItem> plan() const {
+  // The items to work on; their inputs are looked at before they are read.
+  std::vector<PlanItem> plan() {
     std::vector<PlanItem> items;
-    for (std::size_t i = 0; i < inputs_.items.size(); ++i)
-      if (!is_made(i)) items.push_back(inputs_.items[i]);
+    stamps_.resize(inputs_.items.size());
+    for (std::size_t i = 0; i < inputs_.items.size(); ++i) {
+      if (is_made(i)) continue;
+      stamps_[i] = stamp_of(inputs_.items[i]);
+      items.push_back(inputs_.items[i]);
+    }
     return items;
   }
 
   GraphStages stages(const EmbreeDevice* device) {
-    GraphStages list = remesh_stages(
-        run_.sample, device, options_.mesh,
-        [this](const PlanItem& item) {
-          return RemeshTarget{target(item.row), options_.format};
-        },
-        [this](const PlanItem& item, const RemeshReport& report) {
-          const std::lock_guard lock(made_mutex_);
-          made_[item.row] = report;
-        });
+    GraphStages list = sampling_stages(run_.sample, device);
+    add_remesh_stages(list, run_.sample, options_.mesh,
+                      [this](const PlanItem& item, const RemeshedSurface& made) {
+                        fs::create_directories(target(item.row).parent_path());
+                        write_mesh(target(item.row), options_.format, made.x, made.y, made.z, made.triangles);
+                        const std::lock_guard lock(made_mutex_);
+                        made_[item.row] = made.report;
+                      });
     if (hook_) hook_(list);
     for (GraphStage& stage : list)
       stage.body = [this, body = std::move(stage.body)](GraphItem& item) { run_or_stop(body, item); };
@@ -238,7 +282,7 @@ class RemeshJob {
       if (items.size() < inputs_.items.size())
         progress.note(fmt::format("continuing: {} of {} models are done already",
                                   inputs_.items.size() - items.size(), inputs_.items.size()));
-      NoRows rows;
+      BegunItems rows(folder_, inputs_.items);
       std::vector<NodeStatistics> nodes;
       const GraphStages list = stages(device ? &*device : nullptr);
       result = run_sampling_graph(items, parameters, list, header_, rows, *stop_, nodes,
@@ -250,7 +294,7 @@ class RemeshJob {
     seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
     done_now_ = result.written;
     if (output_error_) {
-      write_remesh_table(folder_, table_);
+      folder_.end(table_);
       std::rethrow_exception(output_error_);
     }
     if (result.stopped) say_stopped(result);
@@ -259,9 +303,11 @@ class RemeshJob {
 
   void record(const FinishedItem& item) {
     RemeshRecord& record = table_.records[item.plan.id];
+    record = {};
     record.status = item.report.status;
     record.message = item.report.reason;
     record.seconds = item.seconds;
+    record.input = stamps_[item.plan.row];
     if (record.status == Status::ok) {
       {
         const std::lock_guard lock(made_mutex_);
@@ -275,14 +321,12 @@ class RemeshJob {
       std::error_code none;
       fs::remove(target(item.plan.row), none);
     }
-    if (Clock::now() - last_table_ < table_interval) return;
-    write_remesh_table(folder_, table_);
-    last_table_ = Clock::now();
+    folder_.log_record(item.plan.id, record);
   }
 
   void say_stopped(const GraphResult& result) const {
     fmt::print(stderr, "meander: stopped with {} of {} models done{}; the same command{}{} continues\n",
-               table_.records.size(), inputs_.items.size(),
+               items(), inputs_.items.size(),
                result.too_many_failures ? fmt::format(": {} models failed, more than --max-failures {}",
                                                       result.failed, run_.max_failures)
                                         : "",
@@ -290,9 +334,12 @@ class RemeshJob {
                result.too_many_failures ? " with a larger --max-failures" : "");
   }
 
+  std::uint64_t items() const { return table_.records.size() - vanished_.size(); }
+
   std::uint64_t failed() const {
     std::uint64_t count = 0;
-    for (const auto& [id, record] : table_.records) count += record.status != Status::ok;
+    for (const auto& [id, record] : table_.records)
+      count += record.status != Status::ok && !vanished_.contains(id);
     return count;
   }
 
@@ -301,6 +348,7 @@ class RemeshJob {
     RemeshReport sum;
     std::uint64_t incomplete = 0, much_lost = 0;
     for (const auto& [id, record] : table_.records) {
+      if (vanished_.contains(id)) continue;
       ++by_status[record.status];
       sum.vertices += record.mesh.vertices;
       sum.faces += record.mesh.faces;
@@ -312,7 +360,8 @@ class RemeshJob {
       much_lost += record.mesh.dropped_share > much_of_area;
     }
     if (run_.json) return print_json(by_status, sum, incomplete, much_lost);
-    fmt::print("{}: {} models, {} samples each\n", folder_.string(), table_.records.size(), header_.samples);
+    fmt::print("{}: {}, {} samples each\n", folder_.path().string(), counted(items(), "model", "models"),
+               header_.samples);
     for (const auto& [status, count] : by_status) fmt::print("  {:<20}{:>10}\n", name_of(status), count);
     fmt::print("  {} faces, {} vertices: {} beside the samples on boundaries and creases, {} others\n",
                sum.faces, sum.vertices, sum.line_vertices, sum.kept_vertices);
@@ -324,8 +373,9 @@ class RemeshJob {
           "  {} models lost more than {:.0f} % of their area with them, at most {:.0f} %: give more "
           "samples\n",
           much_lost, 100 * much_of_area, 100 * sum.dropped_share);
-    if (vanished_ > 0)
-      fmt::print("  {} items of an earlier run have no input any more; their meshes were left\n", vanished_);
+    if (!vanished_.empty())
+      fmt::print("  {} of an earlier run {} no input any more; their rows and meshes were left\n",
+                 counted(vanished_.size(), "item", "items"), vanished_.size() == 1 ? "has" : "have");
     print_notes(inputs_.notes);
     if (done_now_ > 0) fmt::print("  {} models in {:.2f} s\n", done_now_, seconds_);
   }
@@ -334,8 +384,8 @@ class RemeshJob {
                   std::uint64_t incomplete, std::uint64_t much_lost) const {
     JsonWriter json;
     json.begin_object();
-    json.member("folder", escape_id(folder_.string()));
-    json.member("items", std::uint64_t{table_.records.size()});
+    json.member("folder", escape_id(folder_.path().string()));
+    json.member("items", items());
     json.member("done_now", done_now_);
     json.member("seconds", seconds_);
     json.key("statuses");
@@ -350,7 +400,7 @@ class RemeshJob {
     json.member("models_with_dropped_components", incomplete);
     json.member("models_with_much_area_dropped", much_lost);
     json.member("largest_dropped_share", sum.dropped_share);
-    json.member("vanished", vanished_);
+    json.member("vanished", std::uint64_t{vanished_.size()});
     write_notes(json, inputs_.notes);
     json.end_object();
     fmt::print("{}\n", json.text());
@@ -358,7 +408,7 @@ class RemeshJob {
 
   RemeshOptions& options_;
   RunOptions& run_;
-  const fs::path folder_;
+  RemeshFolder folder_;
   const StageHook& hook_;
   Inputs inputs_;
   StoreHeader header_;
@@ -366,9 +416,10 @@ class RemeshJob {
   std::set<std::string> own_files_;     // see list_own_files
   std::optional<RemeshTable> earlier_;  // that an earlier process left
   RemeshTable table_;                   // touched by the serial writer alone while the graph runs
-  std::uint64_t vanished_ = 0, done_now_ = 0;
+  std::set<std::string> vanished_;      // ids of the table that have no input any more; their meshes stay
+  std::vector<InputStamp> stamps_;      // of the items that are worked on, by row
+  std::uint64_t done_now_ = 0;
   double seconds_ = 0;
-  Clock::time_point last_table_;
   std::atomic<bool>* stop_ = nullptr;
   std::mutex made_mutex_;
   std::map<std::uint64_t, RemeshReport> made_;  // written, not yet recorded; by row

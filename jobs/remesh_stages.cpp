@@ -5,15 +5,12 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh/mesh_writer.h"
 #include "kernels/sample/point_frames.h"
 #include "pipeline/memory_estimate.h"
 
 namespace meander {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::uint64_t bytes_per_triangle = 120;         // half-edges, vertices
 constexpr std::uint64_t bytes_per_fitted_triangle = 260;  // one and a half points of the surface to fit to
@@ -78,26 +75,18 @@ std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool
          std::uint64_t{samples} * bytes_per_sample;
 }
 
-GraphStages remesh_stages(const SampleParameters& parameters, const EmbreeDevice* device,
-                          const RemeshParameters& mesh,
-                          std::function<RemeshTarget(const PlanItem&)> target_of,
-                          std::function<void(const PlanItem&, const RemeshReport&)> done) {
-  GraphStages stages = sampling_stages(parameters, device);
+void add_remesh_stages(GraphStages& stages, const SampleParameters& parameters, const RemeshParameters& mesh,
+                       std::function<void(const PlanItem&, const RemeshedSurface&)> made) {
   stages.front().body = [&parameters, fit = mesh.fit,
                          read = std::move(stages.front().body)](GraphItem& item) {
     read(item);
     check_memory(item, parameters, fit);
   };
-  stages.push_back(
-      {"remesh_surface", [mesh, target_of = std::move(target_of), done = std::move(done)](GraphItem& item) {
-         const RemeshedSurface made = remesh(item.model, mesh);
-         const RemeshTarget target = target_of(*item.plan);
-         item.model.cancel.check();
-         fs::create_directories(target.path.parent_path());
-         write_mesh(target.path, target.format, made.x, made.y, made.z, made.triangles);
-         done(*item.plan, made.report);
-       }});
-  return stages;
+  stages.push_back({"remesh_surface", [mesh, made = std::move(made)](GraphItem& item) {
+                      const RemeshedSurface model = remesh(item.model, mesh);
+                      item.model.cancel.check();
+                      made(*item.plan, model);
+                    }});
 }
 
 }  // namespace meander

@@ -1,7 +1,6 @@
-// The stages of `meander remesh`: those of `run`, then the mesh and its file.
+// The stages of `meander remesh`: those of `run`, then the mesh.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 
 #include "io/mesh/mesh_reader.h"
@@ -13,17 +12,9 @@ namespace meander {
 // Peak memory of making a mesh, beside what the samples and the prepared mesh take.
 std::uint64_t remesh_bytes(const MeshEstimate& mesh, std::uint32_t samples, bool fit);
 
-struct RemeshTarget {
-  std::filesystem::path path;
-  MeshFormat format = MeshFormat::ply;
-};
-
-// read_mesh .. place_samples as `run` has them, then remesh_surface, which writes the file too. `parameters`
-// must outlive the stages. target_of: where the mesh of an item goes; done: called with what was made, when
-// the file is whole; both from many threads.
-GraphStages remesh_stages(const SampleParameters& parameters, const EmbreeDevice* device,
-                          const RemeshParameters& mesh,
-                          std::function<RemeshTarget(const PlanItem&)> target_of,
-                          std::function<void(const PlanItem&, const RemeshReport&)> done);
+// Adds the making of the mesh to the stages that `run` has (sampling_stages). `parameters` must outlive them.
+// made: called with the mesh, in the coordinates of the file; from many threads.
+void add_remesh_stages(GraphStages& stages, const SampleParameters& parameters, const RemeshParameters& mesh,
+                       std::function<void(const PlanItem&, const RemeshedSurface&)> made);
 
 }  // namespace meander

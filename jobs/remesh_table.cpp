@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "io/file/atomic_file.h"
-#include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
@@ -16,8 +14,6 @@
 #include "io/table/csv_writer.h"
 
 namespace meander {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -46,7 +42,8 @@ constexpr Column columns[] = {
     of_mesh<&RemeshReport::boundary_loops>("boundary_loops"),
     of_mesh<&RemeshReport::euler>("euler"),
     of_mesh<&RemeshReport::dropped_components>("dropped_components"),
-    of_mesh<&RemeshReport::coincident_samples>("coincident_samples")};
+    of_mesh<&RemeshReport::coincident_samples>("coincident_samples"),
+    of_mesh<&RemeshReport::coarse_lines>("coarse_lines")};
 
 struct Fraction {
   const char* name;
@@ -71,7 +68,50 @@ RemeshRecord record_of(const JsonObject& json, const std::string& source) {
     const auto found = json.members().find(fraction.name);
     if (found != json.members().end()) fraction.in(record) = std::strtod(found->second.c_str(), nullptr);
   }
+  record.input = {json.integer("input_bytes").value_or(-1), json.integer("input_modified").value_or(-1)};
   return record;
+}
+
+void write_record(JsonWriter& json, RemeshRecord record) {
+  json.begin_object();
+  json.member("status", name_of(record.status));
+  json.member("message", record.message);
+  json.member("file", record.file);
+  if (record.status == Status::ok)
+    for (const Column& column : columns) json.member(column.name, column.get(record));
+  for (const Fraction& fraction : fractions) json.member(fraction.name, fraction.in(record));
+  json.member("input_bytes", record.input.bytes);
+  json.member("input_modified", record.input.modified);
+  json.end_object();
+}
+
+}  // namespace
+
+std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string remesh_message(const RemeshReport& report) {
+  std::string message;
+  const auto add = [&](const std::string& sentence) { message += (message.empty() ? "" : "; ") + sentence; };
+  if (report.dropped_components > 0)
+    add(fmt::format("{} of {} {} no sample and {} dropped, {:.2g} % of the area: more samples keep them",
+                    report.dropped_components,
+                    counted(report.dropped_components + report.components, "component", "components"),
+                    report.dropped_components == 1 ? "has" : "have",
+                    report.dropped_components == 1 ? "was" : "were", 100 * report.dropped_share));
+  if (report.kept_vertices > 0)
+    add(fmt::format("{} beside the samples stayed: none of the removals tried keeps the topology",
+                    counted(report.kept_vertices, "vertex", "vertices")));
+  if (report.coincident_samples > 0)
+    add(fmt::format("{} at places where others are",
+                    counted(report.coincident_samples, "sample is", "samples are")));
+  if (report.coarse_lines > 0)
+    add(fmt::format(
+        "boundaries and creases of {} have longer edges than asked: they would need more than four "
+        "times the vertices of all the rest",
+        counted(report.coarse_lines, "component", "components")));
+  return message;
 }
 
 std::string json_of(const RemeshTable& table) {
@@ -88,16 +128,9 @@ std::string json_of(const RemeshTable& table) {
   }
   json.key("items");
   json.begin_object();
-  for (auto [id, record] : table.records) {
+  for (const auto& [id, record] : table.records) {
     json.key(id);
-    json.begin_object();
-    json.member("status", name_of(record.status));
-    json.member("message", record.message);
-    json.member("file", record.file);
-    if (record.status == Status::ok)
-      for (const Column& column : columns) json.member(column.name, column.get(record));
-    for (const Fraction& fraction : fractions) json.member(fraction.name, fraction.in(record));
-    json.end_object();
+    write_record(json, record);
   }
   json.end_object();
   json.end_object();
@@ -119,33 +152,8 @@ std::string csv_of(const RemeshTable& table) {
   return csv_text(csv);
 }
 
-}  // namespace
-
-std::string remesh_message(const RemeshReport& report) {
-  std::string message;
-  const auto add = [&](const std::string& sentence) { message += (message.empty() ? "" : "; ") + sentence; };
-  if (report.dropped_components > 0)
-    add(
-        fmt::format("{} of {} components have no sample and were dropped, {:.2g} % of the area: more samples "
-                    "keep them",
-                    report.dropped_components, report.dropped_components + report.components,
-                    100 * report.dropped_share));
-  if (report.kept_vertices > 0)
-    add(fmt::format("{} vertices of the surface stayed: none of the removals tried keeps the topology",
-                    report.kept_vertices));
-  if (report.coincident_samples > 0)
-    add(fmt::format("{} samples are at places where others are", report.coincident_samples));
-  return message;
-}
-
-fs::path remesh_json_path(const fs::path& folder) { return folder / "remesh.json"; }
-fs::path remesh_csv_path(const fs::path& folder) { return folder / "remesh.csv"; }
-
-std::optional<RemeshTable> read_remesh_table(const fs::path& folder) {
-  const std::string source = remesh_json_path(folder).string();
-  const std::optional<std::string> text = content_if_exists(source);
-  if (!text) return std::nullopt;
-  const JsonObject json(*text, source);
+RemeshTable remesh_table_of(const std::string& text, const std::string& source) {
+  const JsonObject json(text, source);
   if (json.text("made_by") != "meander remesh")
     throw RunError(
         RunError::Kind::unusable,
@@ -166,9 +174,41 @@ std::optional<RemeshTable> read_remesh_table(const fs::path& folder) {
   return table;
 }
 
-void write_remesh_table(const fs::path& folder, const RemeshTable& table) {
-  replace_file(remesh_csv_path(folder), csv_of(table));
-  replace_file(remesh_json_path(folder), json_of(table));
+std::string log_line(const std::string& id) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("begun", id);
+  json.end_object();
+  return json.text() + "\n";
+}
+
+std::string log_line(const std::string& id, const RemeshRecord& record) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("id", id);
+  json.key("record");
+  write_record(json, record);
+  json.end_object();
+  return json.text() + "\n";
+}
+
+void add_logged(std::string_view log, const std::string& source, RemeshTable& table) {
+  for (std::size_t end; (end = log.find('\n')) != std::string_view::npos; log.remove_prefix(end + 1)) {
+    try {
+      const JsonObject line(log.substr(0, end), source);
+      if (const auto begun = line.text("begun")) {
+        table.begun.insert(*begun);
+      } else {
+        const std::string id = line.text("id").value_or("");
+        const auto record = line.members().find("record");
+        if (id.empty() || record == line.members().end()) return;
+        table.records[id] = record_of(JsonObject(record->second, source), source);
+        table.begun.erase(id);
+      }
+    } catch (const RunError&) {
+      return;
+    }
+  }
 }
 
 }  // namespace meander

@@ -1,16 +1,24 @@
-// What `meander remesh` made: DIR/remesh.json and DIR/remesh.csv, one row an item.
+// What `meander remesh` made, one row an item: DIR/remesh.json and DIR/remesh.csv; while it works, the lines
+// of DIR/remesh.json.log since.
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "kernels/core/status.h"
 #include "kernels/remesh/remesh_surface.h"
 
 namespace meander {
+
+// By which a changed input is known.
+struct InputStamp {
+  std::int64_t bytes = -1;     // of the file, or of the archive that it is in; -1: not known
+  std::int64_t modified = -1;  // nanoseconds of the system's file clock
+  bool operator==(const InputStamp&) const = default;
+};
 
 struct RemeshRecord {
   Status status = Status::internal;
@@ -19,6 +27,7 @@ struct RemeshRecord {
   std::uint32_t samples = 0;
   RemeshReport mesh;
   double seconds = 0;  // from the item's admission to its row; depends on the machine
+  InputStamp input;    // when it was read
 };
 
 struct RemeshTable {
@@ -26,18 +35,26 @@ struct RemeshTable {
   std::string root;                             // of the ids of lists; empty where there are none
   std::map<std::string, RemeshRecord> records;  // by id
   std::set<std::string> planned;  // files that a run that has not ended may have made; empty at its end
+  std::set<std::string> begun;    // ids that a process which died was at work on; in the log alone
 };
+
+// "1 mesh", "2 meshes": the number and the noun that fits it.
+std::string counted(std::uint64_t count, std::string_view one, std::string_view many);
 
 // What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed.
 std::string remesh_message(const RemeshReport& report);
 
-// The table in a folder; nothing where there is none. Throws RunError where it is not one.
-std::optional<RemeshTable> read_remesh_table(const std::filesystem::path& folder);
+// Both files, as text.
+std::string json_of(const RemeshTable& table);
+std::string csv_of(const RemeshTable& table);
+// Throws RunError where `text`, the content of `source`, is no table of the command.
+RemeshTable remesh_table_of(const std::string& text, const std::string& source);
 
-// Both files, each whole or not at all. Throws FileError.
-void write_remesh_table(const std::filesystem::path& folder, const RemeshTable& table);
-
-std::filesystem::path remesh_json_path(const std::filesystem::path& folder);
-std::filesystem::path remesh_csv_path(const std::filesystem::path& folder);
+// Lines of the log: an item that is begun, and what became of one.
+std::string log_line(const std::string& id);
+std::string log_line(const std::string& id, const RemeshRecord& record);
+// Adds the whole lines of a log to the table. What follows the first line that is none, as a kill or a power
+// cut may leave it, is not looked at.
+void add_logged(std::string_view log, const std::string& source, RemeshTable& table);
 
 }  // namespace meander

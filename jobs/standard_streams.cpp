@@ -12,13 +12,13 @@ namespace meander {
 
 namespace {
 
-struct Descriptor {
+struct GuardedStream {
   int number;
   bool closed = false;  // its reader is gone
 };
 
 ssize_t write_some(void* cookie, const char* data, std::size_t size) {
-  auto& to = *static_cast<Descriptor*>(cookie);
+  auto& to = *static_cast<GuardedStream*>(cookie);
   std::size_t done = 0;
   while (done < size && !to.closed) {
     const ssize_t wrote = ::write(to.number, data + done, size - done);
@@ -35,7 +35,7 @@ ssize_t write_some(void* cookie, const char* data, std::size_t size) {
 
 // The same descriptor through a stream that ignores a closed pipe; `fallback` where there is no memory for
 // it.
-std::FILE* forgiving(Descriptor& to, std::FILE* fallback, int buffering) {
+std::FILE* forgiving(GuardedStream& to, std::FILE* fallback, int buffering) {
   const cookie_io_functions_t functions{nullptr, write_some, nullptr, nullptr};
   std::FILE* const stream = ::fopencookie(&to, "w", functions);
   if (stream == nullptr) return fallback;
@@ -50,7 +50,7 @@ void prepare_standard_streams() {
   // The lowest free number is given first: 0, 1, 2 in turn.
   for (const int number : {0, 1, 2})
     if (::fcntl(number, F_GETFD) < 0 && errno == EBADF && ::open("/dev/null", O_RDWR) < 0) break;
-  static Descriptor out{STDOUT_FILENO}, error{STDERR_FILENO};
+  static GuardedStream out{STDOUT_FILENO}, error{STDERR_FILENO};
   stdout = forgiving(out, stdout, ::isatty(STDOUT_FILENO) != 0 ? _IOLBF : _IOFBF);
   stderr = forgiving(error, stderr, _IONBF);
 }

@@ -3,6 +3,7 @@
 // Each throws ItemError as read_mesh does. `text` is UTF-8 or binary, without a byte-order mark.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,9 @@
 #include "io/mesh/polygon_parts.h"
 
 namespace meander {
+
+// How often loops over rows look whether they are to stop.
+inline constexpr std::size_t rows_between_checks = 65536;
 
 PolygonMesh read_off(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const BlockRule& rule);

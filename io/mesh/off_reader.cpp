@@ -17,8 +17,6 @@ namespace {
 using text::TextCursor;
 using text::Token;
 
-constexpr std::size_t rows_between_checks = 65536;
-
 // points: faces are not read and need not be there; coordinates are finite, and where no face is promised
 // nothing follows the vertices.
 enum class Wanted : std::uint8_t { mesh, points };

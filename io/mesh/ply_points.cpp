@@ -16,8 +16,6 @@ namespace {
 using text::TextCursor;
 using text::Token;
 
-constexpr std::size_t rows_between_checks = 65536;
-
 class PlyPointReader {
  public:
   PlyPointReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule)

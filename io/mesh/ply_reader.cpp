@@ -18,7 +18,6 @@ using text::TextCursor;
 using text::Token;
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t rows_between_checks = 65536;
 
 // What an element's rows are to a mesh. Only the first element of a name counts.
 enum class Role : std::uint8_t { other, vertices, faces, strips };

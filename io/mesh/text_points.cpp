@@ -15,7 +15,6 @@ namespace {
 
 using text::TextCursor;
 
-constexpr std::size_t rows_between_checks = 65536;
 constexpr std::size_t most_columns = 6;  // further columns are ignored
 
 std::string numbers(std::size_t count) {

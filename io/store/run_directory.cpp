@@ -1,7 +1,4 @@
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,7 +6,7 @@
 #include <limits>
 
 #include "io/file/directory.h"
-#include "io/file/read_file.h"
+#include "io/file/folder_lock.h"
 #include "io/store/journal.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
@@ -22,48 +19,12 @@ using namespace store;
 namespace {
 
 constexpr std::uint8_t not_done = 0xFF;
+constexpr const char* lock_name = "lock";  // in STORE.run
 
 fs::path with_suffix(const fs::path& store, std::string_view suffix) {
   fs::path path = store;
   path += suffix;
   return path;
-}
-
-// Takes STORE.run/lock, which the kernel frees when the process ends, however it ends. Empty when there is no
-// run folder and none is to be made.
-FileDescriptor lock_run_folder(const fs::path& folder, bool create) {
-  const fs::path path = folder / "lock";
-  for (;;) {
-    if (create) make_folder(folder);
-    if (!fs::exists(folder)) {
-      if (fs::is_symlink(folder)) throw_file_error(ENOENT, "follow the link", folder);
-      if (create) continue;
-      return {};
-    }
-    FileDescriptor file = try_open(path, O_RDWR | O_CREAT);
-    const int error = file ? 0 : errno;
-    if (error == ENOENT && !fs::is_symlink(path))
-      continue;  // a finishing process has just removed the folder
-    if (error != 0) throw_file_error(error, "open", path);
-    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-      if (errno == EINTR) continue;
-      if (errno != EWOULDBLOCK) throw_file_error(errno, "lock", path);
-      const std::string holder = content_if_exists(path).value_or("");
-      throw RunError(RunError::Kind::stopped,
-                     fmt::format("another process{} holds {}", holder.empty() ? "" : " (pid " + holder + ")",
-                                 folder.string()));
-    }
-    // The lock counts only if the file is still the one that others find under this name.
-    struct stat mine {
-    }, named{};
-    if (::fstat(file.get(), &mine) != 0 || ::stat(path.c_str(), &named) != 0 || mine.st_ino != named.st_ino ||
-        mine.st_dev != named.st_dev)
-      continue;
-    const std::string pid = std::to_string(::getpid());
-    truncate_file(file, 0, path);
-    write_at(file, std::as_bytes(std::span(pid)), 0, path);
-    return file;
-  }
 }
 
 // Files that a killed process may have left beside the store. Called with the lock of the run folder held.
@@ -133,7 +94,7 @@ struct RunDirectory::State {
         plan(run_plan),
         layout(make_layout(header)),
         shards((header.ids.size() + shard_rows - 1) / shard_rows),
-        lock(lock_run_folder(folder, true)),
+        lock(lock_folder(folder, lock_name, true)),
         journals(folder / "journal", shards),
         status(header.ids.size(), not_done),
         offset(header.ids.size(), 0),
@@ -317,7 +278,7 @@ void RunDirectory::finish() {
 }
 
 void discard_run(const fs::path& store) {
-  const FileDescriptor lock = lock_run_folder(with_suffix(store, ".run"), false);
+  const FileDescriptor lock = lock_folder(with_suffix(store, ".run"), lock_name, false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);
 }

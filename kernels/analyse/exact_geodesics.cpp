@@ -17,13 +17,13 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-struct Point {
+struct PlanePoint {
   double x = 0, y = 0;
 };
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
-double cross(Point a, Point b) { return a.x * b.y - a.y * b.x; }
-double dot(Point a, Point b) { return a.x * b.x + a.y * b.y; }
-double length_of(Point a) { return std::sqrt(dot(a, a)); }
+PlanePoint operator-(PlanePoint a, PlanePoint b) { return {a.x - b.x, a.y - b.y}; }
+double cross(PlanePoint a, PlanePoint b) { return a.x * b.y - a.y * b.x; }
+double dot(PlanePoint a, PlanePoint b) { return a.x * b.x + a.y * b.y; }
+double length_of(PlanePoint a) { return std::sqrt(dot(a, a)); }
 
 // What all sources share.
 struct Geometry {
@@ -65,7 +65,7 @@ struct Window {
   double nearest = 0;  // any distance through it is at least this
   double before = 0;   // distance from the source to the origin
   double low = 0, high = 0;
-  Point origin;
+  PlanePoint origin;
   std::uint32_t h = no_index, vertex = 0;
 };
 struct Later {
@@ -148,8 +148,8 @@ class Search {
 
   // Whether the start or the end of its half-edge, by a path along the edge, beats every point of the window.
   bool beaten(const Window& window) const {
-    const double by_low = window.before + length_of(window.origin - Point{window.low, 0});
-    const double by_high = window.before + length_of(window.origin - Point{window.high, 0});
+    const double by_low = window.before + length_of(window.origin - PlanePoint{window.low, 0});
+    const double by_high = window.before + length_of(window.origin - PlanePoint{window.high, 0});
     const double slack = 1 + 1e-12;
     const std::uint32_t start = mesh_.triangles[window.h], end = mesh_.triangles[next_half_edge(window.h)];
     return by_high > slack * (reached_[start] + window.high) ||
@@ -162,7 +162,7 @@ class Search {
     window.high = std::min(window.high, size);
     if (!(window.high - window.low > 1e-13 * size) || beaten(window)) return;
     const double foot = std::clamp(window.origin.x, window.low, window.high);
-    window.nearest = window.before + length_of(window.origin - Point{foot, 0});
+    window.nearest = window.before + length_of(window.origin - PlanePoint{foot, 0});
     queue_.push(window);
   }
 
@@ -171,10 +171,12 @@ class Search {
     const std::uint32_t h = window.h, next = next_half_edge(h), previous = previous_half_edge(h);
     const double base = geometry_.length[h], left = geometry_.length[previous],
                  right = geometry_.length[next];
-    const Point apex{0.5 * (base + (left - right) * (left + right) / base), 2 * geometry_.area[h / 3] / base};
-    const Point origin = window.origin, start{0, 0}, end{base, 0};
-    const Point low_ray = Point{window.low, 0} - origin, high_ray = Point{window.high, 0} - origin;
-    const Point to_apex = apex - origin;
+    const PlanePoint apex{0.5 * (base + (left - right) * (left + right) / base),
+                          2 * geometry_.area[h / 3] / base};
+    const PlanePoint origin = window.origin, start{0, 0}, end{base, 0};
+    const PlanePoint low_ray = PlanePoint{window.low, 0} - origin,
+                     high_ray = PlanePoint{window.high, 0} - origin;
+    const PlanePoint to_apex = apex - origin;
     const double by_low = cross(low_ray, to_apex), by_high = cross(high_ray, to_apex);
     const bool right_of_low = by_low <= 0, left_of_high = by_high >= 0;
     // An apex on the common ray of two windows must not fall between them.
@@ -191,13 +193,13 @@ class Search {
   // Pushes the window that leaves through half-edge `side`, which the neighbour sees from `from` to `to`:
   // from the outer ray to the inner one, or to the apex when there is none. `behind` is the triangle's vertex
   // off that side.
-  void pass(const Window& window, std::uint32_t side, Point from, Point to, double size, Point outer,
-            const Point* inner, Point behind, bool is_left) {
+  void pass(const Window& window, std::uint32_t side, PlanePoint from, PlanePoint to, double size,
+            PlanePoint outer, const PlanePoint* inner, PlanePoint behind, bool is_left) {
     const std::uint32_t other = mesh_.opposite[side];
     if (other == no_index) return;
-    const Point axis{(to.x - from.x) / size, (to.y - from.y) / size};
-    const Point relative = window.origin - from;
-    const auto hit = [&](Point ray, double otherwise) {
+    const PlanePoint axis{(to.x - from.x) / size, (to.y - from.y) / size};
+    const PlanePoint relative = window.origin - from;
+    const auto hit = [&](PlanePoint ray, double otherwise) {
       const double u = cross(relative, ray) / cross(axis, ray);
       return std::isfinite(u) ? u : otherwise;
     };
@@ -210,7 +212,7 @@ class Search {
     // The vertex behind, off the side of the paths, against the far end: it then beats all that lies between.
     const double far = std::clamp(is_left ? child.low : child.high, 0.0, size);
     const std::uint32_t behind_vertex = mesh_.triangles[previous_half_edge(side)];
-    const Point far_point{from.x + far * axis.x, from.y + far * axis.y};
+    const PlanePoint far_point{from.x + far * axis.x, from.y + far * axis.y};
     const double by_window = window.before + length_of(far_point - window.origin);
     if (by_window > (1 + 1e-12) * (reached_[behind_vertex] + length_of(far_point - behind))) return;
     push(child);

@@ -15,7 +15,7 @@ namespace meander {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t sample_block = 256;
+constexpr std::size_t neighbour_block = 256;
 
 // Infinite where the samples are not neighbours. Never below half the chord over s1 of either sample.
 double metric_length(const PreparedTangentSamples& samples, std::uint32_t i, std::uint32_t j) {
@@ -31,7 +31,7 @@ double metric_length(const PreparedTangentSamples& samples, std::uint32_t i, std
 // Calls visit(position in the tree) for all samples, in parallel.
 template <class Visit>
 void for_each_sample(const KdTree<3>& tree, const Visit& visit) {
-  parallel_blocks(tree.count(), sample_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(tree.count(), neighbour_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) visit(p);
   });
 }

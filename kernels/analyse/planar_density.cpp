@@ -8,25 +8,26 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t nodes = 24;
+constexpr std::size_t legendre_nodes = 24;
 struct Rule {
-  std::array<double, nodes> at, weight;  // on [0, 1]
+  std::array<double, legendre_nodes> at, weight;  // on [0, 1]
 };
 
 // Gauss-Legendre: roots of the Legendre polynomial by Newton's method from Chebyshev's guesses.
 Rule make_rule() {
   Rule rule;
-  for (std::size_t i = 0; i < nodes; ++i) {
-    double z = std::cos(std::numbers::pi * (static_cast<double>(i) + 0.75) / (nodes + 0.5)), slope = 1;
+  for (std::size_t i = 0; i < legendre_nodes; ++i) {
+    double z = std::cos(std::numbers::pi * (static_cast<double>(i) + 0.75) / (legendre_nodes + 0.5)),
+           slope = 1;
     for (int step = 0; step < 10; ++step) {
       double p = z, before = 1;
-      for (std::size_t k = 2; k <= nodes; ++k) {
+      for (std::size_t k = 2; k <= legendre_nodes; ++k) {
         const auto d = static_cast<double>(k);
         const double next = ((2 * d - 1) * z * p - (d - 1) * before) / d;
         before = p;
         p = next;
       }
-      slope = nodes * (z * p - before) / (z * z - 1);
+      slope = legendre_nodes * (z * p - before) / (z * z - 1);
       z -= p / slope;
     }
     rule.at[i] = 0.5 * (1 - z);
@@ -39,7 +40,7 @@ template <class Function>
 double integrate(double from, double to, const Function& f) {
   static const Rule rule = make_rule();
   double sum = 0;
-  for (std::size_t i = 0; i < nodes; ++i) sum += rule.weight[i] * f(from + (to - from) * rule.at[i]);
+  for (std::size_t i = 0; i < legendre_nodes; ++i) sum += rule.weight[i] * f(from + (to - from) * rule.at[i]);
   return (to - from) * sum;
 }
 

@@ -19,7 +19,7 @@ struct Point {
   friend bool operator==(const Point&, const Point&) = default;
 };
 
-double length_of(double u, double v) { return std::sqrt(u * u + v * v); }
+double edge_length(double u, double v) { return std::sqrt(u * u + v * v); }
 
 // Drops points that cannot be on the hull: inside the quadrilateral of the extremes in four directions.
 std::vector<Point> hull_candidates(std::span<const double> u, std::span<const double> v) {
@@ -77,7 +77,7 @@ Point best_direction(const std::vector<Point>& hull) {
   std::size_t right = 0, top = 0, left = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const Point a = hull[i], b = hull[(i + 1) % n];
-    const double length = length_of(b.u - a.u, b.v - a.v);
+    const double length = edge_length(b.u - a.u, b.v - a.v);
     if (!(length > 0)) continue;
     const Point d{(b.u - a.u) / length, (b.v - a.v) / length};
     const auto along = [&](std::size_t j) { return hull[j % n].u * d.u + hull[j % n].v * d.v; };
@@ -105,7 +105,7 @@ double fit_square(std::span<double> u, std::span<double> v) {
   if (hull.size() >= 3) {
     d = best_direction(hull);
   } else if (hull.size() == 2) {
-    const double length = length_of(hull[1].u - hull[0].u, hull[1].v - hull[0].v);
+    const double length = edge_length(hull[1].u - hull[0].u, hull[1].v - hull[0].v);
     if (length > 0) d = {(hull[1].u - hull[0].u) / length, (hull[1].v - hull[0].v) / length};
   }
   double low_u = std::numeric_limits<double>::infinity(), high_u = -low_u, low_v = low_u, high_v = -low_u;

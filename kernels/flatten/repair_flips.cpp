@@ -16,7 +16,7 @@ constexpr int rounds = 3;         // patches may overlap: repeat after all were 
 constexpr std::size_t too_many = 4096;
 
 // Units of WorkBudget, each time that a triangle is visited or judged.
-constexpr std::uint64_t work_per_triangle = 64;
+constexpr std::uint64_t work_per_scanned_triangle = 64;
 
 class Patcher {
  public:
@@ -47,7 +47,8 @@ class Patcher {
       for (const std::uint32_t w : vertices)
         if (!on_boundary(w)) free.push_back(w);
       const std::vector<std::uint32_t> touched = triangles_at(free);
-      if (!spend(budget_, work_per_triangle * (std::exchange(visits_, 0) + 2 * touched.size()))) break;
+      if (!spend(budget_, work_per_scanned_triangle * (std::exchange(visits_, 0) + 2 * touched.size())))
+        break;
       if (free.empty()) continue;
       const std::size_t before = count_bad(touched);
       const std::vector<double> old = positions(free);
@@ -175,13 +176,13 @@ std::uint32_t repair_flips(const IntrinsicDisk& disk, const ChartGeometry& geome
   std::vector<std::uint32_t> left(bad.begin(), bad.end());
   for (int round = 0; round < rounds && !left.empty(); ++round) {
     for (const std::uint32_t t : left) {
-      if (!spend(budget, work_per_triangle)) return patcher.moved_count();
+      if (!spend(budget, work_per_scanned_triangle)) return patcher.moved_count();
       if (!patcher.bad(t)) continue;  // repaired together with another one
       cancel.check();
       patcher.mend(t);
     }
     const std::size_t before = left.size();
-    if (!spend(budget, work_per_triangle * disk.triangle_count())) break;
+    if (!spend(budget, work_per_scanned_triangle * disk.triangle_count())) break;
     left = scan_map(geometry, disk.triangles, u, v).bad;
     if (left.size() >= before) break;
   }

@@ -21,7 +21,7 @@ struct Findings {
 };
 
 // The corners at one vertex, one half-edge that starts there each. 8 more entries can be read.
-struct Star {
+struct OutgoingEdges {
   std::uint32_t vertex;
   std::size_t size;
   const std::uint32_t* half_edges;
@@ -68,7 +68,7 @@ struct SmallStar {
   Eight next, previous;
   Bits valid;
 
-  explicit SmallStar(const Star& star)
+  explicit SmallStar(const OutgoingEdges& star)
       : next(star.next), previous(star.previous), valid(((Bits{1} << star.size) - 1) * 0x101) {}
   Bits at(std::uint32_t value) const { return incidences(next, previous, value) & valid; }
 };
@@ -77,10 +77,10 @@ struct SmallStar {
 struct MediumStar {
   using Bits = std::uint64_t;
   static constexpr std::size_t most = 32;
-  const Star& star;
+  const OutgoingEdges& star;
   Bits valid;
 
-  explicit MediumStar(const Star& of) : star(of), valid(((Bits{1} << of.size) - 1) * 0x100000001) {}
+  explicit MediumStar(const OutgoingEdges& of) : star(of), valid(((Bits{1} << of.size) - 1) * 0x100000001) {}
   Bits at(std::uint32_t value) const {
     Bits bits = 0;
     for (std::size_t k = 0; k < star.size; k += 8) {
@@ -96,7 +96,7 @@ struct MediumStar {
 // hashing them costs more. Whether faces around the vertex join all its corners is the result; false may also
 // mean that it was not found out.
 template <class Corners>
-bool pair_star(const Star& star, Findings& findings) {
+bool pair_star(const OutgoingEdges& star, Findings& findings) {
   using Bits = typename Corners::Bits;
   constexpr std::size_t most = Corners::most, none = 2 * most;
   const Corners corners(star);
@@ -142,7 +142,7 @@ bool pair_star(const Star& star, Findings& findings) {
 }
 
 // The same for fans of many triangles. O(n log n), 16 bytes a corner of scratch.
-void pair_by_sorting(const Star& star, Findings& findings) {
+void pair_by_sorting(const OutgoingEdges& star, Findings& findings) {
   // The vertex at the other end, then 2 i where corner i's half-edge leaves, 2 i + 1 where one arrives.
   std::vector<std::uint64_t> ends(2 * star.size);
   for (std::size_t i = 0; i < star.size; ++i) {
@@ -195,8 +195,8 @@ std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::siz
   }
   Findings findings{opposite.data()};
   for (std::size_t v = 0, begin = 0; v < vertex_count; begin = end[v++]) {
-    const Star star{static_cast<std::uint32_t>(v), end[v] - begin, half_edges + begin, next + begin,
-                    previous + begin};
+    const OutgoingEdges star{static_cast<std::uint32_t>(v), end[v] - begin, half_edges + begin, next + begin,
+                             previous + begin};
     if (star.size == 0) continue;
     bool one_fan = false;
     if (star.size <= SmallStar::most)

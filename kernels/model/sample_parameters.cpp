@@ -55,7 +55,9 @@ std::vector<std::string> validate(const SampleParameters& p) {
   if (p.locate == LocatorKind::first_hit && p.place.place == PlaceKind::element)
     problems.push_back("the locator first-hit knows curve vertices only: place at vertices");
   if (p.place.sequence == SequenceKind::spaced && p.place.place == PlaceKind::vertex)
-    problems.push_back("the sequence spaced chooses points in elements: place at elements, not vertices");
+    problems.push_back(
+        "the sequence `spaced` chooses points in elements: place at elements, not vertices, or choose "
+        "another sequence");
   check_range(problems, "descriptor bins", p.describe.bins, 8, 1024);
   check_range(problems, "geodesic sources", p.describe.geodesic_sources, 0, 2147483648.0);
   if (!p.describe.descriptors.empty() && p.place.samples < 4)

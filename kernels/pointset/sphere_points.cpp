@@ -13,7 +13,7 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-SpherePoints points_of(std::size_t count) {
+SpherePoints empty_points(std::size_t count) {
   SpherePoints points;
   points.x.resize(count);
   points.y.resize(count);
@@ -29,7 +29,7 @@ void put(SpherePoints& points, std::size_t i, double angle, double height) {
 }
 
 SpherePoints fibonacci(std::uint32_t count) {
-  SpherePoints points = points_of(count);
+  SpherePoints points = empty_points(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const double turns = i / std::numbers::phi;
     put(points, i, turn * (turns - std::floor(turns)), 1 - (2.0 * i + 1) / count);
@@ -38,7 +38,7 @@ SpherePoints fibonacci(std::uint32_t count) {
 }
 
 SpherePoints spiral(std::uint32_t count) {
-  SpherePoints points = points_of(count);
+  SpherePoints points = empty_points(count);
   double angle = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const double height = count == 1 ? -1 : -1 + 2.0 * i / (count - 1.0);
@@ -63,7 +63,7 @@ bool is_deterministic(SphereMethod method) {
 }
 
 SpherePoints lift_to_sphere(const PlanarPoints& planar) {
-  SpherePoints points = points_of(planar.count());
+  SpherePoints points = empty_points(planar.count());
   parallel_blocks(planar.count(), sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) put(points, i, turn * planar.x[i], 1 - 2 * planar.y[i]);
   });

@@ -18,7 +18,7 @@ constexpr double worthwhile_flip = 0.98;  // squared distance after over before
 constexpr double edge_weight = 0.5;       // of the middle of an edge over the points around it
 constexpr int flip_passes = 3, solver_steps = 40;
 constexpr double solved = 1e-5;  // residual over that of the start
-constexpr std::uint32_t check_every = 4096;
+constexpr std::uint32_t fits_between_checks = 4096;
 
 class Fitter {
  public:
@@ -113,7 +113,7 @@ class Fitter {
   void locate_all() {
     first_of_.assign(mesh_.triangle_count(), no_index);
     for (std::size_t i = points_.size(); i-- > 0;) {
-      if (i % check_every == 0) cancel_.check();
+      if (i % fits_between_checks == 0) cancel_.check();
       locate(i);
       put(static_cast<std::uint32_t>(i), triangle_[i]);
     }
@@ -181,7 +181,7 @@ class Fitter {
   std::uint32_t flip_all() {
     std::uint32_t flips = 0;
     for (std::uint32_t h = 0; h < mesh_.vertex.size(); ++h) {
-      if (h % check_every == 0) cancel_.check();
+      if (h % fits_between_checks == 0) cancel_.check();
       if (mesh_.exists(h / 3) && !mesh_.is_line(h) && h < mesh_.opposite[h]) flips += flip_if_better(h);
     }
     return flips;

@@ -15,7 +15,7 @@ constexpr double least_weight = 0x1p-25;
 constexpr int most_moves = 8;         // of a sample that stands where another one is
 constexpr double one_move = 0x1p-22;  // of the way to the centroid
 constexpr int flips_per_sample = 64;  // Delaunay flips after one sample, at most
-constexpr std::uint32_t check_every = 1024;
+constexpr std::uint32_t samples_between_checks = 1024;
 
 struct Planar {
   double u = 0, v = 0;
@@ -57,7 +57,7 @@ class Inserter {
     parts_.assign(1, t);
     std::uint32_t near = t;
     for (std::size_t i = begin; i < end; ++i) {
-      if (i % check_every == 0) cancel.check();
+      if (i % samples_between_checks == 0) cancel.check();
       const std::uint32_t p = mesh_.add_vertex(samples_.position[i]);
       near = find_place(p, {samples_.weights[2 * i], samples_.weights[2 * i + 1]}, near);
       const auto added = static_cast<std::uint32_t>(mesh_.triangle_count());

@@ -30,7 +30,7 @@ struct Part {
   RemeshReport report;
 };
 
-std::vector<std::uint32_t> by_triangle(const SurfaceSamples& samples) {
+std::vector<std::uint32_t> by_triangle(const RemeshSamples& samples) {
   std::vector<std::uint32_t> order(samples.triangle.size());
   std::iota(order.begin(), order.end(), std::uint32_t{0});
   std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
@@ -43,7 +43,7 @@ std::vector<std::uint32_t> by_triangle(const SurfaceSamples& samples) {
 
 class Remesher {
  public:
-  Remesher(const PreparedMesh& surface, const SurfaceSamples& samples, std::span<const double> masses,
+  Remesher(const PreparedMesh& surface, const RemeshSamples& samples, std::span<const double> masses,
            const RemeshParameters& parameters, const CancelToken& cancel)
       : surface_(surface), samples_(samples), masses_(masses), parameters_(parameters), cancel_(cancel) {
     const std::size_t n = samples.triangle.size(), triangles = surface.triangle_count();
@@ -122,10 +122,11 @@ class Remesher {
     insert(mesh, part);
     const auto inserted = static_cast<std::uint32_t>(mesh.position.size());
     const std::vector<std::uint32_t> moved_to = remove_vertices(mesh, spacing, parameters_.lines, cancel_);
-    split_lines(mesh, spacing, parameters_.lines,
-                static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(inserted)));
+    const auto most_cuts = static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(inserted));
+    part.report.coarse_lines = !split_lines(mesh, spacing, parameters_.lines, most_cuts);
     flip_all_to_delaunay(mesh);
     if (parameters_.fit) fit(mesh, part, moved_to, inserted);
+    split_double_edges(mesh);
     collect(mesh, part, originals, inserted);
     check_topology(part, component);
   }
@@ -236,12 +237,13 @@ class Remesher {
       sum.line_vertices += r.line_vertices;
       sum.kept_vertices += r.kept_vertices;
       sum.coincident_samples += r.coincident_samples;
+      sum.coarse_lines += r.coarse_lines;
       sum.largest_shift = std::max(sum.largest_shift, r.largest_shift);
     }
   }
 
   const PreparedMesh& surface_;
-  const SurfaceSamples& samples_;
+  const RemeshSamples& samples_;
   const std::span<const double> masses_;
   const RemeshParameters& parameters_;
   const CancelToken& cancel_;
@@ -251,7 +253,7 @@ class Remesher {
 
 }  // namespace
 
-RemeshedSurface remesh_surface(const PreparedMesh& surface, const SurfaceSamples& samples,
+RemeshedSurface remesh_surface(const PreparedMesh& surface, const RemeshSamples& samples,
                                std::span<const double> masses, const RemeshParameters& parameters,
                                const CancelToken& cancel) {
   return Remesher(surface, samples, masses, parameters, cancel).run();

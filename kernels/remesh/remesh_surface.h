@@ -19,7 +19,7 @@ struct RemeshParameters {
 };
 
 // N samples of a prepared mesh.
-struct SurfaceSamples {
+struct RemeshSamples {
   std::span<const std::uint32_t> triangle;  // N
   std::span<const float> weights;           // 2 N: barycentric weights of corners 1 and 2
   std::span<const double> position;         // 3 N, working units: where the vertices are
@@ -37,6 +37,8 @@ struct RemeshReport {
   std::uint32_t dropped_components = 0;              // of the surface: they have no sample
   double dropped_share = 0;                          // of the area: that of those components
   std::uint32_t coincident_samples = 0;              // at places of the surface where others are
+  std::uint32_t coarse_lines = 0;                    // components whose lines have longer edges than asked:
+                                                     // they would need more vertices than all the rest
   double largest_shift = 0;                          // of a sample by fitting, over the mean edge around it
 };
 
@@ -49,14 +51,14 @@ struct RemeshedSurface {
 
 // Inserts the samples into the triangles they lie on and removes the vertices of the surface, component by
 // component. The result has the topology of the surface: as many components (without those that have no
-// sample), boundary loops and handles; it is a 2-manifold with boundary without two edges between the same
-// vertices, where the surface has none. Boundaries and creases are lines of their own vertices, no farther
+// sample), boundary loops and handles; it is a 2-manifold with boundary, and no two of its edges join the
+// same vertices. Boundaries and creases are lines of their own vertices, no farther
 // apart than lines.spacing.
 //   masses: T (MeshMeasure): where samples are denser lines have more vertices; empty: uniform
 // Parallel over components, deterministic for every number of threads. About 2 us a vertex of the surface and
 // 1 us a sample, more with fit; 100 bytes a triangle and 200 a sample. Throws std::invalid_argument for
 // arrays that do not fit, std::logic_error where the topology came out wrong, and what `cancel` throws.
-RemeshedSurface remesh_surface(const PreparedMesh& surface, const SurfaceSamples& samples,
+RemeshedSurface remesh_surface(const PreparedMesh& surface, const RemeshSamples& samples,
                                std::span<const double> masses, const RemeshParameters& parameters = {},
                                const CancelToken& cancel = {});
 

@@ -24,7 +24,7 @@ constexpr std::array<Level, 4> levels = {
 constexpr double worthwhile_round = 0.01;  // of the vertices left: with fewer removed, the next level
 constexpr double least_straight = 0.7;     // cosine of the largest turn of a line that is no corner
 constexpr std::size_t most_targets = 24;   // neighbours looked at, the nearest first
-constexpr std::uint32_t flips_per_neighbour = 4, check_every = 512;
+constexpr std::uint32_t flips_per_neighbour = 4, vertices_between_checks = 512;
 constexpr std::uint32_t most_freed = 64;  // neighbours of a vertex that flips are to free
 
 class Remover {
@@ -71,7 +71,7 @@ class Remover {
     ++round_;
     std::size_t left = 0;
     for (std::size_t i = 0; i < waiting.size(); ++i) {
-      if (i % check_every == 0) cancel_.check();
+      if (i % vertices_between_checks == 0) cancel_.check();
       const std::uint32_t v = waiting[i];
       if (locked_[v] == round_ || !try_remove(v)) waiting[left++] = v;
     }

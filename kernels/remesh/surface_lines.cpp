@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 #include "kernels/core/disjoint_sets.h"
@@ -67,22 +68,46 @@ void mark_creases(EditedMesh& mesh, std::span<const double> spacing, const LineP
       mesh.crease[h] = mesh.crease[mesh.opposite[h]] = 1;
 }
 
-void split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
+bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
                  std::uint32_t most) {
   const auto edges = static_cast<std::uint32_t>(mesh.vertex.size());
   std::uint32_t cuts = 0;
-  for (std::uint32_t h = 0; h < edges && cuts < most; ++h) {
+  bool enough = true;
+  for (std::uint32_t h = 0; h < edges; ++h) {
     const std::uint32_t g = mesh.opposite[h];
     if (!mesh.exists(h / 3) || !mesh.is_line(h) || (g != no_index && g < h)) continue;
     const std::uint32_t v = mesh.start(h), w = mesh.end(h);
     if (v >= spacing.size() || w >= spacing.size()) continue;  // cut before
     const Vector3 a = mesh.position[v], b = mesh.position[w];
     const double parts = std::ceil(distance(a, b) / (parameters.spacing * std::min(spacing[v], spacing[w])));
+    enough = enough && parts <= 1.0 + (most - cuts);
     const auto wanted = static_cast<std::uint32_t>(std::clamp(parts, 1.0, 1.0 + (most - cuts)));
     // From the far end, so that h stays the first part.
     for (std::uint32_t k = wanted; k-- > 1; ++cuts)
       mesh.split_edge(h, mesh.add_vertex(a + (static_cast<double>(k) / wanted) * (b - a)));
   }
+  return enough;
+}
+
+void split_double_edges(EditedMesh& mesh) {
+  struct Edge {
+    std::uint32_t low, high, half_edge;
+    bool operator==(const Edge& other) const { return low == other.low && high == other.high; }
+  };
+  std::vector<Edge> edges;
+  for (std::uint32_t h = 0; h < mesh.vertex.size(); ++h) {
+    if (!mesh.exists(h / 3) || (mesh.opposite[h] != no_index && mesh.opposite[h] < h)) continue;
+    const auto [low, high] = std::minmax({mesh.start(h), mesh.end(h)});
+    edges.push_back({low, high, h});
+  }
+  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
+  });
+  // A cut leaves the half-edge its number, and all other edges their ends.
+  for (std::size_t i = 1; i < edges.size(); ++i)
+    if (edges[i] == edges[i - 1])
+      mesh.split_edge(edges[i].half_edge,
+                      mesh.add_vertex(0.5 * (mesh.position[edges[i].low] + mesh.position[edges[i].high])));
 }
 
 }  // namespace meander

@@ -22,8 +22,13 @@ struct LineParameters {
 void mark_creases(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters);
 
 // Cuts boundary edges and creases longer than they may be into equal parts. The new vertices follow those
-// that are there; `spacing` has values for the ends of all lines. Cuts at most `most` times. O(T).
-void split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
+// that are there; `spacing` has values for the ends of all lines. Cuts at most `most` times; false when that
+// was not enough. O(T).
+bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
                  std::uint32_t most);
+
+// Cuts all but one of the edges that join the same two vertices in the middle, so that the vertices of a
+// triangle tell its edges, as files of vertex numbers need it. O(T log T).
+void split_double_edges(EditedMesh& mesh);
 
 }  // namespace meander

@@ -11,9 +11,9 @@ namespace meander {
 
 namespace {
 
-constexpr std::uint32_t oversampling = 3;
+constexpr std::uint32_t samples_across = 3;
 
-bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // From the model to fine pixels: x to the right, y down, z towards the eye.
 struct View {
@@ -37,7 +37,7 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
   for (const std::uint32_t v : scene.faces) {
     const Vector3 at =
         view.direction({scene.positions[3 * v], scene.positions[3 * v + 1], scene.positions[3 * v + 2]});
-    if (!finite(at)) continue;
+    if (!is_finite(at)) continue;
     const std::array<double, 3> own = {at.x, at.y, at.z};
     for (std::size_t k = 0; k < 3; ++k) {
       least[k] = std::min(least[k], own[k]);
@@ -45,7 +45,7 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
     }
   }
   if (!(least[0] <= most[0])) return view;
-  const double fine = static_cast<double>(parameters.size) * oversampling;
+  const double fine = static_cast<double>(parameters.size) * samples_across;
   const double extent = std::max(most[0] - least[0], most[1] - least[1]);
   view.scale = extent > 0 ? fine * (1 - 2 * parameters.margin) / extent : 1;
   view.middle = 0.5 * fine;
@@ -56,7 +56,7 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
 }
 
 // Every fine pixel: depth towards the eye, light, colour, and the unit normal that faces the eye.
-struct Canvas {
+struct SurfaceCanvas {
   std::int64_t size = 0;
   std::vector<float> depth, light;
   std::vector<std::array<float, 3>> normal;
@@ -66,7 +66,7 @@ struct Canvas {
 struct PixelRange {
   std::int64_t first_x, last_x, first_y, last_y;
 };
-PixelRange pixels_around(const Canvas& canvas, double x0, double x1, double y0, double y1) {
+PixelRange pixels_around(const SurfaceCanvas& canvas, double x0, double x1, double y0, double y1) {
   const double most = static_cast<double>(canvas.size - 1);
   const auto clamped = [&](double v) { return static_cast<std::int64_t>(std::clamp(v, -1.0, most + 1)); };
   return {
@@ -75,8 +75,8 @@ PixelRange pixels_around(const Canvas& canvas, double x0, double x1, double y0, 
 }
 
 // The normals are on the side of the triangle that faces the eye; at a contour they may lean away from it.
-void draw_triangle(Canvas& canvas, const std::array<Vector3, 3>& p, const std::array<Vector3, 3>& normal,
-                   SrgbColour colour) {
+void draw_triangle(SurfaceCanvas& canvas, const std::array<Vector3, 3>& p,
+                   const std::array<Vector3, 3>& normal, SrgbColour colour) {
   const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
   if (area == 0 || !std::isfinite(area)) return;
   const PixelRange range =
@@ -105,7 +105,7 @@ void draw_triangle(Canvas& canvas, const std::array<Vector3, 3>& p, const std::a
     }
 }
 
-void draw_mesh(Canvas& canvas, const View& view, const SurfaceScene& scene, double crease) {
+void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scene, double crease) {
   const std::size_t vertices = scene.positions.size() / 3, faces = scene.faces.size() / 3;
   std::vector<Vector3> at(vertices), mean(vertices), face_normal(faces);
   for (std::size_t v = 0; v < vertices; ++v)
@@ -113,7 +113,7 @@ void draw_mesh(Canvas& canvas, const View& view, const SurfaceScene& scene, doub
   for (std::size_t f = 0; f < faces; ++f) {
     const std::uint32_t* c = scene.faces.data() + 3 * f;
     face_normal[f] = cross(at[c[1]] - at[c[0]], at[c[2]] - at[c[0]]);
-    if (finite(face_normal[f]))
+    if (is_finite(face_normal[f]))
       for (std::size_t k = 0; k < 3; ++k) mean[c[k]] = mean[c[k]] + face_normal[f];
   }
   constexpr SrgbColour pale = {218, 217, 213};
@@ -136,7 +136,7 @@ void draw_mesh(Canvas& canvas, const View& view, const SurfaceScene& scene, doub
 
 // Calls paint(pixel, difference from `centre`) for every covered pixel within `reach` of it in the picture.
 template <class Paint>
-void around(const Canvas& canvas, Vector3 centre, double reach, Paint paint) {
+void around(const SurfaceCanvas& canvas, Vector3 centre, double reach, Paint paint) {
   const PixelRange range =
       pixels_around(canvas, centre.x - reach, centre.x + reach, centre.y - reach, centre.y + reach);
   for (std::int64_t y = range.first_y; y <= range.last_y; ++y)
@@ -147,14 +147,14 @@ void around(const Canvas& canvas, Vector3 centre, double reach, Paint paint) {
     }
 }
 
-void paint_ellipses(Canvas& canvas, const View& view, const std::vector<SurfaceEllipse>& ellipses) {
+void paint_ellipses(SurfaceCanvas& canvas, const View& view, const std::vector<SurfaceEllipse>& ellipses) {
   if (ellipses.empty()) return;
   std::vector<float> nearest(canvas.depth.size(), 1.0f);
   for (const SurfaceEllipse& ellipse : ellipses) {
     const Vector3 centre = view.point(ellipse.centre), a = view.vector(ellipse.first),
                   b = view.vector(ellipse.second);
     const double aa = dot(a, a), bb = dot(b, b);
-    if (!finite(centre) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
+    if (!is_finite(centre) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
     Vector3 normal = unit_vector(cross(a, b));
     if (normal.z < 0) normal = -1.0 * normal;
     const double reach = std::sqrt(std::max(aa, bb));
@@ -174,11 +174,11 @@ void paint_ellipses(Canvas& canvas, const View& view, const std::vector<SurfaceE
     if (nearest[i] < 1 && nearest[i] > 0.72f) canvas.light[i] *= 0.62f;
 }
 
-void paint_lines(Canvas& canvas, const View& view, const std::vector<SurfaceLine>& lines) {
+void paint_lines(SurfaceCanvas& canvas, const View& view, const std::vector<SurfaceLine>& lines) {
   for (const SurfaceLine& line : lines) {
     const Vector3 from = view.point(line.from), along = view.vector(line.to - line.from);
-    const double square = dot(along, along), radius = 0.5 * oversampling * line.width;
-    if (!finite(from) || !std::isfinite(square)) continue;
+    const double square = dot(along, along), radius = 0.5 * samples_across * line.width;
+    if (!is_finite(from) || !std::isfinite(square)) continue;
     around(canvas, from + 0.5 * along, 0.5 * std::sqrt(square) + radius, [&](std::size_t i, Vector3 d) {
       const Vector3 e = d + 0.5 * along;
       const double t = square > 0 ? std::clamp(dot(e, along) / square, 0.0, 1.0) : 0.0;
@@ -192,11 +192,11 @@ void paint_lines(Canvas& canvas, const View& view, const std::vector<SurfaceLine
   }
 }
 
-void paint_dots(Canvas& canvas, const View& view, const std::vector<SurfaceDot>& dots) {
+void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<SurfaceDot>& dots) {
   for (const SurfaceDot& dot_mark : dots) {
     const Vector3 centre = view.point(dot_mark.centre);
-    const double radius = oversampling * dot_mark.radius;
-    if (!finite(centre) || centre.x < 0 || centre.y < 0) continue;
+    const double radius = samples_across * dot_mark.radius;
+    if (!is_finite(centre) || centre.x < 0 || centre.y < 0) continue;
     // Whole disks, where the surface at the centre is not hidden.
     const auto x = static_cast<std::int64_t>(std::lround(centre.x)),
                y = static_cast<std::int64_t>(std::lround(centre.y));
@@ -218,22 +218,23 @@ void paint_dots(Canvas& canvas, const View& view, const std::vector<SurfaceDot>&
   }
 }
 
-RgbImage resolve(const Canvas& canvas, std::uint32_t size) {
+RgbImage resolve(const SurfaceCanvas& canvas, std::uint32_t size) {
   std::array<float, 256> linear;
   for (std::size_t b = 0; b < linear.size(); ++b) linear[b] = linear_light(static_cast<std::uint8_t>(b));
   RgbImage image(size, size);
   for (std::uint32_t y = 0; y < size; ++y)
     for (std::uint32_t x = 0; x < size; ++x) {
       std::array<float, 3> sum{};
-      for (std::uint32_t s = 0; s < oversampling * oversampling; ++s) {
-        const std::size_t fx = x * oversampling + s % oversampling, fy = y * oversampling + s / oversampling;
+      for (std::uint32_t s = 0; s < samples_across * samples_across; ++s) {
+        const std::size_t fx = x * samples_across + s % samples_across,
+                          fy = y * samples_across + s / samples_across;
         const std::size_t i = fy * static_cast<std::size_t>(canvas.size) + fx;
         const bool empty = canvas.depth[i] == empty_depth;
         for (std::size_t k = 0; k < 3; ++k)
           sum[k] += empty ? 1.0f : std::min(1.0f, canvas.light[i] * linear[canvas.colour[i][k]]);
       }
       for (std::size_t k = 0; k < 3; ++k)
-        image.pixel(x, y)[k] = srgb_byte(sum[k] / (oversampling * oversampling));
+        image.pixel(x, y)[k] = srgb_byte(sum[k] / (samples_across * samples_across));
     }
   return image;
 }
@@ -249,8 +250,8 @@ RgbImage surface_picture(const SurfaceScene& scene, const SurfacePictureParamete
     throw std::invalid_argument("one colour per face is needed, or none");
   if (faces == 0) return RgbImage(parameters.size, parameters.size);
   const View view = place_view(scene, parameters);
-  Canvas canvas;
-  canvas.size = static_cast<std::int64_t>(parameters.size) * oversampling;
+  SurfaceCanvas canvas;
+  canvas.size = static_cast<std::int64_t>(parameters.size) * samples_across;
   canvas.depth.assign(static_cast<std::size_t>(canvas.size * canvas.size), empty_depth);
   canvas.light.assign(canvas.depth.size(), 0.0f);
   canvas.normal.resize(canvas.depth.size());

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int max_redraws = 64;
 // Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
-constexpr int max_trials = 64;
+constexpr int max_draws = 64;
 // float32 keeps 2^-14 of the diagonal up to this many diagonals from 0.
 constexpr double float_headroom = 1024;
 // Within these float32 has its full precision, and 2^8 times a coordinate (the spacing of few samples on a
@@ -91,7 +91,7 @@ struct Placer {
       smallest = std::min(smallest, d);
     }
     Draw result{p.b1[0], p.b2[0], counter};
-    for (int trial = 0; trial < max_trials; ++trial) {
+    for (int trial = 0; trial < max_draws; ++trial) {
       const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
       const auto weights = uniform_point(p, uniform.first, uniform.second);
       result.b1 = weights[0];
@@ -292,7 +292,7 @@ RankPoints place_by_rank(const Placer& placer, std::span<const StratumPoint> cho
   const RankElements& elements = placer.elements;
   const std::uint32_t count = placer.parameters.samples;
   RankPoints points(count);
-  std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_trials
+  std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_draws
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     for (std::size_t r = begin; r < end; ++r) {

@@ -8,7 +8,7 @@ namespace meander {
 
 namespace {
 
-constexpr double least_cell = 0x1p-50;
+constexpr double finest_cell = 0x1p-50;
 
 // The key of a cell ends in 6 bits for its place in the brick.
 std::uint64_t bit_of(std::uint64_t cell) { return std::uint64_t{1} << (cell & 63); }
@@ -47,7 +47,7 @@ std::uint64_t StratumGrid::cells_between(std::int64_t first, std::int64_t last, 
 
 StratumGrid::StratumGrid(double cell) : bricks_(64) {
   for (std::size_t level = 0; level <= most_level; ++level) {
-    cell_[level] = std::ldexp(std::max(cell, least_cell), static_cast<int>(level));
+    cell_[level] = std::ldexp(std::max(cell, finest_cell), static_cast<int>(level));
     per_unit_[level] = 1 / cell_[level];
   }
 }

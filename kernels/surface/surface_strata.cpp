@@ -10,12 +10,12 @@ namespace meander {
 namespace {
 
 // As in sample_surface: this many misses mean a leaf whose measure sits in a spot.
-constexpr std::uint32_t max_trials = 1000;
+constexpr std::uint32_t most_redraws = 1000;
 
 double unit_from(std::uint32_t word) { return word * 0x1p-32; }
 
 // A point on its way.
-struct Draft {
+struct RedrawnDraft {
   std::size_t index;
   PhiloxBlock words;
   SurfaceLeaf leaf;
@@ -45,7 +45,7 @@ std::vector<double> SurfaceStrata::middles() const {
 }
 
 void SurfaceStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> points) const {
-  std::vector<Draft> drafts(draws.size());
+  std::vector<RedrawnDraft> drafts(draws.size());
   for (std::size_t i = 0; i < draws.size(); ++i) {
     double at = draws[i].at + shift_;
     if (at >= count_) at -= count_;
@@ -57,15 +57,15 @@ void SurfaceStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoin
     s.resize(drafts.size());
     t.resize(drafts.size());
     for (std::size_t i = 0; i < drafts.size(); ++i) {
-      const Draft& draft = drafts[i];
+      const RedrawnDraft& draft = drafts[i];
       s[i] = draft.leaf.s + unit_from(draft.words[1]) * draft.leaf.side;
       t[i] = draft.leaf.t + unit_from(draft.words[2]) * draft.leaf.side;
     }
     measure_.evaluate(s, t, batch);
     std::size_t left = 0;
     for (std::size_t i = 0; i < drafts.size(); ++i) {
-      Draft draft = drafts[i];
-      if (unit_from(draft.words[3]) * draft.leaf.bound < batch.value[i] || trial == max_trials) {
+      RedrawnDraft draft = drafts[i];
+      if (unit_from(draft.words[3]) * draft.leaf.bound < batch.value[i] || trial == most_redraws) {
         const Vector3 at = (1 / unit_) * (batch.position[i] - centre_);
         StratumPoint& point = points[draft.index];
         for (std::size_t k = 0; k < 3; ++k)
@@ -75,7 +75,8 @@ void SurfaceStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoin
         point.second = t[i];
       } else {
         const PointDraw& from = draws[draft.index];
-        draft.words = random_words(key_, Stream::stratum_retry, from.index, from.number * max_trials + trial);
+        draft.words =
+            random_words(key_, Stream::stratum_retry, from.index, from.number * most_redraws + trial);
         drafts[left++] = draft;
       }
     }

@@ -8,14 +8,13 @@
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/fit_square.h"
 #include "kernels/tensor/comb_directions.h"
+#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
 namespace {
 
 constexpr double largest_ratio = 1e12;  // what a collapsed triangle is reported as
-constexpr double isotropic_ratio = 1.05;
-constexpr std::size_t triangle_block = 1 << 12;
 
 // d(u, v) / d(x, y).
 struct Jacobian {
@@ -99,7 +98,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
   result.ratio.assign(count, 1);
   result.weight.assign(count, 0);
   result.anisotropic.assign(count, 0);
-  parallel_blocks(count, triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(count, tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (!geometry.counts[t]) continue;
       result.weight[t] = geometry.area[t];

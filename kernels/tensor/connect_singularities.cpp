@@ -9,17 +9,16 @@
 #include "kernels/mesh/vertex_corners.h"
 #include "kernels/tensor/deviator.h"
 #include "kernels/tensor/singularities.h"
+#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t triangle_block = 4096;
-
 // Per half-edge: |e| (1 + c sin^2 a), the mean over both sides with area. Boundary half-edges: not used.
 std::vector<double> edge_costs(const PreparedMesh& mesh, const TensorField& field, double bend) {
   std::vector<double> share(mesh.triangles.size(), -1.0);
-  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t h = 3 * begin; h < 3 * end; ++h) {
       const auto t = static_cast<std::uint32_t>(h / 3);
       if (!(mesh.area[t] > 0)) continue;

@@ -8,17 +8,16 @@
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
 #include "kernels/mesh/vertex_corners.h"
+#include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t vertex_block = 1024;
-constexpr int fill_rounds = 64;
+constexpr std::size_t fitting_block = 1024;
 // The edges of a vertex span its plane when the smaller moment is at least this share of the larger one.
 constexpr double least_span = 1e-4;
-constexpr double isotropic_ratio = 1.05;
 
 // Moments of the steps e and of the turns d of the normal along them: |A e - d|^2 is least, over symmetric A,
 // where A E + E A = D + D^T with E = sum w e e^T, D = sum w d e^T.
@@ -144,7 +143,7 @@ std::vector<TangentTensor> curvature_tensors(const PreparedMesh& mesh, std::span
   };
   const auto inside = [&](std::uint32_t a, std::uint32_t b) { return !boundary[a] && !boundary[b]; };
   cancel.check();
-  parallel_blocks(vertices, vertex_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(vertices, fitting_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)
       if (!boundary[v]) accept(fit_at(mesh, frames, around.of(v), frames[v], inside), v);
   });
@@ -182,7 +181,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
   const double largest =
       parameters.adaptive ? largest_curvature(mesh, bend, epsilon, parameters.quantile) : 0.0;
   const double least_share = 1 / (parameters.max_ratio * parameters.max_ratio);
-  parallel_blocks(field.size(), vertex_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(field.size(), fitting_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       TensorAxes axes = tensor_axes(field[v]);
       // Where the first one bends more, the second direction is the long one: the axes change places.

@@ -10,13 +10,13 @@
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
 #include "kernels/tensor/curvature_tensors.h"
+#include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t triangle_block = 4096;
 // Eigenvalues below this share of the larger one are zero within rounding.
 constexpr double least_eigenvalue = 1e-14;
 constexpr double least_length = 1 - 1e-6;  // of vectors, which files hold as float32
@@ -181,7 +181,7 @@ TensorField field_of(const PreparedMesh& mesh, const Columns& columns, TensorFor
     while (i < old && !at.compare_exchange_weak(old, i)) {
     }
   };
-  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     for (std::size_t t = begin; t < end; ++t) {
       if (!(mesh.area[t] > 0)) continue;
@@ -261,7 +261,7 @@ TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, dou
   const double limit = std::log(most);
   std::vector<double> ratio(field.corner.size(), 1.0);
   std::vector<std::uint8_t> clamped(mesh.triangle_count(), 0);
-  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t h = 3 * begin; h < 3 * end; ++h) {
       if (!(mesh.area[h / 3] > 0)) continue;
       TangentTensor& tensor = field.corner[h];

@@ -8,14 +8,13 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
 #include "kernels/tensor/deviator.h"
+#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr std::size_t triangle_block = 4096;
-constexpr double isotropic_ratio = 1.05;
 // Deviators of log S shorter than this have no direction at all.
 constexpr double least_deviator = 1e-12;
 
@@ -36,7 +35,7 @@ class CornerAngles {
         direction_(field.corner.size()),
         doubled_(field.corner.size()),
         known_(field.corner.size()) {
-    parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+    parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) measure(field, t);
     });
     fill();
@@ -234,7 +233,7 @@ TensorIndices tensor_indices(const PreparedMesh& mesh, const TensorField& field,
   result.edge.assign(mesh.triangles.size(), 0);
   result.vertex.assign(mesh.vertex_count(), 0);
   std::vector<double> along(mesh.triangles.size()), across(mesh.triangles.size(), 0.0);
-  parallel_blocks(along.size(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(along.size(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto h = static_cast<std::uint32_t>(i);
       along[i] = angles.along(h);

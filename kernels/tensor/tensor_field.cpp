@@ -1,14 +1,11 @@
 #include "kernels/tensor/tensor_field.h"
 
 #include "kernels/core/parallel.h"
+#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
-namespace {
-
-constexpr std::size_t triangle_block = 1 << 12;
-
-}  // namespace
+namespace {}  // namespace
 
 TangentFrame frame_of_normal(Vector3 n) {
   // The axis that the normal is farthest from: never nearly parallel.
@@ -62,7 +59,7 @@ TensorField field_from_vertices(const PreparedMesh& mesh, std::span<const Tangen
                                 std::span<const TangentTensor> log_spacing) {
   TensorField field;
   field.corner.resize(mesh.triangles.size());
-  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (!(mesh.area[t] > 0)) continue;
       const TangentFrame frame = triangle_frame(mesh, static_cast<std::uint32_t>(t));
@@ -77,7 +74,7 @@ TensorField field_from_vertices(const PreparedMesh& mesh, std::span<const Tangen
 
 std::vector<double> tensor_density(const TensorField& field) {
   std::vector<double> density(field.corner.size());
-  parallel_blocks(density.size(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(density.size(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t h = begin; h < end; ++h) density[h] = std::exp(-trace(field.corner[h]));
   });
   return density;
@@ -101,7 +98,7 @@ double normalise_spacings(const PreparedMesh& mesh, TensorField& field) {
 
 std::vector<double> metric_edge_lengths(const PreparedMesh& mesh, const TensorField& field) {
   std::vector<double> length(mesh.triangles.size());
-  parallel_blocks(mesh.triangle_count(), triangle_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const TangentFrame frame = triangle_frame(mesh, static_cast<std::uint32_t>(t));
       std::array<TangentTensor, 3> metric;

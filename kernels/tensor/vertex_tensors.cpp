@@ -3,13 +3,13 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/vertex_corners.h"
+#include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
 
 namespace {
 
-constexpr std::size_t vertex_block = 2048;
-constexpr int fill_rounds = 64;
+constexpr std::size_t smoothing_block = 2048;
 // Sums of normals shorter than this share of their terms are rounding.
 constexpr double least_sum = 1e-9;
 
@@ -110,7 +110,7 @@ std::vector<TangentFrame> vertex_frames(const PreparedMesh& mesh) {
   std::vector<TangentFrame> frames(vertices);
   std::vector<std::uint8_t> known(vertices, 0);
   const auto set = [&](std::size_t v, Vector3 sum) { frames[v] = frame_of_normal((1 / norm(sum)) * sum); };
-  parallel_blocks(vertices, vertex_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(vertices, smoothing_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       const NormalSum normal = max_normal(mesh, around.of(v));
       if (!normal.known()) continue;
@@ -156,7 +156,7 @@ void smooth_tensors(const PreparedMesh& mesh, std::span<const TangentFrame> fram
   for (unsigned round = 0; round < rounds; ++round) {
     cancel.check();
     std::copy(log_spacing.begin(), log_spacing.end(), before.begin());
-    parallel_blocks(before.size(), vertex_block, [&](std::size_t first, std::size_t last) {
+    parallel_blocks(before.size(), smoothing_block, [&](std::size_t first, std::size_t last) {
       for (std::size_t v = first; v < last; ++v) {
         TangentTensor sum;
         double weight = 0;

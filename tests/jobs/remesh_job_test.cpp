@@ -1,10 +1,15 @@
 // meander remesh as a user runs it: files, statuses, second runs, kills.
 #include <catch2/catch.hpp>
 #include <charconv>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
 
+#include "io/file/folder_lock.h"
 #include "io/json/json_reader.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -292,10 +297,119 @@ TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same 
       run_killed({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options,
                  {3, 8, milliseconds(5), milliseconds(250)}, 0, [&] { fs::remove_all(out); });
   REQUIRE(last.exit_code == 0);
-  auto made = meshes_of(out);
-  std::erase_if(made, [](const auto& file) { return contains(file.first, ".tmp"); });
-  CHECK(made == meshes_of(scratch / "whole"));
+  CHECK(meshes_of(out) == meshes_of(scratch / "whole"));  // and no temporary file
   CHECK(items_of(out).size() == 4);
+  CHECK_FALSE(fs::exists(fs::path(out) / "remesh.json.log"));
+  CHECK_FALSE(fs::exists(fs::path(out) / "remesh.json.lock"));
+}
+
+TEST_CASE("remesh job: what a killed process has logged is not made again") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "kill:sheet"}};
+  const ProcessResult died =
+      run_process({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
+  REQUIRE(died.signal == SIGKILL);
+  REQUIRE(fs::exists(fs::path(out) / "remesh.json.log"));
+  std::istringstream lines(read_file(fs::path(out) / "remesh.json.log"));
+  int logged = 0;
+  for (std::string line; std::getline(lines, line);) logged += contains(line, "\"record\"");
+  REQUIRE(logged > 0);
+  // A power cut may leave the last line in part.
+  {
+    std::ofstream log(fs::path(out) / "remesh.json.log", std::ios::app);
+    log << "{\"id\":\"sheet.ply\",\"rec";
+  }
+  write_file(fs::path(out) / "sheet.ply.tmp123", "half");
+  const ProcessResult again = remesh({models, "-o", out, "-n", "90", "--json"});
+  REQUIRE(again.exit_code == 0);
+  CHECK(JsonObject(again.out, "summary").integer("done_now") == 4 - logged);
+  CHECK(items_of(out).size() == 4);
+  CHECK_FALSE(fs::exists(fs::path(out) / "sheet.ply.tmp123"));
+}
+
+TEST_CASE("remesh job: an item that crashes the process is recorded, and left alone by later runs") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  ProcessOptions options;
+  options.environment = {{"MEANDER_TEST_FAULT", "segv:ring"}};
+  const std::vector<std::string> command{MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90"};
+  REQUIRE(run_process(command, options).signal == SIGSEGV);
+  for (int run = 0; run < 2; ++run) {
+    const ProcessResult next = run_process(command, options);
+    INFO(next.err);
+    REQUIRE(next.exit_code == 3);
+    const auto items = items_of(out);
+    REQUIRE(items.size() == 4);
+    CHECK(items.at("a/ring.obj").text("status") == "crashed");
+    CHECK(contains(items.at("a/ring.obj").text("message").value_or(""), "place_samples"));
+    CHECK(items.at("a/ball.off").text("status") == "ok");
+  }
+  // With --fresh it is tried again.
+  CHECK(remesh({models, "-o", out, "-n", "90", "--fresh"}).exit_code == 0);
+}
+
+TEST_CASE("remesh job: a folder is one process's at a time") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  fs::create_directories(out);
+  {
+    const FileDescriptor held = lock_folder(out, "remesh.json.lock", false);
+    const ProcessResult second = remesh({models, "-o", out, "-n", "50"});
+    CHECK(second.exit_code == 75);
+    CHECK(contains(second.err, "another process"));
+    CHECK(meshes_of(out).empty());
+  }
+  CHECK(remesh({models, "-o", out, "-n", "50"}).exit_code == 0);
+}
+
+TEST_CASE("remesh job: an input of another size or date is made again, one that is gone keeps its row") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
+  REQUIRE(remesh({models, "-o", out, "-n", "60"}).exit_code == 0);
+  write_mesh(scratch / "models/sheet.ply", grid_plane(5, 5));
+  fs::last_write_time(scratch / "models/sheet.ply",
+                      fs::file_time_type::clock::now() - std::chrono::hours(999));
+  fs::remove(scratch / "models/box.stl");
+  const ProcessResult second = remesh({models, "-o", out, "-n", "60", "--json"});
+  REQUIRE(second.exit_code == 0);
+  const JsonObject summary(second.out, "summary");
+  CHECK(summary.integer("done_now") == 1);
+  CHECK(summary.integer("vanished") == 1);
+  CHECK(summary.integer("items") == 3);
+  CHECK(items_of(out).contains("box.stl"));
+  CHECK(fs::exists(fs::path(out) / "box.ply"));
+}
+
+TEST_CASE("remesh job: every item has a name of its own that no folder has") {
+  const ScratchFolder scratch;
+  const fs::path models = scratch / "models";
+  const std::string out = (scratch / "out").string(), long_name(240, 'x');
+  // a.off and a.obj become a.off.ply and a.obj.ply, which is taken; b.off would be the folder b.ply.
+  for (const char* folder : {"", "b.ply", "d.off.ply"}) fs::create_directories(models / folder);
+  for (const std::string name : {"a.off", "a.obj", "a.off.ply", "b.off", "b.ply/c.off", "d.off", "d.obj",
+                                 "d.off.ply/e.off", "remesh.off"})
+    write_mesh(models / name, tetrahedron());
+  write_mesh(models / (long_name + ".off"), tetrahedron());
+  const ProcessResult result = remesh({models.string(), "-o", out, "-n", "20"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const auto items = items_of(out);
+  REQUIRE(items.size() == 10);
+  std::set<std::string> files;
+  for (const auto& [id, record] : items) {
+    const std::string file = record.text("file").value_or("");
+    CHECK(files.insert(file).second);
+    CHECK(mesh_of(fs::path(out) / file).x.size() >= 20);
+  }
+  CHECK(files.contains("a.obj.ply"));
+  CHECK(files.contains("b~2.ply"));
+  CHECK(meshes_of(out).size() == 10 - 1);  // remesh.ply is left out by its name
 }
 
 TEST_CASE("remesh job: asked to stop it keeps what is done and goes on later") {

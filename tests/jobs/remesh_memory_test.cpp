@@ -1,6 +1,7 @@
 // What a remeshed model takes at its peak, measured, against what is reserved for it.
 #include <catch2/catch.hpp>
 
+#include "io/mesh/mesh_writer.h"
 #include "jobs/remesh_stages.h"
 #include "pipeline/memory_estimate.h"
 #include "support/allocation_counter.h"
@@ -36,12 +37,11 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
         GraphParameters graph;
         graph.sample = parameters;
         bool made = false;
-        const GraphStages stages = remesh_stages(
-            parameters, nullptr, wanted,
-            [&](const PlanItem&) {
-              return RemeshTarget{scratch / "out.ply", MeshFormat::ply};
-            },
-            [&](const PlanItem&, const RemeshReport&) { made = true; });
+        GraphStages stages = sampling_stages(parameters, nullptr);
+        add_remesh_stages(stages, parameters, wanted, [&](const PlanItem&, const RemeshedSurface& mesh) {
+          write_mesh(scratch / "out.ply", MeshFormat::ply, mesh.x, mesh.y, mesh.z, mesh.triangles);
+          made = true;
+        });
         const std::int64_t before = allocated_bytes();
         reset_peak();
         run_item_alone(plan, graph, stages, [](std::string_view) {});

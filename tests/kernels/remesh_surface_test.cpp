@@ -63,6 +63,34 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> topology_of(const PreparedM
   return found;
 }
 
+// What a reader of the file finds who knows vertex numbers only.
+void check_topology_by_numbers(const RemeshedSurface& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed, edges;
+  for (std::size_t h = 0; h < mesh.triangles.size(); ++h) {
+    const std::uint32_t v = mesh.triangles[h], w = mesh.triangles[h % 3 == 2 ? h - 2 : h + 1];
+    ++directed[{v, w}];
+    ++edges[std::minmax(v, w)];
+  }
+  std::map<std::uint32_t, std::uint32_t> after;  // along the boundary
+  bool manifold = true;
+  for (const auto& [edge, count] : directed) {
+    manifold = manifold && count == 1;
+    if (!directed.contains({edge.second, edge.first}))
+      manifold = manifold && after.emplace(edge.second, edge.first).second;
+  }
+  CHECK(manifold);
+  CHECK(mesh.report.euler == static_cast<std::int64_t>(mesh.report.vertices + mesh.report.faces) -
+                                 static_cast<std::int64_t>(edges.size()));
+  std::uint32_t loops = 0;
+  for (; !after.empty(); ++loops)
+    for (auto at = after.begin(); at != after.end();) {
+      const std::uint32_t next = at->second;
+      after.erase(at);
+      at = after.find(next);
+    }
+  CHECK(loops == mesh.report.boundary_loops);
+}
+
 // What every result must be. The oracle is the preparation of meshes: it has nothing to repair.
 void check_result(const Remeshed& result, bool moved = false) {
   const RemeshedSurface& mesh = result.mesh;
@@ -89,6 +117,7 @@ void check_result(const Remeshed& result, bool moved = false) {
   CHECK(report.vertices == mesh.x.size());
   CHECK(report.faces == mesh.triangles.size() / 3);
   CHECK(report.line_vertices + report.kept_vertices == mesh.origin.size());
+  check_topology_by_numbers(mesh);
   CHECK(report.components + report.dropped_components == result.model.surface.components.size());
   if (report.dropped_components == 0) {
     CHECK(topology_of(again) == topology_of(result.model.surface));
@@ -270,7 +299,17 @@ TEST_CASE("remesh: what is not manifold, not orientable or in pieces comes out w
       CHECK(result.mesh.report.components + result.mesh.report.dropped_components ==
             result.model.surface.components.size());
       CHECK(result.mesh.report.dropped_share < 1);
+      check_topology_by_numbers(result.mesh);
     }
+}
+
+TEST_CASE("remesh: seams whose two sides have one edge each stay open in the file") {
+  // Three sheets at one edge: the preparation parts them there, and in a chain of such fins it leaves loops
+  // of two edges.
+  PolygonMesh fins =
+      polygon_mesh({0, 0, 0, 1, 0, 0, 0.5, 1, 0, 0.5, -1, 0, 0.5, 0, 1, 0.5, 0, -1},
+                   {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 0, 5}, {0, 2, 4}, {0, 3, 5}, {2, 1, 4}, {3, 1, 5}});
+  for (const std::uint32_t n : {4u, 30u, 300u}) check_topology_by_numbers(remeshed(fins, n).mesh);
 }
 
 TEST_CASE("remesh: components without a sample are dropped and counted") {

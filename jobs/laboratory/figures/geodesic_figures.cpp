@@ -14,7 +14,7 @@ namespace meander {
 
 namespace {
 
-const std::string published = "all vertices", weighted = "vertices by area";
+const std::string every_vertex = "all vertices", area_weighted = "vertices by area";
 
 // The bin of a distance; those above the range are in the last one.
 std::size_t bin_of(double distance, double range) {
@@ -113,7 +113,7 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   const std::vector<std::uint32_t> counts = histogram_counts(figures.quick ? 500 : 1000);
   for (const HistogramMethod method :
        {HistogramMethod::shifted, HistogramMethod::random, HistogramMethod::spaced}) {
-    HistogramErrors alike{published, name_of(method)}, by_area{weighted, name_of(method)};
+    HistogramErrors alike{every_vertex, name_of(method)}, by_area{area_weighted, name_of(method)};
     for (const std::uint32_t count : counts) {
       alike.open(count);
       by_area.open(count);
@@ -138,11 +138,12 @@ std::vector<HistogramErrors> draw_one_model(FigureSet& figures, const FigureMesh
   for (const bool relative : {true, false}) {
     const std::string suffix = mesh.name + (relative ? "_relative" : "_largest");
     figures.plot("figure26_geodesic_published_" + suffix,
-                 histogram_error_plot(mesh.name + ": geodesic, as published", all, published, relative, 0),
+                 histogram_error_plot(mesh.name + ": geodesic, as published", all, every_vertex, relative, 0),
                  "Samples snapped to vertices against all vertices alike");
-    figures.plot("figure26_geodesic_weighted_" + suffix,
-                 histogram_error_plot(mesh.name + ": geodesic, vertices by area", all, weighted, relative, 0),
-                 "Samples snapped to vertices against vertices weighted by area");
+    figures.plot(
+        "figure26_geodesic_weighted_" + suffix,
+        histogram_error_plot(mesh.name + ": geodesic, vertices by area", all, area_weighted, relative, 0),
+        "Samples snapped to vertices against vertices weighted by area");
   }
   figures.data("figure26_geodesic_errors_" + mesh.name + ".csv", csv_text(histogram_error_table(all)));
   figures.text(
@@ -167,7 +168,7 @@ void draw_geodesic_histograms(FigureSet& figures) {
         row.insert(row.begin(), mesh.name);
         errors.rows.push_back(row);
       }
-      add_claims(claims, mesh.name, all, {published, weighted});
+      add_claims(claims, mesh.name, all, {every_vertex, area_weighted});
     });
   }
   figures.begin("Geodesic histograms: errors of all models");
