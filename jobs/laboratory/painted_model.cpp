@@ -58,7 +58,7 @@ void keep_discs(PaintedModel& painted, const Row& row) {
 }
 
 // The mesh of a row, or why there is none.
-std::string read_surface(const Row& row, const std::optional<PlanItem>& file, PolygonMesh& mesh) {
+std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file, PolygonMesh& mesh) {
   if (!file) return "no mesh in the INPUT";
   try {
     const ModelBytes bytes(file->path, file->packed);
@@ -113,7 +113,7 @@ PaintedModel stored_model(const Row& row, const std::optional<PlanItem>& file, s
   keep_samples(painted, row.samples, drawn);
   const std::span<const float> points = std::span(row.samples.points).first(3 * drawn);
   PolygonMesh mesh;
-  lacking = read_surface(row, file, mesh);
+  lacking = read_mesh_of_row(row, file, mesh);
   if (lacking.empty()) {
     const PreparedMesh surface = prepare_mesh(mesh);
     keep_surface(painted, surface);

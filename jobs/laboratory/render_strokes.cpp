@@ -49,7 +49,7 @@ std::size_t position_of(const Names& names, const std::string& word) {
 }
 
 // "1080" or "1920x1080".
-void parse_size(const std::string& text, StrokePictureParameters& look) {
+void parse_picture_size(const std::string& text, StrokePictureParameters& look) {
   const std::size_t cross = text.find('x');
   const auto side = [&](const std::string& digits) {
     std::uint32_t value = 0;
@@ -63,9 +63,9 @@ void parse_size(const std::string& text, StrokePictureParameters& look) {
   look.height = cross == std::string::npos ? look.width : side(text.substr(cross + 1));
 }
 
-StrokePictureParameters look_of(const StrokesOptions& options) {
+StrokePictureParameters strokes_look(const StrokesOptions& options) {
   StrokePictureParameters look = options.look;
-  parse_size(options.size, look);
+  parse_picture_size(options.size, look);
   if (!options.palette.empty())
     look.palette = static_cast<StrokePalette>(position_of(stroke_palette_names, options.palette));
   look.up = axis_of(options.up);
@@ -169,7 +169,7 @@ class Paintings {
   Paintings(const StrokesOptions& options, const Subjects& subjects, std::uint64_t memory)
       : options_(options),
         subjects_(subjects),
-        look_(look_of(options)),
+        look_(strokes_look(options)),
         media_(media_of(options)),
         memory_(memory),
         sampling_(painted_samples(options.strokes > 0 ? options.strokes : sampled_strokes, look_.seed)) {}
@@ -276,7 +276,7 @@ void write_pictures(const StrokesOptions& options, const StrokePictureParameters
 }
 
 int render_strokes(const StrokesOptions& options) {
-  const StrokePictureParameters look = look_of(options);
+  const StrokePictureParameters look = strokes_look(options);
   if (std::filesystem::path(options.output).extension() != ".png")
     throw UsageError(fmt::format("-o: `{}` should end in .png, the format of pictures", options.output));
   OutputGuard guard;

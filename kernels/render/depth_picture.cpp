@@ -11,9 +11,7 @@ namespace meander {
 
 namespace {
 
-bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
-void draw_triangle(DepthPicture& picture, Vector3 a, Vector3 b, Vector3 c) {
+void draw_depth(DepthPicture& picture, Vector3 a, Vector3 b, Vector3 c) {
   const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
   if (area == 0 || !std::isfinite(area)) return;
   const auto clamped = [](double v, std::uint32_t size) {
@@ -46,7 +44,7 @@ bool DepthPicture::covered(std::int64_t x, std::int64_t y) const {
          depth[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] != empty_depth;
 }
 
-PictureView fitted_view(std::span<const double> points, Vector3 view, Vector3 up, std::uint32_t width,
+PictureView framed_view(std::span<const double> points, Vector3 view, Vector3 up, std::uint32_t width,
                         std::uint32_t height, double margin) {
   PictureView made;
   made.back = unit_vector(view);
@@ -58,7 +56,7 @@ PictureView fitted_view(std::span<const double> points, Vector3 view, Vector3 up
   Vector3 least{infinite, infinite, infinite}, most{-infinite, -infinite, -infinite};
   for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
     const Vector3 at = made.direction({points[i], points[i + 1], points[i + 2]});
-    if (!finite(at)) continue;
+    if (!finite_vector(at)) continue;
     least = {std::min(least.x, at.x), std::min(least.y, at.y), std::min(least.z, at.z)};
     most = {std::max(most.x, at.x), std::max(most.y, at.y), std::max(most.z, at.z)};
   }
@@ -83,7 +81,7 @@ DepthPicture depth_picture(const PictureView& view, std::span<const double> posi
       const std::size_t v = 3 * std::size_t{faces[f + k]};
       corner[k] = view.point({positions[v], positions[v + 1], positions[v + 2]});
     }
-    draw_triangle(picture, corner[0], corner[1], corner[2]);
+    draw_depth(picture, corner[0], corner[1], corner[2]);
   }
   for (const float depth : picture.depth)
     if (depth != empty_depth) picture.far = std::min(picture.far, static_cast<double>(depth));

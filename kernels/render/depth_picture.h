@@ -21,7 +21,7 @@ struct PictureView {
 
 // The view along `view` (from the model towards the eye, not along `up`) in which the points fill a
 // width x height picture but for `margin` (pixels) on each side. Points that are not finite are left out.
-PictureView fitted_view(std::span<const double> points, Vector3 view, Vector3 up, std::uint32_t width,
+PictureView framed_view(std::span<const double> points, Vector3 view, Vector3 up, std::uint32_t width,
                         std::uint32_t height, double margin);
 
 // width x height, row by row: depth towards the eye, empty_depth (shading.h) where nothing is.

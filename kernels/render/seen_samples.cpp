@@ -14,8 +14,6 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 // Bins of the logarithm of the primary spacings between their 5 % and 95 % quantiles.
 std::vector<std::uint8_t> length_bins(std::span<const float> spacings) {
   const std::size_t count = spacings.size() / 2;
@@ -59,7 +57,7 @@ Lighting::Lighting(const StrokeModel& model, const StrokePictureParameters& para
   const std::uint32_t size = std::clamp(parameters.height, 256u, 1024u);
   // Any direction not along the light.
   const Vector3 side = std::abs(world_.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
-  view_ = fitted_view(model.positions, world_, side, size, size, 2);
+  view_ = framed_view(model.positions, world_, side, size, size, 2);
   seen_ = depth_picture(view_, model.positions, model.faces, size, size);
 }
 
@@ -93,14 +91,15 @@ double Lighting::shine(Vector3 normal, double arrives) const {
 std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView& view,
                                      const DepthPicture& depth, const Lighting& lighting) {
   const std::vector<std::uint8_t> bins = length_bins(model.spacings);
-  const std::vector<float> hollow = hollowness(depth.depth, depth.width, depth.height, static_cast<float>(depth.far));
+  const std::vector<float> hollow =
+      hollowness(depth.depth, depth.width, depth.height, static_cast<float>(depth.far));
   std::vector<SeenSample> seen;
   for (std::size_t i = 0; i < model.points.size() / 3; ++i) {
     const Vector3 point{model.points[3 * i], model.points[3 * i + 1], model.points[3 * i + 2]};
     const Vector3 at = view.point(point);
     Vector3 normal = view.direction(vector_at(model.normals, i)),
             along = view.direction(vector_at(model.directions, i));
-    if (!finite(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
+    if (!finite_vector(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
     normal = unit_vector(normal);
     if (normal.z < 0) normal = -1.0 * normal;
     const auto x = pixel_of(at.x), y = pixel_of(at.y);

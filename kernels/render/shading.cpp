@@ -49,7 +49,7 @@ std::vector<float> hollowness(const std::vector<float>& depth, std::int64_t widt
                               float background) {
   std::vector<float> hollow(depth.size());
   for (std::size_t i = 0; i < hollow.size(); ++i) hollow[i] = depth[i] == empty_depth ? background : depth[i];
-  const std::int64_t size = std::min(width, height), reach = std::max<std::int64_t>(1, size / 40);
+  const std::int64_t size = std::max(width, height), reach = std::max<std::int64_t>(1, size / 40);
   for (int pass = 0; pass < 2; ++pass) blur(hollow, width, height, reach);
   const float unit = static_cast<float>(size) * 0.05f;
   for (std::size_t i = 0; i < hollow.size(); ++i)
@@ -57,9 +57,9 @@ std::vector<float> hollowness(const std::vector<float>& depth, std::int64_t widt
   return hollow;
 }
 
-void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
-                    float background) {
-  const std::vector<float> hollow = hollowness(depth, size, size, background);
+void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t width,
+                    std::int64_t height, float background) {
+  const std::vector<float> hollow = hollowness(depth, width, height, background);
   for (std::size_t i = 0; i < light.size(); ++i) light[i] *= 1 - 0.55f * hollow[i];
 }
 

@@ -1,6 +1,7 @@
 // Internal to kernels/render: the light that all pictures of models share.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,9 @@ namespace meander {
 inline constexpr float empty_depth = -std::numeric_limits<float>::infinity();  // pixels without a surface
 
 inline Vector3 unit_vector(Vector3 v) { return (1 / norm(v)) * v; }
+inline bool finite_vector(Vector3 v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 // Light on a unit normal in the camera's frame (rows run downwards) that faces the eye: a key light from the
 // upper left, a weak one from below right, and what the sky gives.
@@ -28,9 +32,9 @@ void blur(std::vector<float>& values, std::int64_t width, std::int64_t height, s
 std::vector<float> hollowness(const std::vector<float>& depth, std::int64_t width, std::int64_t height,
                               float background);
 
-// Darkens light (size x size, as depth) by that, in place.
-void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
-                    float background);
+// Darkens light (height x width, as depth) by that, in place.
+void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t width,
+                    std::int64_t height, float background);
 
 // Linear light to an sRGB byte, and back.
 std::uint8_t srgb_byte(float linear);

@@ -11,9 +11,9 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t lattice = 256;
+constexpr std::size_t lattice_side = 256;
 
-double step(double from, double to, double x) {
+double smooth_step(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
@@ -32,7 +32,8 @@ class StrokeOfBrush {
     if (half <= 0) return {};
     const double off = std::abs(v - shift) / half;
     if (off >= 1) return {};
-    const double inside = 1 - off, edge = step(0, std::max(0.02, shape_.soft / std::max(half, 0.2)), inside);
+    const double inside = 1 - off,
+                 edge = smooth_step(0, std::max(0.02, shape_.soft / std::max(half, 0.2)), inside);
     const double hair = bristle(u, v), ends = ragged_ends(u, v);
     // Paint runs out towards the end: the gaps between bristles open.
     double cover = edge * ends * (1 - shape_.streak * (1 - hair) * (0.35 + 0.65 * u));
@@ -55,7 +56,7 @@ class StrokeOfBrush {
   // Half the width at u: blunt round ends, or tapered ones.
   double outline(double u) const {
     const double end = std::min(u, 1 - u);
-    if (shape_.taper > 0.15) return std::pow(step(0, shape_.taper, end), 0.7);
+    if (shape_.taper > 0.15) return std::pow(smooth_step(0, shape_.taper, end), 0.7);
     const double round = std::clamp(end * 2 * ratio_ / 0.8, 0.0, 1.0);
     return std::sqrt(1 - (1 - round) * (1 - round));
   }
@@ -72,7 +73,7 @@ class StrokeOfBrush {
     const double a = noise_.at(1.4 * across, row_ + 120), b = noise_.at(1.4 * across, row_ + 150);
     const double begin = 0.7 * shape_.ragged * a, end = 1 - 2 * shape_.ragged * b;
     const double fade = 0.04 + 0.3 * shape_.ragged;
-    return step(begin, begin + 0.5 * fade, u) * (1 - step(end - fade, end, u));
+    return smooth_step(begin, begin + 0.5 * fade, u) * (1 - smooth_step(end - fade, end, u));
   }
 
   const BrushShape& shape_;
@@ -129,7 +130,7 @@ RandomKey picture_key(std::uint64_t seed) {
   return make_random_key(seed, name);
 }
 
-LatticeNoise::LatticeNoise(RandomKey key) : values_(lattice * lattice) {
+LatticeNoise::LatticeNoise(RandomKey key) : values_(lattice_side * lattice_side) {
   for (std::size_t i = 0; i < values_.size(); i += 4) {
     const PhiloxBlock words = random_words(key, Stream::test_shapes, i / 4);
     for (std::size_t k = 0; k < 4; ++k) values_[i + k] = static_cast<float>(words[k] >> 8) * 0x1p-24f;
@@ -138,13 +139,13 @@ LatticeNoise::LatticeNoise(RandomKey key) : values_(lattice * lattice) {
 
 float LatticeNoise::at(double x, double y) const {
   const double fx = std::floor(x), fy = std::floor(y);
-  const auto column = static_cast<std::size_t>(static_cast<std::int64_t>(fx)) % lattice,
-             row = static_cast<std::size_t>(static_cast<std::int64_t>(fy)) % lattice;
+  const auto column = static_cast<std::size_t>(static_cast<std::int64_t>(fx)) % lattice_side,
+             row = static_cast<std::size_t>(static_cast<std::int64_t>(fy)) % lattice_side;
   const auto smooth = [](double t) { return static_cast<float>(t * t * (3 - 2 * t)); };
   const float s = smooth(x - fx), t = smooth(y - fy);
-  const float* above = values_.data() + row * lattice;
-  const float* below = values_.data() + (row + 1) % lattice * lattice;
-  const std::size_t right = (column + 1) % lattice;
+  const float* above = values_.data() + row * lattice_side;
+  const float* below = values_.data() + (row + 1) % lattice_side * lattice_side;
+  const std::size_t right = (column + 1) % lattice_side;
   const float up = above[column] + s * (above[right] - above[column]);
   const float down = below[column] + s * (below[right] - below[column]);
   return up + t * (down - up);

@@ -12,7 +12,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::int64_t tile = 64;
+constexpr std::int64_t tile_pixels = 64;
 
 // What lies on the paper at a pixel: opaque media the light that it gives, glazes optical densities; and the
 // height of the paint.
@@ -20,19 +20,19 @@ struct Paint {
   float red = 0, green = 0, blue = 0, height = 0;
 };
 
-struct Area {
+struct PixelArea {
   std::int64_t x0, y0, x1, y1;  // x1, y1 excluded
   bool empty() const { return x0 >= x1 || y0 >= y1; }
   bool holds(std::int64_t x, std::int64_t y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
 // All but the margin.
-Area painted_window(const StrokeCanvas& canvas) {
+PixelArea painted_window(const StrokeCanvas& canvas) {
   const auto margin = static_cast<std::int64_t>(std::lround(canvas.margin));
   return {margin, margin, std::int64_t{canvas.width} - margin, std::int64_t{canvas.height} - margin};
 }
 
-Area overlap(const Area& a, const Area& b) {
+PixelArea common_area(const PixelArea& a, const PixelArea& b) {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
@@ -41,7 +41,7 @@ float reach_across(const Stroke& stroke) {
   return 0.5f * stroke.width + 0.125f * std::abs(stroke.bend) * stroke.length * stroke.length;
 }
 
-Area bounds(const Stroke& stroke) {
+PixelArea stroke_bounds(const Stroke& stroke) {
   const float along = 0.5f * stroke.length, across = reach_across(stroke);
   const float half_x = std::abs(stroke.cosine) * along + std::abs(stroke.sine) * across,
               half_y = std::abs(stroke.sine) * along + std::abs(stroke.cosine) * across;
@@ -58,15 +58,15 @@ bool drawable(const Stroke& s) {
 // Strokes by the tiles that they may touch, in their order.
 class TileLists {
  public:
-  TileLists(std::span<const Stroke> strokes, const Area& window, std::int64_t columns, std::int64_t rows)
+  TileLists(std::span<const Stroke> strokes, const PixelArea& window, std::int64_t columns, std::int64_t rows)
       : begin_(static_cast<std::size_t>(columns * rows) + 1) {
     const auto each = [&](const auto& take) {
       for (std::size_t s = 0; s < strokes.size(); ++s) {
         if (!drawable(strokes[s])) continue;
-        const Area area = overlap(bounds(strokes[s]), window);
+        const PixelArea area = common_area(stroke_bounds(strokes[s]), window);
         if (area.empty()) continue;
-        for (std::int64_t row = area.y0 / tile; row <= (area.y1 - 1) / tile; ++row)
-          for (std::int64_t column = area.x0 / tile; column <= (area.x1 - 1) / tile; ++column)
+        for (std::int64_t row = area.y0 / tile_pixels; row <= (area.y1 - 1) / tile_pixels; ++row)
+          for (std::int64_t column = area.x0 / tile_pixels; column <= (area.x1 - 1) / tile_pixels; ++column)
             take(static_cast<std::size_t>(row * columns + column), static_cast<std::uint32_t>(s));
       }
     };
@@ -114,7 +114,8 @@ void cut_span(float from, float slope, float half, float& first, float& last) {
 
 // Calls paint(x, y, texel) for the pixels of the area that the stroke's texture lies on.
 template <class PaintPixel>
-void each_pixel(const Stroke& stroke, const BrushTexture& brush, const Area& area, const PaintPixel& paint) {
+void each_pixel(const Stroke& stroke, const BrushTexture& brush, const PixelArea& area,
+                const PaintPixel& paint) {
   const float half_length = 0.5f * stroke.length, across = reach_across(stroke);
   const float to_u = 1 / stroke.length, to_v = 1 / stroke.width;
   for (std::int64_t y = area.y0; y < area.y1; ++y) {
@@ -161,12 +162,13 @@ class Painter {
   std::vector<Paint> paint() const {
     std::vector<Paint> picture(std::size_t{canvas_.width} * canvas_.height, bare());
     if (window_.empty()) return picture;
-    const std::int64_t columns = (canvas_.width + tile - 1) / tile, rows = (canvas_.height + tile - 1) / tile;
+    const std::int64_t columns = (canvas_.width + tile_pixels - 1) / tile_pixels,
+                       rows = (canvas_.height + tile_pixels - 1) / tile_pixels;
     const TileLists lists(strokes_, window_, columns, rows);
     parallel_tasks(static_cast<std::size_t>(columns * rows), [&](std::size_t t) {
-      const std::int64_t x = static_cast<std::int64_t>(t) % columns * tile,
-                         y = static_cast<std::int64_t>(t) / columns * tile;
-      const Area area = overlap({x, y, x + tile, y + tile}, window_);
+      const std::int64_t x = static_cast<std::int64_t>(t) % columns * tile_pixels,
+                         y = static_cast<std::int64_t>(t) / columns * tile_pixels;
+      const PixelArea area = common_area({x, y, x + tile_pixels, y + tile_pixels}, window_);
       for (const std::uint32_t s : lists.of(t)) paint_stroke(strokes_[s], area, picture);
     });
     return picture;
@@ -178,8 +180,8 @@ class Painter {
     return {style_.paper_colour[0], style_.paper_colour[1], style_.paper_colour[2], 0};
   }
 
-  void paint_stroke(const Stroke& stroke, const Area& tile_area, std::vector<Paint>& picture) const {
-    const Area area = overlap(bounds(stroke), tile_area);
+  void paint_stroke(const Stroke& stroke, const PixelArea& tile_area, std::vector<Paint>& picture) const {
+    const PixelArea area = common_area(stroke_bounds(stroke), tile_area);
     if (area.empty()) return;
     const BrushTexture& brush = brushes_[stroke.layer].at(stroke.brush_length, stroke.brush_variation);
     const auto grain = static_cast<float>(style_.grain);
@@ -220,7 +222,7 @@ class Painter {
   std::span<const BrushSet> brushes_;
   const StrokeStyle& style_;
   const StrokeCanvas& canvas_;
-  const Area window_;
+  const PixelArea window_;
   const std::vector<float>& paper_;
 };
 
@@ -293,7 +295,7 @@ class Relief {
 
   const StrokeStyle& style_;
   const StrokeCanvas& canvas_;
-  const Area window_;
+  const PixelArea window_;
   const std::vector<float>& paper_;
   const std::vector<Paint>& picture_;
   float depth_ = 0.1f;

@@ -9,13 +9,13 @@ namespace meander {
 
 namespace {
 
-LinearColour colour(unsigned rgb) {
+LinearColour linear_colour(unsigned rgb) {
   return {linear_light(static_cast<std::uint8_t>(rgb >> 16)),
           linear_light(static_cast<std::uint8_t>(rgb >> 8 & 255)),
           linear_light(static_cast<std::uint8_t>(rgb & 255))};
 }
 
-StrokeLayer layer(LayerPurpose purpose, double share, double width, double shortest, double longest) {
+StrokeLayer brush_layer(LayerPurpose purpose, double share, double width, double shortest, double longest) {
   StrokeLayer made;
   made.purpose = purpose;
   made.share = share;
@@ -25,9 +25,9 @@ StrokeLayer layer(LayerPurpose purpose, double share, double width, double short
   return made;
 }
 
-StrokeLayer line(LayerPurpose purpose, double darkest, double width, double shortest, double longest,
-                 int ink) {
-  StrokeLayer made = layer(purpose, 1, width, shortest, longest);
+StrokeLayer hatching_layer(LayerPurpose purpose, double darkest, double width, double shortest,
+                           double longest, int ink) {
+  StrokeLayer made = brush_layer(purpose, 1, width, shortest, longest);
   made.in_pixels = true;
   made.darkest = darkest;
   made.ink = ink;
@@ -38,19 +38,19 @@ StrokeStyle watercolour() {
   StrokeStyle style;
   style.brush = {.soft = 0.3, .wobble = 0.3, .rim = 0.5, .mottle = 0.35};
   style.paper = PaperKind::cold_press;
-  style.paper_colour = colour(0xfbf8f0);
+  style.paper_colour = linear_colour(0xfbf8f0);
   style.glaze = true;
   style.granulation = 0.3;
   style.edge = 1.1;
   style.unpainted_light = 0.8;
   style.lift = 0.26;
-  StrokeLayer wash = layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
+  StrokeLayer wash = brush_layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
   wash.opacity = 0.4;
-  StrokeLayer body = layer(LayerPurpose::body, 0.06, 1.5, 2, 5);
+  StrokeLayer body = brush_layer(LayerPurpose::body, 0.06, 1.5, 2, 5);
   body.opacity = 0.45;
-  StrokeLayer detail = layer(LayerPurpose::detail, 0.8, 1.6, 3, 9);
+  StrokeLayer detail = brush_layer(LayerPurpose::detail, 0.8, 1.6, 3, 9);
   detail.opacity = 0.6;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.15, 0.6, 4, 8);
+  StrokeLayer contour = brush_layer(LayerPurpose::contour, 0.15, 0.6, 4, 8);
   contour.opacity = 0.16;
   style.layers = {wash, body, detail, contour};
   return style;
@@ -66,14 +66,14 @@ StrokeStyle crayon() {
                  .wobble = 0.12,
                  .mottle = 0.35};
   style.paper = PaperKind::tooth;
-  style.paper_colour = colour(0xf6f1e6);
+  style.paper_colour = linear_colour(0xf6f1e6);
   style.grain = 0.62;
   style.sticks = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.06, 1.1, 3, 6);
+  StrokeLayer ground = brush_layer(LayerPurpose::underpaint, 0.06, 1.1, 3, 6);
   ground.opacity = 0.7;
-  StrokeLayer body = layer(LayerPurpose::body, 0.6, 0.9, 4, 11);
+  StrokeLayer body = brush_layer(LayerPurpose::body, 0.6, 0.9, 4, 11);
   body.opacity = 0.85;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.6, 0.7, 5, 9);
+  StrokeLayer contour = brush_layer(LayerPurpose::contour, 0.6, 0.7, 5, 9);
   contour.opacity = 0.75;
   style.layers = {ground, body, contour};
   return style;
@@ -83,19 +83,20 @@ StrokeStyle pencil(bool many_tones) {
   StrokeStyle style;
   style.brush = {.taper = 0.22, .soft = 0.6, .wobble = 0.15, .mottle = 0.45};
   style.paper = PaperKind::tooth;
-  style.paper_colour = colour(0xf7f4ec);
+  style.paper_colour = linear_colour(0xf7f4ec);
   style.glaze = true;
   style.grain = 0.6;
   if (many_tones) {
-    style.inks = {colour(0x8d8d92), colour(0x5b5a60), colour(0x2b2a2e)};
-    style.layers = {
-        line(LayerPurpose::body, 0.42, 2.1, 22, 70, 0), line(LayerPurpose::cross, 0.4, 2.0, 16, 44, 1),
-        line(LayerPurpose::body, 0.6, 1.9, 16, 48, 2), line(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
+    style.inks = {linear_colour(0x8d8d92), linear_colour(0x5b5a60), linear_colour(0x2b2a2e)};
+    style.layers = {hatching_layer(LayerPurpose::body, 0.42, 2.1, 22, 70, 0),
+                    hatching_layer(LayerPurpose::cross, 0.4, 2.0, 16, 44, 1),
+                    hatching_layer(LayerPurpose::body, 0.6, 1.9, 16, 48, 2),
+                    hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
   } else {
-    style.inks = {colour(0x4a494e)};
-    style.layers = {line(LayerPurpose::body, 0.6, 1.8, 20, 64, 0),
-                    line(LayerPurpose::cross, 0.6, 1.7, 16, 44, 0),
-                    line(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
+    style.inks = {linear_colour(0x4a494e)};
+    style.layers = {hatching_layer(LayerPurpose::body, 0.6, 1.8, 20, 64, 0),
+                    hatching_layer(LayerPurpose::cross, 0.6, 1.7, 16, 44, 0),
+                    hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
   }
   for (StrokeLayer& each : style.layers) each.opacity = 0.8;
   return style;
@@ -105,17 +106,18 @@ StrokeStyle ink(bool many_tones) {
   StrokeStyle style;
   style.brush = {.taper = 0.42, .soft = 0.3, .wobble = 0.2};
   style.paper = PaperKind::smooth;
-  style.paper_colour = colour(0xfaf6ea);
+  style.paper_colour = linear_colour(0xfaf6ea);
   if (many_tones) {
-    style.inks = {colour(0x8a6a4c), colour(0x4c3a34), colour(0x15161c)};
-    style.layers = {
-        line(LayerPurpose::body, 0.4, 2.0, 16, 52, 0), line(LayerPurpose::cross, 0.4, 1.8, 14, 40, 1),
-        line(LayerPurpose::body, 0.6, 2.0, 14, 44, 2), line(LayerPurpose::contour, 0, 2.4, 18, 34, 2)};
+    style.inks = {linear_colour(0x8a6a4c), linear_colour(0x4c3a34), linear_colour(0x15161c)};
+    style.layers = {hatching_layer(LayerPurpose::body, 0.4, 2.0, 16, 52, 0),
+                    hatching_layer(LayerPurpose::cross, 0.4, 1.8, 14, 40, 1),
+                    hatching_layer(LayerPurpose::body, 0.6, 2.0, 14, 44, 2),
+                    hatching_layer(LayerPurpose::contour, 0, 2.4, 18, 34, 2)};
   } else {
-    style.inks = {colour(0x17181f)};
-    style.layers = {line(LayerPurpose::body, 0.55, 1.8, 16, 52, 0),
-                    line(LayerPurpose::cross, 0.6, 1.6, 14, 40, 0),
-                    line(LayerPurpose::contour, 0, 2.4, 18, 34, 0)};
+    style.inks = {linear_colour(0x17181f)};
+    style.layers = {hatching_layer(LayerPurpose::body, 0.55, 1.8, 16, 52, 0),
+                    hatching_layer(LayerPurpose::cross, 0.6, 1.6, 14, 40, 0),
+                    hatching_layer(LayerPurpose::contour, 0, 2.4, 18, 34, 0)};
   }
   for (StrokeLayer& each : style.layers) each.tone_jitter = 0.03;
   return style;
@@ -132,18 +134,18 @@ StrokeStyle acrylic() {
                  .mottle = 0.1,
                  .ridge = 0.5};
   style.paper = PaperKind::canvas;
-  style.paper_colour = colour(0xf1ede4);
+  style.paper_colour = linear_colour(0xf1ede4);
   style.impasto = 1.0;
   style.gloss = 0.04;
   style.background = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.02, 1.8, 2.2, 3.5);
-  StrokeLayer body = layer(LayerPurpose::body, 0.12, 1.35, 2, 5);
+  StrokeLayer ground = brush_layer(LayerPurpose::underpaint, 0.02, 1.8, 2.2, 3.5);
+  StrokeLayer body = brush_layer(LayerPurpose::body, 0.12, 1.35, 2, 5);
   body.opacity = 0.95;
   body.tone_jitter = 0.04;
-  StrokeLayer detail = layer(LayerPurpose::detail, 0.7, 1.2, 2.5, 6);
+  StrokeLayer detail = brush_layer(LayerPurpose::detail, 0.7, 1.2, 2.5, 6);
   detail.tone_jitter = 0.04;
-  StrokeLayer light = layer(LayerPurpose::light, 0.25, 0.9, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
+  StrokeLayer light = brush_layer(LayerPurpose::light, 0.25, 0.9, 2, 4);
+  StrokeLayer contour = brush_layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
   contour.opacity = 0.8;
   style.layers = {ground, body, detail, contour, light};
   return style;
@@ -154,18 +156,18 @@ StrokeStyle pastel() {
   style.brush = {
       .bristles = 4, .streak = 0.2, .ragged = 0.05, .taper = 0.04, .soft = 0.7, .wobble = 0.1, .mottle = 0.3};
   style.paper = PaperKind::tooth;
-  style.paper_colour = colour(0xcdbfa8);
+  style.paper_colour = linear_colour(0xcdbfa8);
   style.grain = 0.55;
   style.impasto = 0.3;
   style.sticks = true;
   style.background = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.03, 1.5, 2.5, 5);
+  StrokeLayer ground = brush_layer(LayerPurpose::underpaint, 0.03, 1.5, 2.5, 5);
   ground.opacity = 0.75;
-  StrokeLayer body = layer(LayerPurpose::body, 0.4, 1.0, 2.5, 7);
+  StrokeLayer body = brush_layer(LayerPurpose::body, 0.4, 1.0, 2.5, 7);
   body.opacity = 0.8;
-  StrokeLayer light = layer(LayerPurpose::light, 0.5, 0.9, 2, 5);
+  StrokeLayer light = brush_layer(LayerPurpose::light, 0.5, 0.9, 2, 5);
   light.opacity = 0.9;
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.4, 0.7, 3, 6);
+  StrokeLayer contour = brush_layer(LayerPurpose::contour, 0.4, 0.7, 3, 6);
   contour.opacity = 0.6;
   style.layers = {ground, body, contour, light};
   return style;
@@ -182,20 +184,20 @@ StrokeStyle oil() {
                  .mottle = 0.2,
                  .ridge = 0.7};
   style.paper = PaperKind::canvas;
-  style.paper_colour = colour(0xe6dcc6);
+  style.paper_colour = linear_colour(0xe6dcc6);
   style.impasto = 2.0;
   style.gloss = 0.10;
   style.background = true;
-  StrokeLayer ground = layer(LayerPurpose::underpaint, 0.015, 1.7, 2.2, 4);
-  StrokeLayer body = layer(LayerPurpose::body, 0.1, 1.4, 2, 5);
+  StrokeLayer ground = brush_layer(LayerPurpose::underpaint, 0.015, 1.7, 2.2, 4);
+  StrokeLayer body = brush_layer(LayerPurpose::body, 0.1, 1.4, 2, 5);
   body.opacity = 0.92;
   body.angle_jitter = 0.12;
   body.tone_jitter = 0.09;
-  StrokeLayer detail = layer(LayerPurpose::detail, 0.7, 1.2, 2.2, 6);
+  StrokeLayer detail = brush_layer(LayerPurpose::detail, 0.7, 1.2, 2.2, 6);
   detail.opacity = 0.85;
   detail.tone_jitter = 0.07;
-  StrokeLayer light = layer(LayerPurpose::light, 0.3, 1.1, 2, 4);
-  StrokeLayer contour = layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
+  StrokeLayer light = brush_layer(LayerPurpose::light, 0.3, 1.1, 2, 4);
+  StrokeLayer contour = brush_layer(LayerPurpose::contour, 0.25, 0.5, 4, 7);
   contour.opacity = 0.5;
   style.layers = {ground, body, contour, detail, light};
   return style;
@@ -228,8 +230,8 @@ StrokeStyle stroke_style(StrokeMedium medium, bool many_tones) {
 PaletteColours palette_colours(StrokePalette palette) {
   const auto of = [](const std::array<unsigned, 6>& stops, unsigned dark, unsigned light) {
     PaletteColours made;
-    for (std::size_t k = 0; k < 6; ++k) made.stops[k] = colour(stops[k]);
-    made.ground = {colour(dark), colour(light)};
+    for (std::size_t k = 0; k < 6; ++k) made.stops[k] = linear_colour(stops[k]);
+    made.ground = {linear_colour(dark), linear_colour(light)};
     return made;
   };
   switch (palette) {

@@ -32,8 +32,6 @@ StrokePalette palette_of(const StrokePictureParameters& parameters) {
   }
 }
 
-bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 double luminance(const LinearColour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
 // Strokes of ground and shadow are not smaller than this, that narrow pictures have no more of them.
@@ -60,7 +58,7 @@ class Planner {
 
   void run() {
     const std::uint32_t width = parameters_.width, height = parameters_.height;
-    view_ = fitted_view(model_.positions, parameters_.view, parameters_.up, width, height,
+    view_ = framed_view(model_.positions, parameters_.view, parameters_.up, width, height,
                         margin_ + 0.075 * std::min(width, height));
     depth_ = depth_picture(view_, model_.positions, model_.faces, width, height);
     const Lighting lighting(model_, parameters_, view_);
@@ -439,7 +437,7 @@ class Planner {
   double margin_ = 0, unit_ = 1, pixels_per_sample_ = 1, near_ = 0;
 };
 
-void check_model(const StrokeModel& model) {
+void check_stroke_model(const StrokeModel& model) {
   const std::size_t values = model.points.size();
   if (model.positions.size() % 3 != 0 || model.faces.size() % 3 != 0 || values % 3 != 0 ||
       model.normals.size() != values || model.directions.size() != values ||
@@ -463,13 +461,13 @@ std::vector<std::string> validate(const StrokePictureParameters& parameters) {
     problems.push_back("a margin of " + std::to_string(parameters.margin) + " is not in 0..0.3");
   if (!(norm(cross(parameters.view, parameters.up)) > 1e-6 * norm(parameters.view) * norm(parameters.up)))
     problems.push_back("the view lies along the direction that points up");
-  if (!(norm(parameters.light) > 0) || !finite(parameters.light))
+  if (!(norm(parameters.light) > 0) || !finite_vector(parameters.light))
     problems.push_back("the light has no direction");
   return problems;
 }
 
 StrokePlan plan_strokes(const StrokeModel& model, const StrokePictureParameters& parameters) {
-  check_model(model);
+  check_stroke_model(model);
   const std::vector<std::string> problems = validate(parameters);
   if (!problems.empty()) throw std::invalid_argument(problems.front());
   StrokePlan plan;

@@ -156,9 +156,9 @@ TEST_CASE("render strokes: mistakes are usage errors, and nothing is written") {
   CHECK(has(place.refusal({mesh, "-o", mesh}), "should end in .png"));
   CHECK_FALSE(fs::exists(out));
   // A mesh that needs more than is left of the memory.
-  write_mesh(place.path("in/b.ply"), icosphere(7));
+  write_mesh(place.path("in/b.ply"), icosphere(6));
   const ProcessResult large =
-      place.strokes({place.path("in/b.ply"), "-o", out, "--strokes", "100", "--memory", "60M"});
+      place.strokes({place.path("in/b.ply"), "-o", out, "--strokes", "100", "--memory", "30M"});
   CHECK(large.exit_code == 3);
   CHECK(has(large.err, "too_large"));
 }
