@@ -68,7 +68,7 @@ void strokes(benchmark::State& state) {
   state.counters["seen"] = static_cast<double>(plan.visible);
   check_sum(state, stroke_medium_names[static_cast<std::size_t>(state.range(1))].data(), image.pixels);
 }
-BENCHMARK(strokes)->ArgsProduct({{35000}, {0, 1, 2, 3, 4, 5, 6}})->Unit(benchmark::kMillisecond);
+BENCHMARK(strokes)->ArgsProduct({{35000, 250000}, {0, 1, 2, 3, 4, 5, 6}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -258,7 +258,7 @@ std::uint64_t memory_beside_pictures(const StrokesOptions& options, const Stroke
                       least = finished + stroke_picture_bytes(1, look.width, look.height);
   if (memory < least)
     throw UsageError(
-        fmt::format("--memory: {} pictures of {} x {} pixels need {}M or more: give it, or lower --size",
+        fmt::format("--memory: pictures ({}) of {} x {} pixels need {}M or more: give it, or lower --size",
                     pictures, look.width, look.height, (least >> 20) + 1));
   return memory - finished;
 }
@@ -302,7 +302,8 @@ int render_strokes(const StrokesOptions& options) {
     return exit_some_failed;
   }
   write_pictures(options, look, cells);
-  fmt::print("{}: {} pictures of {} models", options.output, cells.size(), subjects.count());
+  fmt::print("{}: {} picture{} of {} model{}", options.output, cells.size(), cells.size() == 1 ? "" : "s",
+             subjects.count(), subjects.count() == 1 ? "" : "s");
   if (paintings.lacking() > 0) fmt::print(", {} without a surface", paintings.lacking());
   if (paintings.failed() > 0) fmt::print(", {} failed", paintings.failed());
   fmt::print("\n");

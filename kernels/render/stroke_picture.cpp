@@ -161,7 +161,7 @@ class Planner {
       case LayerPurpose::contour:
         // Painted contours are lost in the light, drawn ones are not.
         return 1.2 * (1 - sample.normal.z / 0.34) *
-               (layer.ink >= 0 ? 1 : std::clamp(1.2 - 2.2 * sample.light, 0.0, 1.0));
+               (layer.ink >= 0 ? 1 : std::clamp(1 - 2.6 * sample.light, 0.0, 1.0));
       case LayerPurpose::detail: {
         // Finer strokes where broad ones miss the light (Hertzmann 1998).
         const double missed = sample.light - around.light(sample.at.x, sample.at.y, sample.light);

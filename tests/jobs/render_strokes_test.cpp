@@ -44,7 +44,7 @@ struct Place {
     const ProcessResult result = strokes(words);
     INFO(result.err);
     CHECK(result.exit_code == 0);
-    CHECK(has(result.out, "1 pictures of 1 models"));
+    CHECK(has(result.out, "1 picture of 1 model"));
     return read_file(path("p.png"));
   }
   std::string refusal(const std::vector<std::string>& more) const {
@@ -103,7 +103,7 @@ TEST_CASE("render strokes: several models and media are a sheet; broken models a
   CHECK_FALSE(fs::exists(place.path("n.png")));
   const ProcessResult all = place.strokes(
       {place.path("in/a.off"), "-o", place.path("m.png"), "--strokes", "100", "--medium", "all"});
-  CHECK(has(all.out, "7 pictures of 1 models"));
+  CHECK(has(all.out, "7 pictures of 1 model"));
 }
 
 TEST_CASE("render strokes: stores with directions, with and without their meshes") {
