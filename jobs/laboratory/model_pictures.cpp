@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 
@@ -89,7 +90,7 @@ RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRang
     positions[3 * v + 1] = mesh.y[v];
     positions[3 * v + 2] = mesh.z[v];
   }
-  const std::size_t values = 3 * drawn_count(row, look);
+  const std::size_t values = look.samples ? 3 * drawn_count(row, look) : 0;
   const std::vector<double> points =
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
@@ -117,7 +118,8 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   if (!model.file) return "points only: no mesh in the INPUT";
   try {
     const ModelBytes file(model.file->path, model.file->packed);
-    if (sha256(file.bytes()) != row.report.content_sha256) return "points only: the mesh has changed";
+    if (model.in_store && sha256(file.bytes()) != row.report.content_sha256)
+      return "points only: the mesh has changed";
     mesh = read_mesh(file.bytes(), model.file->format);
   } catch (const ItemError& error) {
     return fmt::format("points only: {}", error.what());
@@ -135,6 +137,10 @@ void draw_cell(const PicturedModel& model, const Row& row, const DensityRange& r
   const std::string lacking = read_surface(model, row, mesh);
   if (lacking.empty()) {
     cell.picture = draw_surface(mesh, row, range, look);
+    return;
+  }
+  if (!model.in_store) {
+    cell.failure = lacking;
     return;
   }
   cell.picture = draw_points(row, range, look);
@@ -178,6 +184,10 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
   std::vector<Row> rows;
   std::vector<SheetCell> cells(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
+    if (!models[i].in_store) {
+      rows.emplace_back().report.status = Status::ok;
+      continue;
+    }
     rows.push_back(store.read_row(models[i].row));
     cells[i].title = store.id(models[i].row);
     cells[i].note_colour = quiet_note;
@@ -187,6 +197,45 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
   }
   parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
   return cells;
+}
+
+std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<PicturedModel> models,
+                                   const DensityRange& range, const ModelLook& look, std::uint64_t memory,
+                                   std::size_t threads) {
+  std::vector<std::uint64_t> bytes;
+  for (PicturedModel& model : models) {
+    bytes.push_back(picture_bytes(store, model, look));
+    if (bytes.back() <= memory || !model.file) continue;
+    model.file.reset();
+    model.lacking = "points only: the mesh needs more than --memory";
+    bytes.back() = picture_bytes(store, model, look);
+  }
+  std::vector<SheetCell> cells;
+  for (std::size_t begin = 0; begin < models.size();) {
+    std::uint64_t taken = bytes[begin];
+    std::size_t end = begin + 1;
+    while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
+      taken += bytes[end++];
+    std::vector<SheetCell> drawn =
+        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
+    std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
+    begin = end;
+  }
+  return cells;
+}
+
+std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models) {
+  constexpr std::uint64_t bytes_per_pixel = 3;
+  const std::uint64_t picture = std::uint64_t{sheet.cell} * sheet.cell;
+  const std::uint64_t place = std::uint64_t{sheet.cell + sheet.gap} * (sheet.cell + 3 * sheet.gap);
+  return bytes_per_pixel * (picture + place) * models;
+}
+
+void look_along(const std::string& up, ModelLook& look) {
+  look.up = {up == "x" ? 1.0 : 0.0, up == "y" ? 1.0 : 0.0, up == "z" ? 1.0 : 0.0};
+  look.view = up == "y"   ? Vector3{0.55, 0.42, 1}
+              : up == "z" ? Vector3{0.55, -1, 0.42}
+                          : Vector3{0.42, 0.55, 1};
 }
 
 std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {

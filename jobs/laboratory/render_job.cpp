@@ -39,6 +39,31 @@ struct RenderOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
+<<<<<<< HEAD
+=======
+// "x,y,z": three numbers.
+Vector3 parse_direction(const std::string& text) {
+  std::array<double, 3> value{};
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t used = 0;
+    try {
+      value[k] = std::stod(text.substr(at), &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    at += used;
+    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
+    if (used == 0 || !ends || !std::isfinite(value[k]))
+      throw UsageError(
+          fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
+    ++at;
+  }
+  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
+  return {value[0] / largest, value[1] / largest, value[2] / largest};
+}
+
+>>>>>>> main
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
   const auto named =
@@ -46,8 +71,15 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
+<<<<<<< HEAD
   look.up = axis_of(options.up);
   look.view = view_of(options.view, options.up);
+=======
+  look_along(options.up, look);
+  if (!options.view.empty()) look.view = parse_direction(options.view);
+  if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
+    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
+>>>>>>> main
   return look;
 }
 
@@ -75,45 +107,10 @@ void find_meshes(const StoreReader& store, const RenderOptions& options, std::ve
   }
 }
 
-// The finished pictures, and the sheet that they are put on.
-std::uint64_t sheet_bytes(const RenderOptions& options, std::size_t models) {
-  constexpr std::uint64_t bytes_per_pixel = 3;
-  const std::uint64_t picture = std::uint64_t{options.sheet.cell} * options.sheet.cell;
-  const std::uint64_t place =
-      std::uint64_t{options.sheet.cell + options.sheet.gap} * (options.sheet.cell + 3 * options.sheet.gap);
-  return bytes_per_pixel * (picture + place) * models;
-}
-
-// As many pictures at once as threads and memory allow; of a model that is too large for it the points alone.
-std::vector<SheetCell> draw_cells(const StoreReader& store, std::vector<PicturedModel> models,
-                                  const DensityRange& range, const ModelLook& look, std::uint64_t memory,
-                                  std::size_t threads) {
-  std::vector<std::uint64_t> bytes;
-  for (PicturedModel& model : models) {
-    bytes.push_back(picture_bytes(store, model, look));
-    if (bytes.back() <= memory || !model.file) continue;
-    model.file.reset();
-    model.lacking = "points only: the mesh needs more than --memory";
-    bytes.back() = picture_bytes(store, model, look);
-  }
-  std::vector<SheetCell> cells;
-  for (std::size_t begin = 0; begin < models.size();) {
-    std::uint64_t taken = bytes[begin];
-    std::size_t end = begin + 1;
-    while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
-      taken += bytes[end++];
-    std::vector<SheetCell> drawn =
-        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
-    std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
-    begin = end;
-  }
-  return cells;
-}
-
 // What is left of --memory beside the sheet.
 std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReader& store,
                                   const ModelLook& look, std::size_t models) {
-  const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options, models),
+  const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options.sheet, models),
                       least = sheet + picture_bytes(store, {}, look);
   constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
   if (memory < least)
@@ -145,7 +142,7 @@ int render_sheet(const RenderOptions& options) {
                                             static_cast<std::size_t>(threads));
   const DensityRange range = density_range(store, models, look);
   const std::vector<SheetCell> cells =
-      draw_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
+      model_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
   write_png(options.output, picture_sheet(cells, legend_of(range, look), options.sheet));
   std::size_t alone = 0, failed = 0;
   for (const SheetCell& cell : cells) {
