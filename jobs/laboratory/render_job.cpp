@@ -39,31 +39,6 @@ struct RenderOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-<<<<<<< HEAD
-=======
-// "x,y,z": three numbers.
-Vector3 parse_direction(const std::string& text) {
-  std::array<double, 3> value{};
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::size_t used = 0;
-    try {
-      value[k] = std::stod(text.substr(at), &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    at += used;
-    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
-    if (used == 0 || !ends || !std::isfinite(value[k]))
-      throw UsageError(
-          fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
-    ++at;
-  }
-  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
-  return {value[0] / largest, value[1] / largest, value[2] / largest};
-}
-
->>>>>>> main
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
   const auto named =
@@ -71,15 +46,8 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
-<<<<<<< HEAD
   look.up = axis_of(options.up);
   look.view = view_of(options.view, options.up);
-=======
-  look_along(options.up, look);
-  if (!options.view.empty()) look.view = parse_direction(options.view);
-  if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
-    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
->>>>>>> main
   return look;
 }
 

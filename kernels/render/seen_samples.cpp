@@ -10,7 +10,7 @@ namespace meander {
 
 namespace {
 
-Vector3 vector_at(std::span<const float> values, std::size_t i) {
+Vector3 vector_of_sample(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
@@ -97,8 +97,8 @@ std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView
   for (std::size_t i = 0; i < model.points.size() / 3; ++i) {
     const Vector3 point{model.points[3 * i], model.points[3 * i + 1], model.points[3 * i + 2]};
     const Vector3 at = view.point(point);
-    Vector3 normal = view.direction(vector_at(model.normals, i)),
-            along = view.direction(vector_at(model.directions, i));
+    Vector3 normal = view.direction(vector_of_sample(model.normals, i)),
+            along = view.direction(vector_of_sample(model.directions, i));
     if (!finite_vector(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
     normal = unit_vector(normal);
     if (normal.z < 0) normal = -1.0 * normal;
