@@ -358,7 +358,8 @@ TEST_CASE("the margin stays paper") {
 }
 
 TEST_CASE("models without samples and broken numbers") {
-  constexpr double infinite = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double infinite = std::numeric_limits<double>::infinity(),
+                   nan = std::numeric_limits<double>::quiet_NaN();
   TestModel bad = plate(50);
   bad.vertex({nan, 0, 0});
   bad.vertex({infinite, 1, 0});
