@@ -202,7 +202,8 @@ class Painter {
       });
       return;
     }
-    const float thickness = static_cast<float>(style_.impasto), streak = style_.impasto > 0 ? 0.14f : 0;
+    const float thickness = static_cast<float>(style_.impasto * std::max(1.0, canvas_.unit)),
+                streak = style_.impasto > 0 ? 0.14f : 0;
     each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
       const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
       float cover = std::min(1.0f, stroke.opacity * texel.cover);
@@ -266,6 +267,7 @@ class Relief {
         depth_ = 0.5f;
         break;
     }
+    depth_ *= static_cast<float>(std::max(1.0, canvas.unit));
   }
 
   ReliefLight at(std::size_t x, std::size_t y) const {
