@@ -88,9 +88,9 @@ std::uint64_t turned_row(const StoreReader& store, const TurntableOptions& optio
 
 // A picture with its sums, the row, its normals by component, the splats of a frame, and tiles being drawn.
 void check_memory(const TurntableOptions& options, const StoreReader& store) {
-  constexpr std::uint64_t bytes_per_pixel = 48, bytes_per_sample = 320, mebibyte = std::uint64_t{1} << 20;
+  constexpr std::uint64_t pixel_bytes = 48, sample_bytes = 320, mebibyte = std::uint64_t{1} << 20;
   const std::uint64_t needed =
-      bytes_per_pixel * options.width * options.height + bytes_per_sample * store.samples() + 8 * mebibyte;
+      pixel_bytes * options.width * options.height + sample_bytes * store.samples() + 8 * mebibyte;
   if (parse_bytes(options.memory) < needed)
     throw UsageError(fmt::format("--memory: {} samples and {} x {} pixels need {}M or more", store.samples(),
                                  options.width, options.height, (needed + mebibyte - 1) / mebibyte));

@@ -162,6 +162,7 @@ void draw_one_remeshed(FigureSet& figures, const FigureMesh& mesh, const EmbreeD
   parameters.place.sequence = SequenceKind::spaced;
   MeshDistanceParameters measure;
   measure.seed = figures.seed;
+  if (figures.quick) measure.samples = 10000;
   std::vector<SheetCell> cells;
   std::size_t vertices = 0;
   for (const bool by_curvature : {false, true}) {
