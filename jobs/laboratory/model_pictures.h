@@ -1,4 +1,5 @@
-// Pictures of the rows of a store: the surface where its mesh is there, with the samples on it.
+// Pictures of the rows of a store: the surface where its mesh is there, with the samples on it; or the
+// samples alone, as splats or points.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 
 #include "io/plot/picture_sheet.h"
 #include "io/store/store.h"
+#include "jobs/laboratory/splat_models.h"
 #include "kernels/core/vector3.h"
 #include "pipeline/sampling_graph.h"
 
@@ -18,7 +20,16 @@ namespace meander {
 enum class SampleColour : std::uint8_t { plain, density, rank, normal, label };
 inline constexpr std::string_view sample_colour_names[] = {"plain", "density", "rank", "normal", "label"};
 
+enum class SampleStyle : std::uint8_t {
+  surface,  // discs on the mesh
+  splats,   // splats that cover the surface; the mesh tells what they leave white
+  points    // the middle of each splat, the rest of it hides what is behind
+};
+
 struct ModelLook {
+  SampleStyle style = SampleStyle::surface;
+  bool both_sides = false;   // of the same: also splats of closed meshes that face away
+  SplatSizes splats;         // of the styles splats and points
   std::uint32_t size = 360;  // pixels, width and height; 32..4096
   std::uint32_t points = 0;  // the first so many samples of every model; 0: all
   bool surfaces = true;      // meshes were asked for: the note names those that are missing

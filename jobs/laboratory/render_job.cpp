@@ -7,6 +7,7 @@
 #include <iterator>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "io/plot/png_writer.h"
 #include "jobs/command_line.h"
@@ -18,6 +19,7 @@
 #include "jobs/laboratory/model_pictures.h"
 #include "jobs/laboratory/picture_options.h"
 #include "jobs/laboratory/render_strokes.h"
+#include "jobs/laboratory/turntable_job.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 #include "jobs/units.h"
@@ -88,6 +90,8 @@ std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReade
   return memory - sheet;
 }
 
+const std::string& words_of(const SheetCell& cell) { return cell.failure.empty() ? cell.note : cell.failure; }
+
 int render_sheet(const RenderOptions& options) {
   const ModelLook look = look_of(options);
   if (options.inputs.empty() && (!options.collect.root.empty() || options.collect.null_lists))
@@ -115,26 +119,44 @@ int render_sheet(const RenderOptions& options) {
   std::size_t alone = 0, failed = 0;
   for (const SheetCell& cell : cells) {
     failed += cell.picture.width == 0;
-    alone += cell.note.starts_with("points only");
+    alone += cell.note.starts_with("points only") || cell.note.starts_with("white space unknown");
   }
   fmt::print("{}: {} models", options.output, cells.size());
   if (alone > 0) fmt::print(", {} without a surface", alone);
   if (failed > 0) fmt::print(", {} without points", failed);
   fmt::print("\n");
-  if (options.inputs.empty())
+  if (look.style == SampleStyle::splats && look.surfaces)
+    for (const SheetCell& cell : cells) fmt::print("{}: {}\n", cell.title, words_of(cell));
+  if (options.inputs.empty() && look.style == SampleStyle::surface)
     fmt::print(stderr,
                "meander: a store holds no surfaces: give the INPUT of its run as well to draw them\n");
   return exit_done;
 }
 
-JobFunction add_sheet(Command& render) {
-  Command command =
-      render.add_subcommand("sheet", "A PNG sheet of sampled models, their samples on the surfaces");
+struct StyleWords {
+  SampleStyle style;
+  const char* name;
+  const char* help;
+  const char* input;  // what INPUT is for
+};
+constexpr StyleWords styles[] = {
+    {SampleStyle::surface, "sheet", "A PNG sheet of sampled models, their samples on the surfaces",
+     "Where its meshes are, as given to its run (default: samples are drawn without surfaces)"},
+    {SampleStyle::splats, "splats", "Sampled models drawn by their samples alone, as splats (PNG)",
+     "Where its meshes are, as given to its run: to measure the white space between the splats"},
+    {SampleStyle::points, "points", "Sampled models drawn by their samples alone, as points (PNG)", nullptr}};
+
+JobFunction add_pictures(Command& render, const StyleWords& words) {
+  Command command = render.add_subcommand(words.name, words.help);
   auto options = std::make_shared<RenderOptions>();
+  options->look.style = words.style;
+  const bool surfaces = words.style == SampleStyle::surface;
+  if (!surfaces) {
+    options->models = 6;
+    options->sheet.cell = 480;
+  }
   command.add_option("STORE", options->store, "The store").required();
-  command.add_option(
-      "INPUT", options->inputs,
-      "Where its meshes are, as given to its run (default: samples are drawn without surfaces)");
+  if (words.input != nullptr) command.add_option("INPUT", options->inputs, words.input);
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
   const Option items = command.add_option("--item", options->items,
                                           "Ids or row numbers of the models (default: --models of all rows)");
@@ -154,6 +176,18 @@ JobFunction add_sheet(Command& render) {
   command.add_option("--colour,--color", options->colour, "What the colour of a sample says")
       .show_default()
       .one_of({std::begin(sample_colour_names), std::end(sample_colour_names)});
+  if (!surfaces) {
+    SplatSizes& sizes = options->look.splats;
+    if (words.style == SampleStyle::splats)
+      command
+          .add_option("--cover", sizes.cover,
+                      "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
+          .show_default()
+          .range(0.05, 16.0);
+    command.add_flag("--both-sides", options->look.both_sides,
+                     "Draw the inside of closed surfaces too, which is seen through gaps");
+    command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
+  }
   command.add_option("--up", options->up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});
@@ -165,7 +199,7 @@ JobFunction add_sheet(Command& render) {
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);
-  add_list_options(command, options->collect);
+  if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_sheet(*options); };
 }
@@ -175,10 +209,13 @@ JobFunction add_sheet(Command& render) {
 JobFunction add_render_job(Command& program) {
   Command command = program.add_subcommand("render", "Pictures of sampled models");
   command.require_subcommand();
-  JobFunction sheet = add_sheet(command), strokes = add_strokes(command);
-  return [command, sheet, strokes] {
-    if (command.chose("sheet")) return sheet();
-    if (command.chose("strokes")) return strokes();
+  std::vector<std::pair<std::string, JobFunction>> jobs;
+  for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));
+  jobs.emplace_back("turntable", add_turntable(command));
+  jobs.emplace_back("strokes", add_strokes(command));
+  return [command, jobs] {
+    for (const auto& [name, job] : jobs)
+      if (command.chose(name)) return job();
     throw std::logic_error("a subcommand of render without a job");
   };
 }
