@@ -1,7 +1,7 @@
 // Pictures in strokes, 1,920 x 1,080, with light.
 //
 // Cost model, one core: a pixel under a stroke 10 to 20 ns (texture, mixing), a stroke 1 us (placement, two
-// random blocks, sorting), a pixel of the picture 150 ns (paper, relief, light, two depth buffers).
+// random blocks, sorting), a pixel of the picture 100 to 150 ns (paper, relief, light, two depth buffers).
 #include <cmath>
 #include <numbers>
 #include <vector>

@@ -17,6 +17,7 @@
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
+#include "jobs/laboratory/picture_options.h"
 #include "jobs/laboratory/viewed_model.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"

@@ -75,8 +75,13 @@ TestModel cylinder(std::size_t samples) {
   return model;
 }
 
+UnitPoint independent(std::size_t i) {
+  const UnitPair pair = random_pair(picture_key(99), Stream::test_shapes, i);
+  return {pair.first, pair.second};
+}
+
 // Radii 1 and 0.4 around y; the primary direction goes around the axis.
-TestModel torus(std::size_t samples) {
+TestModel torus(std::size_t samples, UnitPoint (*place)(std::size_t) = spread) {
   TestModel model;
   const auto normal = [](double u, double v) {
     return Vector3{std::cos(two_pi * u) * std::cos(two_pi * v), std::sin(two_pi * v),
@@ -87,7 +92,7 @@ TestModel torus(std::size_t samples) {
   };
   model.grid(129, 65, [&](std::uint32_t i, std::uint32_t j) { return at(i / 128.0, j / 64.0); });
   for (std::size_t i = 0; i < samples; ++i) {
-    const UnitPoint p = spread(i);
+    const UnitPoint p = place(i);
     model.sample(at(p.u, p.v), normal(p.u, p.v), {-std::sin(two_pi * p.u), 0, std::cos(two_pi * p.u)},
                  1 + 0.4 * std::cos(two_pi * p.v), 0.4);
   }
@@ -314,6 +319,29 @@ TEST_CASE("hatching: what is drawn in the light is drawn in the shadow too, and 
     brighter = value;
   }
   CHECK(fewer.size() > 500);
+}
+
+TEST_CASE("strokes of well spread samples leave less of the model bare than those of independent ones") {
+  const auto bare = [](const TestModel& model) {
+    StrokePlan plan = plan_strokes(model.spans(), look(StrokeMedium::acrylic, 300));
+    std::erase_if(plan.strokes, [&](const Stroke& stroke) {
+      return stroke.layer >= plan.style.layers.size() ||
+             plan.style.layers[stroke.layer].purpose != LayerPurpose::body;
+    });
+    for (Stroke& stroke : plan.strokes) stroke.colour = {0, 0, 0};
+    plan.style.impasto = plan.style.gloss = 0;
+    plan.style.paper_colour = {1, 1, 1};
+    const RgbImage image =
+        paint_strokes(plan.strokes, plan.brushes, plan.style, plan.canvas, LatticeNoise(picture_key(1)));
+    std::size_t count = 0;
+    for (std::uint32_t y = 0; y < image.height; ++y)
+      for (std::uint32_t x = 0; x < image.width; ++x)
+        count += plan.depth.covered(x, y) && image.pixel(x, y)[1] > 128;
+    return count;
+  };
+  const std::size_t even = bare(torus(8000)), uneven = bare(torus(8000, independent));
+  CHECK(uneven > 200);
+  CHECK(2 * even < uneven);
 }
 
 TEST_CASE("the same seed gives the same picture for any number of threads, another one another") {
