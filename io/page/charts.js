@@ -90,7 +90,7 @@ function geometryList(model) {
     ['topology', isMesh ? topology : ''],
     ['area', formatted(model.area)],
     ['box', sizeText(model)],
-    ['density', model.density.map(formatted).join(' to ')],
+    ['density', [...new Set(model.density.map(formatted))].join(' to ')],
     ['row', formatted(model.row)],
   ]);
 }

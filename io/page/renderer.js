@@ -35,7 +35,7 @@ void main() {
   float radius = disc.x * (look.y > 0.5 ? 1.0 : inversesqrt(max(density, 1e-30)));
   float away = lens.z - p.z;
   gl_Position = vec4(lens.xy * p.xy + vec2(shift.x / aspect, shift.y) * away, -0.5 * p.z * away, away);
-  float pixels = max(lens.y * radius / away * look.z, 0.75);
+  float pixels = max(lens.y * radius / away * look.z, 1.0);
   gl_PointSize = 2.0 * pixels + 1.0;
   vec3 colour = plain;
   float dark = 0.48;                   // of a surface that faces away from the light; values stay readable
@@ -44,7 +44,7 @@ void main() {
   else if (look.x > 0.5) colour = textureLod(ramp, vec2((look.x > 1.5 ? value.y : value.x) * 255.0 / 256.0 + 0.5 / 256.0, 0.5), 0.0).rgb;
   float light = max(dot(n, normalize(vec3(-0.3, 0.5, 0.8))), 0.0);
   shade = min(colour * (dark + (1.1 - dark) * light), 1.0);
-  facing = vec3(n.xy, max(n.z, 0.12));
+  facing = vec3(n.xy, max(n.z, clamp(0.9 / pixels, 0.12, 1.0)));  // a pixel wide at least
   spot = vec3(0.5 - 0.25 * p.z, 0.25 * radius, pixels);
 }`;
 

@@ -103,15 +103,16 @@ function themeColours() {
 const visibleTiles = new Set();
 const waiting = new Set();  // canvases to be drawn in the next frames
 let frameAsked = false;
+const FRAME_MILLISECONDS = 24;
 
 function askFrame() {
   if (frameAsked) return;
   frameAsked = true;
-  requestAnimationFrame(drawFrame);
+  requestAnimationFrame(() => drawFrame(FRAME_MILLISECONDS));
 }
 
 // The large view, then tiles for as long as a frame should take; the rest in the next one.
-function drawFrame() {
+function drawFrame(most) {
   frameAsked = false;
   if (renderer && !renderer.gl.isContextLost()) {
     const begin = performance.now();
@@ -119,7 +120,7 @@ function drawFrame() {
     for (const canvas of waiting) {
       waiting.delete(canvas);
       if (visibleTiles.has(canvas)) drawTile(canvas);
-      if (performance.now() - begin > 24) break;
+      if (performance.now() - begin > most) break;
     }
     if (waiting.size > 0) askFrame();
   }
@@ -143,6 +144,18 @@ function drawLarge() {
   const [width, height] = pixelsOf(canvas);
   renderer.paint(canvas, opened, width, height, settings, view, themeColours());
   drawnOnce = true;
+}
+
+// What is in the window is drawn before the page is first shown, without waiting for frames.
+function drawAtOnce() {
+  for (const canvas of document.querySelectorAll('.tile canvas')) {
+    const place = canvas.getBoundingClientRect();
+    if (place.top > window.innerHeight) break;
+    if (place.width === 0) continue;
+    visibleTiles.add(canvas);
+    waiting.add(canvas);
+  }
+  drawFrame(Infinity);
 }
 
 // Everything visible again.
@@ -454,7 +467,7 @@ function fillChoices() {
   for (const [value, text] of sortChoices()) byId('sort').append(new Option(text, value));
   const noModels = facts.models.length === 0;
   byId('bar').hidden = byId('collection').hidden = noModels;
-  byId('filters').hidden = byId('back').hidden = facts.models.length < 2;
+  for (const id of ['filters', 'back', 'previous', 'next']) byId(id).hidden = facts.models.length < 2;
 }
 
 function applyFragment() {
@@ -473,23 +486,23 @@ function applyFragment() {
 }
 
 function watchControls() {
-  const changed = () => {
+  const redrawWith = () => {
     showSettings();
     redraw();
     writeFragmentSoon();
   };
   byId('points').addEventListener('input', (event) => {
     settings.points = pointsOfSlider(Number(event.target.value));
-    changed();
+    redrawWith();
   });
   byId('size').addEventListener('input', (event) => {
     settings.size = Number(event.target.value);
-    changed();
+    redrawWith();
   });
   for (const name of ['colour', 'style', 'up', 'theme'])
     byId(name).addEventListener('change', (event) => {
       settings[name] = event.target.value;
-      changed();
+      redrawWith();
     });
   for (const [name, kind] of [['text', 'input'], ['label', 'change'], ['sort', 'change']])
     byId(name).addEventListener(kind, (event) => {
@@ -505,7 +518,7 @@ function watchControls() {
   window.addEventListener('keydown', pressedKey);
   window.addEventListener('resize', redraw);
   window.addEventListener('hashchange', applyFragment);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', changed);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawWith);
 }
 
 function begin() {
@@ -521,6 +534,7 @@ function begin() {
   }
   watchControls();
   applyFragment();
+  drawAtOnce();
 }
 
 begin();
