@@ -84,7 +84,7 @@ function geometryList(model) {
   return fillList(document.createElement('dl'), [
     ['label', labelOf(model)],
     ['split', model.split],
-    ['method', model.method],
+    ['method', isMesh ? model.method : ''],
     ['vertices', isMesh ? formatted(model.vertices) : ''],
     ['faces', isMesh ? formatted(model.faces) : ''],
     ['topology', isMesh ? topology : ''],

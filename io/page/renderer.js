@@ -173,13 +173,13 @@ class Renderer {
     this.buffers.delete(oldest);
   }
 
-  // Radius at density 1: 1.5 times that of discs that have the area of the surface together, since discs leave
+  // Radius at density 1: 1.8 times that of discs that have the area of the surface together, since discs leave
   // gaps. Dots have one size that goes with the number alone.
   discOf(model, count, how, scale) {
     const [low, high] = model.density;
     if (how.style === 'dots' || !(model.reach > 0))
       return [how.size * Math.min(0.045, 0.42 / Math.sqrt(count)), 1, 1, 0];
-    return [(1.5 * how.size * Math.min(model.reach / scale, WIDEST_REACH)) / Math.sqrt(count), low, high, low > 0 ? 1 : 0];
+    return [(1.8 * how.size * Math.min(model.reach / scale, WIDEST_REACH)) / Math.sqrt(count), low, high, low > 0 ? 1 : 0];
   }
 
   // Draws the first `count` points into the upper left width x height pixels of the hidden canvas.
@@ -196,7 +196,7 @@ class Renderer {
     const scale = Math.hypot(...extent) / 2 || 1;
     const count = Math.max(1, Math.min(facts.points, how.points));
     const aspect = width / height;
-    const magnified = (view.zoom * Math.sqrt(EYE_DISTANCE * EYE_DISTANCE - 1) * 1.04) / Math.max(1, 1 / aspect);
+    const magnified = (view.zoom * Math.sqrt(EYE_DISTANCE * EYE_DISTANCE - 1)) / Math.max(1, 1 / aspect);
     gl.viewport(0, canvas.height - height, width, height);
     gl.scissor(0, canvas.height - height, width, height);
     gl.clearColor(...theme.stage, 1);
