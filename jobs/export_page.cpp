@@ -74,7 +74,9 @@ class PageFacts {
 
   const std::vector<std::uint64_t>& rows() const { return rows_; }
   std::uint64_t points() const { return chosen_.size(); }
-  std::uint64_t ok_rows() const { return ok_rows_; }
+  // Models that were wanted and are not there, and failures that are not listed.
+  std::uint64_t models_left_out() const { return wanted_ - rows_.size(); }
+  std::uint64_t failures_left_out() const { return failed_.size() - listed_; }
 
   // Adds the model to the facts and gives the bytes of its block: points, then a byte for every bin of its
   // histograms, over the largest of each.
@@ -179,10 +181,11 @@ class PageFacts {
   }
 
   void write_failures(std::uint64_t most) {
+    listed_ = std::min<std::uint64_t>(most, failed_.size());
     json_.member("failed", std::uint64_t{failed_.size()});
     json_.key("failures");
     json_.begin_array();
-    for (std::size_t i = 0; i < std::min<std::uint64_t>(most, failed_.size()); ++i) {
+    for (std::size_t i = 0; i < listed_; ++i) {
       const ItemReport report = store_.report(failed_[i]);
       json_.begin_array();
       json_.value(store_.id(failed_[i]));
@@ -290,7 +293,7 @@ class PageFacts {
   std::vector<std::uint64_t> rows_, failed_;
   std::vector<std::uint32_t> chosen_;  // samples of every model
   std::vector<PageHistogram> histograms_;
-  std::uint64_t ok_rows_ = 0, wanted_ = 0;
+  std::uint64_t ok_rows_ = 0, wanted_ = 0, listed_ = 0;
   bool named_ = false;
 };
 
@@ -325,9 +328,9 @@ int export_page(const StoreReader& store, const std::string& store_name, const P
   const std::uint64_t bytes = page.finish(facts.finish());
   fmt::print("{} models x {} points in {}, {:.1f} MB", facts.rows().size(), facts.points(), options.output,
              static_cast<double>(bytes) / 1e6);
-  if (facts.rows().size() < facts.ok_rows())
-    fmt::print("; {} models left out{}", facts.ok_rows() - facts.rows().size(),
-               options.rows.empty() ? " (--models)" : "");
+  if (facts.models_left_out() > 0) fmt::print("; {} models left out (--models)", facts.models_left_out());
+  if (facts.failures_left_out() > 0)
+    fmt::print("; {} failures not listed (--models)", facts.failures_left_out());
   if (facts.points() < store.samples())
     fmt::print("; of every model {} of {} points (--points)", facts.points(), store.samples());
   fmt::print("\n");

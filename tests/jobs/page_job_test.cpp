@@ -1,11 +1,11 @@
 // meander export --html: what is on the page, that it is nothing but text of the store, and, where Chromium
 // is installed, that it is drawn.
-#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 #include <filesystem>
 
 #include "io/image/png_reader.h"
