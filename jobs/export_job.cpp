@@ -10,6 +10,7 @@
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/export_descriptors.h"
+#include "jobs/export_page.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/output_guard.h"
@@ -28,6 +29,7 @@ struct ExportOptions {
   bool pointnet = false;
   std::uint32_t shard_rows = 2048;
   DescriptorExport descriptors;
+  PageExport page;
   bool fresh = false;
 
   Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
@@ -114,6 +116,12 @@ int export_store(const ExportOptions& options) {
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
+  if (!options.page.output.empty()) {
+    PageExport wanted = options.page;
+    if (!options.items.empty()) wanted.rows = chosen_rows(store, options.items);
+    wanted.existing = options.existing();
+    return export_page(store, fs::path(options.store).filename().string(), wanted, guard);
+  }
   if (is_descriptor_format(options.format)) {
     DescriptorExport wanted = options.descriptors;
     wanted.format = options.format;
@@ -133,13 +141,14 @@ int export_store(const ExportOptions& options) {
 JobFunction add_export_job(Command& program) {
   Command command = program.add_subcommand(
       "export",
-      "Points of a store as PLY, OFF or XYZ files, or PointNet shards; descriptors as CSV, fbin, npy or "
-      "HDF5");
+      "Points of a store as PLY, OFF or XYZ files, PointNet shards, or an HTML page to turn models in; "
+      "descriptors as CSV, fbin, npy or HDF5");
   auto options = std::make_shared<ExportOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
-  command.add_option("-o,--output", options->output,
-                     "Output folder, created if missing; with --descriptors the output file");
+  const Option output =
+      command.add_option("-o,--output", options->output,
+                         "Output folder, created if missing; with --descriptors the output file");
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
@@ -155,10 +164,14 @@ JobFunction add_export_job(Command& program) {
       .needs(pointnet);
   command.add_flag("--fresh", options->fresh, "Replace files of an earlier export");
   add_descriptor_export_options(command, options->descriptors);
+  add_page_export_options(command, options->page).excludes(format).excludes(pointnet).excludes(output);
   add_trust_option(command, options->check);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
-    if (options->output.empty()) throw UsageError("export needs -o FOLDER");
+    if (options->page.shapes_page && options->page.output.empty())
+      throw UsageError("--models and --points apply to --html only");
+    if (options->output.empty() && options->page.output.empty())
+      throw UsageError("export needs -o FOLDER, or --html FILE");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
     return export_store(*options);

@@ -52,6 +52,7 @@ struct Sampled {
         {"export", damaged, "0", "-o", out + "/one", "--format", "xyz"},
         {"render", "sheet", damaged, "-o", out + "/sheet.png"},
         {"export", damaged, "--pointnet", "-o", out + "/pointnet"},
+        {"export", damaged, "--html", out + "/page.html", "--fresh"},
         {"export", damaged, "--descriptors", "d2", "--format", "csv", "-o", out + "/d2.csv"},
         {"retrieve", "query", damaged, "0", "--csv", out + "/query.csv"},
         {"retrieve", "evaluate", damaged, "--csv", out + "/scores.csv", "--matrix", out + "/matrix"},

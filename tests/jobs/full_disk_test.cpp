@@ -44,6 +44,7 @@ struct Exports {
     return {{"export", store, "ball.off", "--format", "ply", "-o", out, "--fresh"},
             {"export", store, "ball.off", "--format", "xyz", "-o", out, "--fresh"},
             {"export", store, "--pointnet", "-o", out, "--fresh"},
+            {"export", store, "--html", out + "/page.html", "--fresh"},
             {"render", "sheet", store, "-o", out + "/p.png"},
             descriptors("csv"),
             descriptors("fbin"),

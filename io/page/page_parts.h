@@ -1,0 +1,12 @@
+// The files of io/page that every page of models is made of, as they are in the source tree.
+#pragma once
+
+#include <string_view>
+
+namespace meander::page_parts {
+
+extern const std::string_view markup;      // page.html, with marks for the others: see model_page.cpp
+extern const std::string_view style;       // page.css
+extern const std::string_view scripts[4];  // in their order
+
+}  // namespace meander::page_parts
