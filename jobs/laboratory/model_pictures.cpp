@@ -8,7 +8,6 @@
 #include <span>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -116,9 +115,9 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "points only: no mesh in the INPUT";
   try {
-    const ModelBytes file(model.file->path, model.file->packed);
-    if (sha256(file.bytes()) != row.report.content_sha256) return "points only: the mesh has changed";
-    mesh = read_mesh(file.bytes(), model.file->format);
+    const ModelBytes file(model.file->path, model.file->packed, model.file->format);
+    if (file.content_sha256() != row.report.content_sha256) return "points only: the mesh has changed";
+    mesh = file.mesh();
   } catch (const ItemError& error) {
     return fmt::format("points only: {}", error.what());
   }
@@ -167,7 +166,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
   if (!model.file || !model.file->known_format) return bytes;
   try {
     const MeshEstimate mesh = peek_model(model.file->path, model.file->packed, model.file->format);
-    bytes += mesh.file_bytes + mesh.triangles * bytes_per_triangle;
+    bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
   } catch (const ItemError&) {  // read_surface says so
   }
   return bytes;
