@@ -82,7 +82,7 @@ std::string decode_base64(std::string_view text) {
 }
 
 template <class Use>
-decltype(auto) with_type(GltfComponent component, Use use) {
+decltype(auto) with_component(GltfComponent component, Use use) {
   switch (component) {
     case GltfComponent::int8:
       return use(std::int8_t{});
@@ -236,7 +236,7 @@ std::vector<T> GltfData::elements(std::uint32_t number, std::uint32_t width, con
   if (accessor.view != no_index) from = part(accessor.view, accessor.offset, accessor.count, bytes, stride);
   std::vector<T> values(static_cast<std::size_t>(accessor.count) * width, T{0});
   const auto copy = [&](std::string_view source, std::uint64_t step, std::uint64_t count, auto place) {
-    with_type(accessor.component, [&](auto type) {
+    with_component(accessor.component, [&](auto type) {
       for (std::uint64_t i = 0; i < count; ++i) {
         if (i % elements_between_checks == 0) cancel.check();
         T* const to = values.data() + place(i) * width;
@@ -254,7 +254,7 @@ std::vector<T> GltfData::elements(std::uint32_t number, std::uint32_t width, con
   const std::string_view changed =
       part(accessor.sparse_values, accessor.sparse_values_offset, accessor.sparse_count, bytes, value_stride);
   copy(changed, value_stride, accessor.sparse_count, [&](std::uint64_t i) {
-    const std::uint64_t place = with_type(accessor.sparse_component, [&](auto type) {
+    const std::uint64_t place = with_component(accessor.sparse_component, [&](auto type) {
       return static_cast<std::uint64_t>(
           load<decltype(type)>(places.data() + i * number_stride, is_big_endian));
     });

@@ -76,7 +76,7 @@ struct Grid {
   explicit Grid(std::uint32_t n) {
     for (std::uint32_t i = 0; i < n * n; ++i) {
       const auto x = static_cast<float>(i % n), y = static_cast<float>(i / n);
-      points.insert(points.end(), {x, y, std::round(8 * std::sin(x + 2 * y)) / 8});
+      points.insert(points.end(), {x, y, std::round(8 * std::sin(x + 2 * y)) / 8 + 0.0F});
     }
     for (std::uint32_t i = 0; i + n + 1 < n * n; ++i)
       if (i % n + 1 < n) indices.insert(indices.end(), {i, i + 1, i + n, i + 1, i + n + 1, i + n});
