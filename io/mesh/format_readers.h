@@ -28,7 +28,8 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
                                 const CancelToken& cancel, const BlockRule& rule,
                                 const MeshSurroundings& around = {});
 
-// Reads the JSON, all of it up to this size; beyond that the size of the file stands in. Throws as read_gltf.
+// Reads the JSON, all of it up to this size; beyond that the size of the file stands in. Throws
+// nothing for a file that cannot be read.
 inline constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
 MeshEstimate peek_gltf(const ByteSource& file);
 

@@ -259,7 +259,7 @@ GltfNode read_node(const Entry& entry) {
 
 // Extensions that change nothing of the geometry, or that are read.
 bool is_known_extension(std::string_view name) {
-  static constexpr std::array<std::string_view, 14> names = {"KHR_mesh_quantization",
+  static constexpr std::array<std::string_view, 15> names = {"KHR_mesh_quantization",
                                                              "KHR_draco_mesh_compression",
                                                              "EXT_meshopt_compression",
                                                              "KHR_texture_transform",
@@ -272,7 +272,8 @@ bool is_known_extension(std::string_view name) {
                                                              "KHR_xmp",
                                                              "KHR_xmp_json_ld",
                                                              "KHR_animation_pointer",
-                                                             "KHR_techniques_webgl"};
+                                                             "KHR_techniques_webgl",
+                                                             "KHR_technique_webgl"};
   return name.starts_with("KHR_materials_") || std::find(names.begin(), names.end(), name) != names.end();
 }
 

@@ -291,10 +291,11 @@ std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshF
   }
 }
 
-MeshEstimate peek_gltf(const ByteSource& file) {
+MeshEstimate peek_gltf(const ByteSource& file) try {
   constexpr std::size_t most_header = 32;
   const GltfChunks chunks = gltf_chunks(file.read(0, most_header), file.bytes());
-  MeshEstimate estimate{file.bytes(), file.bytes() / 6 + 1, file.bytes() / 6 + 1};
+  // In base64 a vertex takes 16 characters.
+  MeshEstimate estimate{file.bytes(), file.bytes() / 16 + 1, file.bytes() / 16 + 1};
   if (chunks.json_bytes > most_peeked_json) {
     estimate.decoding_bytes = chunks.json_bytes * JsonTree::most_bytes_per_character;
     return estimate;
@@ -305,6 +306,10 @@ MeshEstimate peek_gltf(const ByteSource& file) {
   estimate.companions = companions_of(document);
   estimate.file_bytes = file.bytes();
   estimate.decoding_bytes += json.memory_bytes();
+  return estimate;
+} catch (const ItemError&) {  // reading it ends in the same way, before there is a mesh
+  MeshEstimate estimate{file.bytes(), 0, 0};
+  estimate.decoding_bytes = std::min(file.bytes(), most_peeked_json) * JsonTree::most_bytes_per_character;
   return estimate;
 }
 

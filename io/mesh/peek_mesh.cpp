@@ -339,11 +339,7 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
   if (file.bytes() == 0) return {};
   if (format == MeshFormat::ply)
     if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);
-  try {
-    if (format == MeshFormat::gltf) return peek_gltf(file);
-  } catch (const ItemError&) {
-    return from_size(file.bytes());
-  }
+  if (format == MeshFormat::gltf) return peek_gltf(file);
   Peek peek(file);
   const bool utf16 = peek.head.starts_with("\xFF\xFE") || peek.head.starts_with("\xFE\xFF");
   if (utf16) return peek.whole ? from_reader(peek, format) : from_size(file.bytes() / 2);
