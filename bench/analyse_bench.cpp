@@ -1,9 +1,12 @@
 // Measures and pictures.
+#include <cmath>
 #include <vector>
 
 #include "bench/bench_shapes.h"
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/render/oriented_splats.h"
 #include "kernels/render/splat_picture.h"
+#include "kernels/render/view_detail.h"
 
 namespace meander::bench {
 
@@ -78,6 +81,51 @@ void picture(benchmark::State& state) {
   check_sum(state, shape_name(2), image.pixels);
 }
 BENCHMARK(picture)->Arg(2048)->Arg(100000)->Unit(benchmark::kMillisecond);
+
+// Splats of the torus from above in a picture of 1920 x 1080: all of them, blended and lit.
+void splats(benchmark::State& state) {
+  const auto count = static_cast<std::uint32_t>(state.range(0));
+  const Samples set = samples_of(2, count);
+  const double radius = std::sqrt(3 * 15.8 / (3.14159 * count));
+  const std::vector<float> half_axes(2 * std::size_t{count}, static_cast<float>(radius));
+  constexpr SrgbColour colour = {232, 196, 158};
+  const OrientedSplats drawn{set.points, set.normals, {}, half_axes, {&colour, 1}};
+  const SplatView view = fitted_view(set.points, {0.3, 0.2, 1}, {0, 1, 0}, 1920, 1080);
+  RgbImage image;
+  for ([[maybe_unused]] auto _ : state) {
+    image = draw_splats(drawn, view).image;
+    benchmark::DoNotOptimize(image.pixels.data());
+  }
+  count_items(state, "splat", count);
+  check_sum(state, shape_name(2), image.pixels);
+}
+BENCHMARK(splats)->Arg(20000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+// One view of so many curve vertices on a sphere: weights, sums, and 20,000 of them kept.
+void view_of_samples(benchmark::State& state) {
+  const auto count = static_cast<std::size_t>(state.range(0));
+  std::vector<float> x(count), y(count), z(count);
+  const std::vector<float> area(count, static_cast<float>(12.566 / static_cast<double>(count)));
+  for (std::size_t i = 0; i < count; ++i) {
+    // A Kronecker sequence over the sphere: every prefix is spread.
+    const double at = static_cast<double>(i) + 0.5, height = 2 * std::fmod(at * 0.7548776662466927, 1.0) - 1,
+                 ring = std::sqrt(1 - height * height), angle = 6.283185307179586 * at * 0.5698402909980532;
+    x[i] = static_cast<float>(ring * std::cos(angle));
+    y[i] = static_cast<float>(ring * std::sin(angle));
+    z[i] = static_cast<float>(height);
+  }
+  ViewDetailParameters parameters;
+  parameters.samples_per_area = 20000 / 3.14159;
+  ViewDetail detail;
+  for ([[maybe_unused]] auto _ : state) {
+    detail = view_detail({x, y, z, area}, {0.3, 0.2, 1}, parameters);
+    benchmark::DoNotOptimize(detail.kept.data());
+  }
+  state.counters["kept"] = static_cast<double>(detail.kept.size());
+  count_items(state, "vertex", static_cast<double>(count));
+  check_sum(state, "sphere", detail.kept);
+}
+BENCHMARK(view_of_samples)->Arg(1000000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -126,7 +126,7 @@ def turned_inside_out(path, folder):
 def scores_of(arguments, store, classification, models):
     """{setting: scores} of the shown combinations and of the honest choice."""
     text = run_process([arguments.meander, "retrieve", "select", str(store), "--classes", str(classification),
-                        "--criterion", arguments.criterion, "--json"])
+                        "--criterion", arguments.criterion, "--weights", "given", "--json"])
     answer = json.loads(text)
     if answer["models"] + sum(answer["left_out"][k] for k in ("not_ok", "not_finite")) != models:
         raise Failure(f"{classification.name}: {answer['models']} of {models} models in the store")

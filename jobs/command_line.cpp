@@ -131,6 +131,12 @@ Option Command::add_flag(const std::string& names, std::function<void()> functio
 bool Command::chose(const std::string& subcommand) const { return command_->got_subcommand(subcommand); }
 
 bool Command::given(const std::string& option) const { return command_->count(option) > 0; }
+std::vector<std::string> Command::all_given() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command_->get_options())
+    if (option->count() > 0) names.push_back(option->get_name());
+  return names;
+}
 
 // ---- CommandLine -----------------------------------------------------------------------------------------
 

@@ -77,6 +77,8 @@ class Command {
   // After parsing: whether this subcommand, or this option of the command, was given.
   bool chose(const std::string& subcommand) const;
   bool given(const std::string& option) const;
+  // The options and positional arguments that were given, by their longest name.
+  std::vector<std::string> all_given() const;
 
  private:
   CLI::App* command_;

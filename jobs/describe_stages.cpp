@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 #include "io/archive/model_bytes.h"
@@ -80,7 +81,7 @@ void describe(const DescribeParameters& parameters, GraphItem& item) {
     model.row.descriptors.push_back(std::move(made));
 }
 
-// The columns of the header, in order: the newest of each name, 0 for one that could not be made.
+// The columns of the header, in order: the newest of each name, fill for one that could not be made.
 void arrange_descriptors(const Describer& describer, GraphItem& item) {
   std::vector<DescriptorRow>& present = item.model.row.descriptors;
   std::vector<DescriptorRow> arranged;
@@ -88,7 +89,8 @@ void arrange_descriptors(const Describer& describer, GraphItem& item) {
     const auto newest = std::find_if(present.rbegin(), present.rend(),
                                      [&](const DescriptorRow& d) { return d.name == schema.name; });
     if (newest == present.rend())
-      arranged.push_back({schema.name, std::vector<float>(schema.width, 0.0f)});
+      arranged.push_back(
+          {schema.name, std::vector<float>(schema.width, std::numeric_limits<float>::quiet_NaN())});
     else
       arranged.push_back(std::move(*newest));
   }

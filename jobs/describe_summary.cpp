@@ -53,7 +53,7 @@ void print_describe_summary(const DescribeSummary& summary, bool as_json) {
   if (summary.not_ok > 0) fmt::print(", {} without samples", summary.not_ok);
   fmt::print("\n");
   if (summary.problems.empty()) return;
-  fmt::print("{} rows could not be described completely; missing values are 0:\n", summary.problems.size());
+  fmt::print("{} rows could not be described completely; missing values are NaN:\n", summary.problems.size());
   constexpr std::size_t most_shown = 100;
   std::size_t shown = 0;
   for (const auto& [row, problem] : summary.problems) {
@@ -69,17 +69,12 @@ void add_earlier_problems(const StoreReader& store, const Describer& describer,
   if (rows.empty()) return;
   for (const DescriptorSchema& schema : store.descriptors()) {
     if (schema.group != "descriptors" || !describer.makes(schema.name)) continue;
-    if (is_companion(schema.name)) continue;  // may rightly be 0
-    const bool may_be_zero = std::any_of(
-        descriptor_groups.begin(), descriptor_groups.end(),
-        [&](const DescriptorGroup& group) { return group.name == schema.name && group.may_be_zero; });
     constexpr std::uint64_t block = 4096;
     for (auto row = rows.begin(); row != rows.end();) {
       const std::uint64_t begin = *row, count = std::min(block, store.rows() - begin);
       const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
       for (; row != rows.end() && *row < begin + count; ++row)
-        if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)) &&
-            !(may_be_zero && store.report(*row).components > 1))
+        if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)))
           problems.add(*row, {Status::unreadable, "failed before the job was interrupted"});
     }
   }

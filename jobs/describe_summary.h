@@ -38,7 +38,7 @@ struct DescribeSummary {
 };
 
 // Adds the rows that an earlier start of the job ended without their descriptors: those of `rows` (ascending)
-// whose values are all 0. A geodesic histogram of several components may rightly be all 0.
+// that are not described.
 void add_earlier_problems(const StoreReader& store, const Describer& describer,
                           std::span<const std::uint64_t> rows, RowProblems& problems);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "kernels/core/spelling.h"
@@ -105,6 +106,7 @@ std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
   for (const Descriptor descriptor : parameters.descriptors) {
     const DescriptorGroup& group = group_of(descriptor);
     schemas.push_back(schema_of(group, parameters));
+    if (group.version > 1) schemas.back().attributes.emplace_back("version", std::to_string(group.version));
     for (const CompanionRow& row : group.companions)
       schemas.push_back({std::string(row.name),
                          static_cast<std::uint32_t>(row.columns.size()),
@@ -115,18 +117,40 @@ std::vector<DescriptorSchema> schemas_of(const DescribeParameters& parameters) {
   return schemas;
 }
 
+std::uint32_t version_of(const DescriptorSchema& schema) {
+  std::uint32_t version = 1;
+  for (const auto& [name, text] : schema.attributes)
+    if (name == "version") std::from_chars(text.data(), text.data() + text.size(), version);
+  return version;
+}
+
 bool is_histogram(const DescriptorSchema& schema) {
   return std::none_of(schema.attributes.begin(), schema.attributes.end(),
                       [](const auto& attribute) { return attribute.first == columns_attribute; });
 }
 
+namespace {
+
+// Null for a companion, and for a descriptor that this program does not make.
+const DescriptorGroup* group_named(std::string_view name) {
+  const auto at = std::find(descriptor_names.begin(), descriptor_names.end(), name);
+  return at == descriptor_names.end()
+             ? nullptr
+             : &descriptor_groups[static_cast<std::size_t>(at - descriptor_names.begin())];
+}
+
+}  // namespace
+
+bool has_bins_in_line(const DescriptorSchema& schema) {
+  const DescriptorGroup* const group = group_named(schema.name);
+  return is_histogram(schema) && (group == nullptr || group->fixed_bins.dimensions <= 1);
+}
+
 bool is_described(const DescriptorSchema& schema, std::span<const float> values) {
   if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); })) return false;
-  const bool explained =
-      std::any_of(schema.attributes.begin(), schema.attributes.end(), [](const auto& attribute) {
-        return attribute.first == "bins" || attribute.first == columns_attribute;
-      });
-  return !explained || std::any_of(values.begin(), values.end(), [](float v) { return v != 0; });
+  const DescriptorGroup* const group = group_named(schema.name);
+  return group == nullptr || group->may_be_zero ||
+         std::any_of(values.begin(), values.end(), [](float v) { return v != 0; });
 }
 
 }  // namespace meander

@@ -26,10 +26,12 @@ namespace {
 class DescribedRows {
  public:
   DescribedRows(const StoreReader& store, const DescriptorExport& options)
-      : store_(store), schemas_(chosen_descriptors(store, options.descriptors)), wanted_(options.rows) {
+      : store_(store), terms_(chosen_descriptors(store, options.descriptors)), wanted_(options.rows) {
     std::sort(wanted_.begin(), wanted_.end());
     wanted_.erase(std::unique(wanted_.begin(), wanted_.end()), wanted_.end());
-    for (const DescriptorSchema& schema : schemas_) width_ += schema.width;
+    for (const DescriptorTerm& term : terms_) width_ += term.schema.width;
+    if (std::any_of(terms_.begin(), terms_.end(), [](const DescriptorTerm& t) { return t.weight != 1; }))
+      factors_ = weight_factors();
     visit_blocks([&](std::span<const std::uint64_t> rows, std::span<const float>) {
       rows_.insert(rows_.end(), rows.begin(), rows.end());
     });
@@ -40,12 +42,13 @@ class DescribedRows {
   std::uint32_t width() const { return width_; }
   const std::vector<std::uint64_t>& rows() const { return rows_; }
   std::uint64_t left_out() const { return left_out_; }
+  bool is_weighted() const { return !factors_.empty(); }
 
   // Names of the values: b0, b1, ... or the names that the descriptor gives; with several of them in front.
   std::vector<std::string> columns() const {
     std::vector<std::string> names;
-    for (const DescriptorSchema& schema : schemas_) {
-      const std::string prefix = schemas_.size() > 1 ? schema.name + "_" : "";
+    for (const auto& [schema, weight] : terms_) {
+      const std::string prefix = terms_.size() > 1 ? schema.name + "_" : "";
       std::string given;
       for (const auto& [name, text] : schema.attributes)
         if (name == columns_attribute) given = text;
@@ -61,43 +64,40 @@ class DescribedRows {
   // Calls visit(rows of the store, their values row by row) for blocks of rows, ascending.
   using Visit = std::function<void(std::span<const std::uint64_t>, std::span<const float>)>;
   void visit_blocks(const Visit& visit) const {
-    constexpr std::uint64_t block = 4096;
-    for (std::uint64_t begin = 0; begin < store_.rows(); begin += block) {
-      const std::uint64_t count = std::min(block, store_.rows() - begin);
-      std::vector<std::vector<float>> parts;
-      for (const DescriptorSchema& schema : schemas_)
-        parts.push_back(store_.read_descriptor(schema.name, begin, count));
+    visit_described(store_, terms_, 0, [&](const DescribedBlock& block) {
       std::vector<std::uint64_t> rows;
       std::vector<float> values;
-      for (std::uint64_t i = 0; i < count; ++i)
-        if (is_wanted(begin + i) && append_row(parts, i, values)) rows.push_back(begin + i);
+      for (std::uint64_t row = block.first(); row < block.first() + block.count(); ++row) {
+        if (!block.is_described(row) ||
+            !(wanted_.empty() || std::binary_search(wanted_.begin(), wanted_.end(), row)))
+          continue;
+        rows.push_back(row);
+        for (std::size_t t = 0; t < terms_.size(); ++t)
+          for (const float value : block.values(t, row))
+            values.push_back(factors_.empty() ? value : factors_[t] * value);
+      }
       visit(rows, values);
-    }
+    });
   }
 
  private:
-  bool is_wanted(std::uint64_t row) const {
-    return (wanted_.empty() || std::binary_search(wanted_.begin(), wanted_.end(), row)) &&
-           store_.report(row).status == Status::ok;
-  }
-
-  // False when the row lacks a descriptor.
-  bool append_row(const std::vector<std::vector<float>>& parts, std::uint64_t row,
-                  std::vector<float>& values) const {
-    const std::size_t before = values.size();
-    for (std::size_t d = 0; d < parts.size(); ++d) {
-      const auto part = std::span(parts[d]).subspan(row * schemas_[d].width, schemas_[d].width);
-      if (!is_described(schemas_[d], part)) {
-        values.resize(before);
-        return false;
-      }
-      values.insert(values.end(), part.begin(), part.end());
+  // What makes l1 between the vectors of the file the combined distance of `retrieve`.
+  std::vector<float> weight_factors() const {
+    const RetrievalBase scaled = load_searched_base(store_, {.descriptor = joined(terms_)});
+    std::vector<float> factors;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      if (!is_histogram(terms_[t].schema))
+        throw UsageError(
+            fmt::format("{} holds separate values, which an export leaves as they are: no weights",
+                        terms_[t].schema.name));
+      factors.push_back(static_cast<float>(terms_[t].weight / scaled.base.blocks[t].scale));
     }
-    return true;
+    return factors;
   }
 
   const StoreReader& store_;
-  const std::vector<DescriptorSchema> schemas_;
+  const std::vector<DescriptorTerm> terms_;
+  std::vector<float> factors_;  // of the terms, where they have weights
   std::vector<std::uint64_t> wanted_, rows_;
   std::uint32_t width_ = 0;
   std::uint64_t left_out_ = 0;
@@ -293,7 +293,8 @@ void add_descriptor_export_options(const Command& whole, DescriptorExport& optio
   const auto given = [&options] { options.shapes_split = true; };
   Command command = whole.under("Descriptors");
   command.add_option("--descriptors", options.descriptors,
-                     "Write these descriptors, NAME or NAME+NAME, with --format npy, csv, fbin or ann-hdf5");
+                     "Write these descriptors with --format npy, csv, fbin or ann-hdf5: NAME, several as "
+                     "NAME+NAME, or with weights as NAME=2+NAME for distances l1");
   const Option share =
       command.add_option("--test-share", options.test_share, "ann-hdf5: share of the rows that are queries")
           .show_default()
@@ -337,6 +338,8 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
   if (kind != FileKind::csv)
     guard.check(ids_path(options.output), {FileKind::csv}, "the list of rows of -o", options.existing);
   const DescribedRows table(store, options);
+  if (options.format == "ann-hdf5" && table.is_weighted())
+    throw UsageError("--descriptors: weights scale l1 between the vectors, and ann-hdf5 is for l2 or cosine");
   if (options.format == "csv") {
     write_csv(store, table, options.output);
   } else if (options.format == "fbin") {

@@ -8,8 +8,10 @@
 #include <optional>
 
 #include "io/json_writer.h"
+#include "io/store/run_array.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
+#include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -102,6 +104,13 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   return exit_done;
 }
 
+// The program that computed a descriptor: of the samples, unless another one added it.
+std::string made_by(const StoreReader& store, const DescriptorSchema& descriptor) {
+  for (const auto& [name, text] : descriptor.attributes)
+    if (name == "tool_version") return text;
+  return store.tool_version();
+}
+
 void show_counts(const StoreReader& store, const StoreSummary& summary) {
   fmt::print("{} models x {} points, format {}, method version {}, made by meander {}\n", store.rows(),
              store.samples(), store.format_version(), store.method_version(), store.tool_version());
@@ -128,7 +137,9 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   for (std::size_t s = 1; s < split_names.size(); ++s)
     if (of_split[s] > 0) fmt::print("  split {:<20}{:>10}\n", split_names[s], of_split[s]);
   for (const DescriptorSchema& descriptor : store.descriptors())
-    fmt::print("  descriptor {} ({} values)\n", descriptor.name, descriptor.width);
+    fmt::print("  descriptor {} ({} {}), version {}, made by meander {}\n", descriptor.name, descriptor.width,
+               descriptor.width == 1 ? "value" : "values", version_of(descriptor),
+               made_by(store, descriptor));
 }
 
 void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
@@ -153,12 +164,26 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   for (std::size_t r = 0; r < order_reason_names.size(); ++r)
     json.member(order_reason_names[r], summary.by_order_reason[r]);
   json.end_object();
+  json.key("descriptors");
+  json.begin_array();
+  for (const DescriptorSchema& descriptor : store.descriptors()) {
+    json.begin_object();
+    json.member("name", descriptor.name);
+    json.member("values", descriptor.width);
+    json.member("version", version_of(descriptor));
+    json.member("made_by", made_by(store, descriptor));
+    json.end_object();
+  }
+  json.end_array();
   json.end_object();
   fmt::print("{}\n", json.text());
 }
 
 // Work that was begun and is not finished, as a sentence; empty where there is none.
 std::string unfinished_work(const std::string& store) {
+  if (const std::optional<RunArray> array = read_run_array(store))
+    return fmt::format("`{0}.run` is an array of {1} shards over {2} models: see `meander status {0}.run`",
+                       store, array->shards.size(), array->rows);
   const std::optional<RunPlan> plan = read_run_plan(store);
   if (!plan) return {};
   return fmt::format(

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "pipeline/sampling_graph.h"
 
@@ -19,6 +20,9 @@ class Laboratory;  // jobs/laboratory.h; null where it may be left out
 using StageHook = std::function<void(GraphStages&)>;
 
 JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook = {});
+JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::vector<std::string> arguments);
+JobFunction add_status_job(Command& program);
+JobFunction add_merge_job(Command& program, const Laboratory* laboratory);
 JobFunction add_verify_job(Command& program);
 JobFunction add_info_job(Command& program);
 JobFunction add_export_job(Command& program);

@@ -4,17 +4,45 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/store/store.h"
+#include "io/table/table.h"
 #include "jobs/jobs.h"
 #include "jobs/retrieve_base.h"
 #include "kernels/model/sample_parameters.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
+
+// A model of `retrieve query --picture`: a row of the store, whose mesh may be at hand, or a mesh alone.
+struct PicturedHit {
+  std::optional<std::uint64_t> row{};
+  std::optional<PlanItem> file{};
+  std::string title{}, note{};
+  std::string failure{};              // of a query without an answer: the reason
+  std::optional<bool> right_class{};  // of a model that was found, where both classes are known
+};
+struct HitPictureLook {
+  std::uint32_t size = 240;  // pixels of a model's picture
+  std::string up = "y";      // the axis that points up
+  bool surfaces = false;     // meshes were asked for
+  std::uint64_t memory = std::uint64_t{4} << 30;
+};
+
+// `retrieve evaluate --html`, beside the setting that is evaluated.
+struct EvaluationPage {
+  std::string title, rules;
+  std::vector<std::string> notes;                               // sentences below the title
+  Table settings;                                               // scores of all that were compared
+  std::vector<std::pair<std::string, RetrievalScores>> curves;  // of these, for precision over recall
+  Table classes, confusions;                                    // of the setting
+};
 
 class Laboratory {
  public:
@@ -32,10 +60,18 @@ class Laboratory {
   virtual void add_certificate_stage(GraphStages& stages) const = 0;
 
   // Pictures. A file that is there is replaced; callers have checked that it may be.
+  // PNG: a row for each query, which comes first. Throws UsageError where the pictures need more memory.
+  virtual void draw_hits(const std::filesystem::path& file, const StoreReader& store,
+                         std::span<const std::vector<PicturedHit>> rows,
+                         const HitPictureLook& look) const = 0;
   // SVG: precision over recall, means and (per_class) every scored class.
   virtual void draw_precision(const std::filesystem::path& file, const std::string& title,
                               const RetrievalBase& base, const RetrievalTask& task,
                               const RetrievalSummary& summary, bool per_class) const = 0;
+  // HTML, one file that needs no other.
+  virtual void write_page(const std::filesystem::path& file, const EvaluationPage& page,
+                          const RetrievalBase& base, const RetrievalTask& task,
+                          const RetrievalSummary& summary) const = 0;
   // SVG or PNG by the extension: classes of the nearest models (summary.confusion) by scored class.
   virtual void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base,
                               const RetrievalTask& task, const RetrievalSummary& summary) const = 0;

@@ -20,7 +20,6 @@ namespace meander {
 namespace {
 
 constexpr double query_seconds = 120;
-constexpr std::uint64_t query_bytes = std::uint64_t{4} << 30;
 
 // The wanted rows of descriptors, one after the other.
 std::vector<float> described(Model& model, const StoredParameters& parameters,
@@ -51,7 +50,7 @@ StoreHeader header_of(const SampleParameters& sample, const Inputs& inputs) {
 
 std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::string& path,
                                         std::span<const DescriptorSchema> wanted,
-                                        const std::vector<std::string>& arguments) {
+                                        const std::vector<std::string>& arguments, std::uint64_t memory) {
   const StoredParameters stored = stored_parameters(store, path, wanted);
   Inputs inputs = collect_inputs(arguments);
   print_unread(inputs.notes);
@@ -61,7 +60,7 @@ std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::str
   for (const DescribeParameters& describe : stored.describe)  // for the estimate of memory
     graph.sample.describe.descriptors.push_back(describe.descriptors.front());
   graph.threads = std::max(1, oneapi::tbb::info::default_concurrency());
-  graph.memory_bytes = query_bytes;
+  graph.memory_bytes = memory;
   graph.timeout_seconds = query_seconds;
   reserve_memory(inputs.items, graph.sample, graph.threads);
 
@@ -81,6 +80,7 @@ std::vector<MeshQuery> describe_queries(const StoreReader& store, const std::str
                      [&](const FinishedItem& item) {
                        MeshQuery& query = queries[item.plan.row];
                        query.id = item.plan.id;
+                       query.file = item.plan;
                        query.status = item.report.status;
                        query.reason = item.report.reason;
                        if (query.status != Status::ok) query.values.clear();

@@ -8,7 +8,7 @@ namespace meander {
 
 Option ParameterTable::add(Command& command, const char* name, const char* option, bool& variable,
                            const std::string& help) {
-  record(name, variable);
+  constant(name, variable);
   set_by(name, option);
   return command.add_flag(option, variable, help);
 }
@@ -41,12 +41,12 @@ std::string ParameterTable::json() const {
   const auto before = [&](char a, char b) { return rank(a) < rank(b); };
   std::vector<Member> sorted = members_;
   std::sort(sorted.begin(), sorted.end(), [&](const Member& a, const Member& b) {
-    return std::lexicographical_compare(a.first.begin(), a.first.end(), b.first.begin(), b.first.end(),
-                                        before);
+    return std::lexicographical_compare(a.name.begin(), a.name.end(), b.name.begin(), b.name.end(), before);
   });
   JsonWriter json;
   json.begin_object();
-  for (const auto& [name, write] : sorted) write(json);
+  for (const Member& member : sorted)
+    if (!member.recorded || member.recorded()) member.write(json);
   json.end_object();
   return json.text();
 }

@@ -49,22 +49,25 @@ struct Subcommand {
   JobFunction run;
 };
 
-std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* laboratory,
-                                        const StageHook& hook) {
-  return {{"run", add_run_job(program, laboratory, hook)},
-          {"verify", add_verify_job(program)},
-          {"info", add_info_job(program)},
-          {"export", add_export_job(program)},
-          {"surface", add_surface_job(program)},
-          {"measure",
-           laboratory ? laboratory->add_measure_job(program) : add_missing_command(program, "measure")},
-          {"figures",
-           laboratory ? laboratory->add_figures_job(program) : add_missing_command(program, "figures")},
-          {"render",
-           laboratory ? laboratory->add_render_job(program) : add_missing_command(program, "render")},
-          {"retrieve", add_retrieve_job(program, laboratory)},
-          {"describe", add_describe_job(program)},
-          {"remesh", add_remesh_job(program, hook)}};
+std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* laboratory, const StageHook& hook,
+                                        const std::vector<std::string>& arguments) {
+  return {
+      {"run", add_run_job(program, laboratory, hook)},
+      {"plan", add_plan_job(program, laboratory, arguments)},
+      {"status", add_status_job(program)},
+      {"merge", add_merge_job(program, laboratory)},
+      {"verify", add_verify_job(program)},
+      {"info", add_info_job(program)},
+      {"export", add_export_job(program)},
+      {"surface", add_surface_job(program)},
+      {"measure",
+       laboratory ? laboratory->add_measure_job(program) : add_missing_command(program, "measure")},
+      {"figures",
+       laboratory ? laboratory->add_figures_job(program) : add_missing_command(program, "figures")},
+      {"render", laboratory ? laboratory->add_render_job(program) : add_missing_command(program, "render")},
+      {"retrieve", add_retrieve_job(program, laboratory)},
+      {"describe", add_describe_job(program)},
+      {"remesh", add_remesh_job(program, hook)}};
 }
 
 }  // namespace
@@ -76,7 +79,8 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
                    std::string("meander ") + meander_version, footer);
   Command program = line.program();
   program.require_subcommand();
-  const std::vector<Subcommand> subcommands = add_subcommands(program, laboratory, hook);
+  const std::vector<Subcommand> subcommands =
+      add_subcommands(program, laboratory, hook, {argv + 1, argv + argc});
   try {
     if (!line.parse(argc, argv)) return exit_done;
     for (const Subcommand& subcommand : subcommands)
@@ -91,7 +95,8 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
   } catch (const std::bad_alloc&) {
-    const bool resumable = program.chose("run") || program.chose("describe") || program.chose("remesh");
+    const bool resumable = program.chose("run") || program.chose("merge") || program.chose("describe") ||
+                           program.chose("remesh");
     return say(resumable ? exit_stopped : exit_usage,
                resumable
                    ? "out of memory: what is done is kept, the same command continues when there is more"

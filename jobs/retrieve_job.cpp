@@ -16,11 +16,15 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
+#include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/retrieve_base.h"
 #include "jobs/retrieve_query.h"
 #include "jobs/retrieve_select.h"
+#include "jobs/run_report.h"
+#include "jobs/units.h"
 #include "kernels/core/parallel.h"
+#include "kernels/describe/describe_samples.h"
 #include "kernels/retrieve/retrieval_scores.h"
 
 namespace meander {
@@ -30,7 +34,7 @@ namespace {
 constexpr std::size_t most_drawn_classes = 1024;
 
 struct EvaluateOptions : CompareOptions {
-  std::string classes, matrix, picture, confusion;
+  std::string classes, matrix, picture, confusion, html;
   bool psb_compat = false, per_class = false;
 };
 
@@ -43,20 +47,44 @@ void check_outputs(const EvaluateOptions& options) {
   guard.check(options.picture, {FileKind::svg}, "--picture");
   guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
               "--confusion");
+  guard.check(options.html, {FileKind::html}, "--html");
 }
 
 // ---- evaluate --------------------------------------------------------------------------------------------
 
+// The nearest models to a query, of its class and of any.
+struct NearestModels {
+  NearRow any, own;
+  bool has_own = false;
+};
+
+NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::span<const float> distances) {
+  NearestModels result;
+  bool has_any = false;
+  for (std::uint32_t row = 0; row < distances.size(); ++row) {
+    if (row == query) continue;
+    if (!has_any || distances[row] < result.any.distance) result.any = {row, distances[row]};
+    has_any = true;
+    if (task.label[row] != task.label[query]) continue;
+    if (!result.has_own || distances[row] < result.own.distance) result.own = {row, distances[row]};
+    result.has_own = true;
+  }
+  return result;
+}
+
+// nearest: empty, or one for each row, filled in for those that are scored.
 RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
-                               const std::string& matrix, bool with_confusion) {
+                               const std::string& matrix, bool with_confusion,
+                               std::span<NearestModels> nearest = {}) {
   std::optional<AtomicFile> file;
   if (!matrix.empty()) file.emplace(matrix);
   const std::size_t n = task.rows();
   std::vector<QueryScores> queries(n);
   visit_distances(base.base, [&](std::size_t first, std::span<const float> distances) {
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
-      if (task.scores(first + q))
-        queries[first + q] = score_query(task, first + q, distances.subspan(q * n, n));
+      if (!task.scores(first + q)) return;
+      queries[first + q] = score_query(task, first + q, distances.subspan(q * n, n));
+      if (!nearest.empty()) nearest[first + q] = nearest_models(task, first + q, distances.subspan(q * n, n));
     });
     if (file) file->append(std::as_bytes(distances));
   });
@@ -101,7 +129,7 @@ void print_json(const EvaluateOptions& options, const RetrievalBase& base, const
   JsonWriter json;
   json.begin_object();
   json.member("store", options.store);
-  json.member("descriptor", joined(base.descriptors));
+  json.member("descriptor", joined(base.terms));
   json.member("distance", options.distance);
   json.member("psb_compat", options.psb_compat);
   json.member("rules", rules_text(options.psb_compat));
@@ -121,9 +149,111 @@ void print_json(const EvaluateOptions& options, const RetrievalBase& base, const
   fmt::print("{}\n", json.text());
 }
 
+// ---- the page
+// ----------------------------------------------------------------------------------------------
+
+constexpr std::size_t most_confusions = 50;
+constexpr std::ptrdiff_t milliseconds_column = 3;
+
+Table confusion_table(const StoreReader& store, const RetrievalBase& base, const RetrievalTask& task,
+                      std::span<const NearestModels> nearest) {
+  const auto ratio = [&](std::size_t row) {
+    const NearestModels& models = nearest[row];
+    return models.own.distance > 0 ? models.any.distance / models.own.distance : 1.0f;  // both 0
+  };
+  std::vector<std::size_t> mistakes;
+  for (std::size_t row = 0; row < task.rows(); ++row)
+    if (task.scores(row) && task.label[nearest[row].any.row] != task.label[row]) mistakes.push_back(row);
+  std::stable_sort(mistakes.begin(), mistakes.end(),
+                   [&](std::size_t a, std::size_t b) { return ratio(a) < ratio(b); });
+  Table table{{{"query"},
+               {"class"},
+               {"nearest"},
+               {"its class"},
+               {"distance"},
+               {"nearest of its own class"},
+               {"distance to it"},
+               {"ratio"}},
+              {}};
+  for (std::size_t i = 0; i < std::min(mistakes.size(), most_confusions); ++i) {
+    const std::size_t row = mistakes[i];
+    const auto& [any, own, has_own] = nearest[row];
+    table.rows.push_back({store.id(base.rows[row]), base.classes[task.label[row]],
+                          store.id(base.rows[any.row]), base.classes[task.label[any.row]],
+                          static_cast<double>(any.distance), store.id(base.rows[own.row]),
+                          static_cast<double>(own.distance), static_cast<double>(ratio(row))});
+  }
+  return table;
+}
+
+// A row of the table of settings; milliseconds where the run of the store made this descriptor alone.
+void add_setting(EvaluationPage& page, const std::string& distance, const RetrievalBase& base,
+                 const RetrievalSummary& summary, const TableCell& milliseconds) {
+  const std::string name = joined(base.terms);
+  std::vector<TableCell> cells{name, distance, base.rows.size(), milliseconds};
+  const std::vector<TableCell> scores = score_cells("", 0, summary.micro);
+  cells.insert(cells.end(), scores.begin() + 2, scores.end());
+  page.settings.rows.push_back(std::move(cells));
+  page.curves.emplace_back(distance == "l1" ? name : name + ", " + distance, summary.micro);
+}
+
+// Every descriptor of the store on its own, after the setting that is evaluated.
+void add_descriptors(const EvaluateOptions& options, const StoreReader& store, const std::string& setting,
+                     const TableCell& milliseconds, EvaluationPage& page) {
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors" || is_companion(schema.name)) continue;
+    const std::string distance = misfit(schema, options.kind()).empty() ? options.distance : "l1";
+    if (schema.name == setting) continue;
+    try {
+      const RetrievalBase base = load_labelled_base(store,
+                                                    {.descriptor = schema.name,
+                                                     .distance = value_of(distance_words, distance),
+                                                     .memory = parse_bytes(options.memory)},
+                                                    options.classes);
+      const RetrievalTask task = labelled_task(base, options.psb_compat);
+      add_setting(page, distance, base, evaluate_base(base, task, {}, false), milliseconds);
+    } catch (const UsageError& error) {  // too few rows have it: the page tells
+      page.notes.push_back(fmt::format("{}: {}.", schema.name, error.what()));
+    }
+  }
+}
+
+void write_html(const EvaluateOptions& options, const Laboratory& laboratory, const StoreReader& store,
+                const RetrievalBase& base, const RetrievalTask& task, const RetrievalSummary& summary,
+                std::span<const NearestModels> nearest) {
+  EvaluationPage page;
+  page.title = "Retrieval: " + std::filesystem::path(options.store).filename().string();
+  page.rules = rules_text(options.psb_compat);
+  page.notes.push_back(fmt::format("{} models, {} queries of {} classes; descriptor {}, distance {}.",
+                                   base.rows.size(), summary.queries, summary.classes, joined(base.terms),
+                                   options.distance));
+  if (const std::string left_out = left_out_text(base); !left_out.empty())
+    page.notes.push_back("Left out: " + left_out + ".");
+  const std::optional<double> all = read_run_report(options.store).describe_milliseconds;
+  std::size_t described = 0;
+  for (const DescriptorSchema& schema : store.descriptors())
+    described += schema.group == "descriptors" && !is_companion(schema.name);
+  if (all && described > 1)
+    page.notes.push_back(
+        fmt::format("The run of the store took {:.3g} ms a model for its descriptors together.", *all));
+  const TableCell alone = all && described == 1 ? TableCell(*all) : TableCell();
+  page.settings.columns = {{"descriptor"}, {"distance"}, {"models"},    {"ms a model"}, {"NN"},
+                           {"1st tier"},   {"2nd tier"}, {"E-measure"}, {"DCG"},        {"mAP"}};
+  add_setting(page, options.distance, base, summary, alone);
+  add_descriptors(options, store, joined(base.terms), alone, page);
+  if (alone.kind == CellKind::empty) {  // nothing is known of a single descriptor
+    page.settings.columns.erase(page.settings.columns.begin() + milliseconds_column);
+    for (std::vector<TableCell>& row : page.settings.rows) row.erase(row.begin() + milliseconds_column);
+  }
+  page.classes = score_table(base, task, summary, true);
+  page.confusions = confusion_table(store, base, task, nearest);
+  laboratory.write_page(options.html, page, base, task, summary);
+}
+
 int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   if (!options.picture.empty()) require_laboratory(laboratory, "--picture");
   if (!options.confusion.empty()) require_laboratory(laboratory, "--confusion");
+  if (!options.html.empty()) require_laboratory(laboratory, "--html");
   if (!options.picture.empty() && !options.picture.ends_with(".svg"))
     throw UsageError("--picture draws SVG: `" + options.picture + "` should end in .svg");
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
@@ -131,25 +261,32 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
   check_outputs(options);
   const StoreReader store(options.store, options.check);
-  const RetrievalBase base = load_labelled_base(store, options.descriptor, options.kind(), options.classes);
+  const RetrievalBase base = load_labelled_base(
+      store,
+      {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
+      options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
-  const bool with_confusion = !options.confusion.empty();
-  if (with_confusion && base.classes.size() > most_drawn_classes)
+  const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
+  if (draws_confusion && base.classes.size() > most_drawn_classes)
     throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
                                  base.classes.size()));
-  const RetrievalSummary summary = evaluate_base(base, task, options.matrix, with_confusion);
+  std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
+  const RetrievalSummary summary =
+      evaluate_base(base, task, options.matrix,
+                    draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes), nearest);
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.picture.empty())
-    laboratory->draw_precision(options.picture, joined(base.descriptors) + ", " + options.distance, base,
-                               task, summary, options.per_class);
+    laboratory->draw_precision(options.picture, joined(base.terms) + ", " + options.distance, base, task,
+                               summary, options.per_class);
   if (!options.confusion.empty()) laboratory->draw_confusion(options.confusion, base, task, summary);
+  if (makes_page) write_html(options, *laboratory, store, base, task, summary, nearest);
   if (options.json) {
     print_json(options, base, summary, table);
     return exit_done;
   }
   fmt::print("{} models, {} queries of {} classes; descriptor {}, distance {}\n", base.rows.size(),
-             summary.queries, summary.classes, joined(base.descriptors), options.distance);
+             summary.queries, summary.classes, joined(base.terms), options.distance);
   const std::string left_out = left_out_text(base);
   if (!left_out.empty()) fmt::print("left out: {}\n", left_out);
   fmt::print("rules: {}\n{}", rules_text(options.psb_compat), text_table(table));
@@ -163,7 +300,7 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "retrieve",
       "Search a store for similar models by their descriptors, and evaluate the search by classes");
   command.require_subcommand();
-  const JobFunction query = add_query_command(command);
+  const JobFunction query = add_query_command(command, laboratory);
   auto options = std::make_shared<EvaluateOptions>();
   Command judge = command.add_subcommand(
       "evaluate", "Use every model as a query: scores, precision over recall, confusion of classes");
@@ -180,6 +317,10 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
   judge.add_option(
       "--confusion", options->confusion,
       "Draw the confusion matrix (class of the query, class of the nearest model) to this SVG or PNG file");
+  judge.add_option(
+      "--html", options->html,
+      "Write a page with all of this to this file: also every descriptor of the store on its own, and "
+      "the worst confusions");
   const JobFunction select = add_select_command(command);
   return [options, laboratory, command, query, select] {
     if (command.chose("query")) return query();

@@ -6,6 +6,6 @@
 namespace meander {
 
 // Adds `query` to the parser of `retrieve`; the returned function runs it.
-JobFunction add_query_command(Command& retrieve);
+JobFunction add_query_command(Command& retrieve, const Laboratory* laboratory);
 
 }  // namespace meander

@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 
+#include "jobs/array_plan.h"
+#include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
@@ -19,6 +21,7 @@
 #include "jobs/run_header.h"
 #include "jobs/run_options.h"
 #include "jobs/run_summary.h"
+#include "jobs/shard_run.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
 #include "pipeline/memory_estimate.h"
@@ -37,6 +40,11 @@ class RunJob {
   int run() {
     std::optional<RunPlan> unfinished;
     if (!options_.fresh) {
+      if (read_run_array(options_.store))
+        throw UsageError(
+            fmt::format("`{0}.run` is divided among many processes: `meander run {0}.run` works on a shard, "
+                        "`meander status` and `meander merge` do the rest, --fresh discards it",
+                        options_.store));
       unfinished = read_run_plan(options_.store);
       options_.collect.remembered_root = unfinished ? unfinished->root : remembered_root(options_.store);
     }
@@ -198,11 +206,11 @@ class RunJob {
     print_summary(outcome_, options_);
     if (made_) {
       outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
-      std::vector<PlanItem> items(store.rows());
-      for (std::uint64_t row = 0; row < items.size(); ++row)
-        if (const auto item = compared.item_of_row[row]) items[row] = inputs_.items[*item];
       write_run_report(options_, outcome_);
-      write_failed_list(options_, outcome_.summary, items);
+      write_failed_list(options_, outcome_.summary, [&](std::uint64_t row) {
+        const auto item = compared.item_of_row[row];
+        return item ? inputs_.items[*item].path : std::filesystem::path();
+      });
     }
     return outcome_.exit_code();
   }
@@ -229,8 +237,16 @@ class RunJob {
 JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHook hook) {
   auto options = std::make_shared<RunOptions>();
   auto texts = std::make_shared<RunOptionTexts>();
-  add_run_command(program, *options, *texts);
-  return [options, texts, laboratory, hook = std::move(hook)] {
+  auto shard = std::make_shared<ShardOptions>();
+  const Command command = add_run_command(program, *options, *texts, *shard);
+  return [options, texts, shard, command, laboratory, hook = std::move(hook)] {
+    if (options->store.empty() && options->inputs.size() == 1 &&
+        !store_of_array(options->inputs.front()).empty())
+      return run_shards(*options, *texts, *shard, command, laboratory, hook);
+    for (const char* name : {"--shard", "--shard-offset", "--shards-per-task", "--scratch"})
+      if (command.given(name))
+        throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));
+    if (options->store.empty()) throw UsageError("--output is required");
     resolve_run_options(*options, *texts, laboratory);
     const StageHook whole = [&](GraphStages& stages) {
       if (options->certify) laboratory->add_certificate_stage(stages);

@@ -58,7 +58,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
                   fmt::format("Descriptors to store: none, or one or more of {}, separated by commas",
                               fmt::join(descriptor_names, ",")))
       .show_default();
-  table.compute("describe", [&describe] {
+  table.compute("describe", "--describe", [&describe] {
     std::string names;
     for (const Descriptor d : describe.descriptors)
       names += (names.empty() ? "" : ",") + std::string(name_of(d));
@@ -80,11 +80,7 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
                   "Redo rows of a finished store: statuses, `changed` (the file has changed), `vanished` "
                   "(remove the rows)")
       .separator(',');
-  running.add_option("--reuse", options.reuse,
-                     "Copy rows of equal content and parameters from this older store");
-  add_trust_option(running, options.check);
-  running.add_flag("--fresh", options.fresh,
-                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+  add_older_store_options(running, options);
   running.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing");
 }
 
@@ -95,37 +91,33 @@ void add_report_options(Command report, RunOptions& options) {
 
 // Parameters of the method that no option changes directly.
 void record_constants(const SampleParameters& sample, ParameterTable& table) {
-  table.record("curve_max_depth", sample.locator.curve.max_depth);
-  table.record("density_quantile", sample.density.quantile);
-  table.compute("elements_per_sample", [&sample] { return elements_per_sample(sample); });
-  table.record("extremity_seams", sample.cut.extremity_seams);
-  table.record("jitter", sample.place.jitter);
-  table.record("leaves_per_sample", sample.locator.curve.leaves_per_sample);
-  table.record("max_extra_seams", sample.flatten.max_extra_seams);
-  table.record("max_mean_distortion", sample.flatten.max_mean_distortion);
-  table.record("max_sheets", sample.locator.max_sheets);
-  table.record("min_component_samples", sample.locator.min_component_samples);
-  table.record("min_log_scale", sample.flatten.min_log_scale);
-  table.record("min_sheet_samples", sample.locator.min_sheet_samples);
+  table.constant("curve_max_depth", sample.locator.curve.max_depth);
+  table.constant("density_quantile", sample.density.quantile);
+  table.derive("elements_per_sample", [&sample] { return elements_per_sample(sample); });
+  table.constant("extremity_seams", sample.cut.extremity_seams);
+  table.constant("jitter", sample.place.jitter);
+  table.constant("leaves_per_sample", sample.locator.curve.leaves_per_sample);
+  table.constant("max_extra_seams", sample.flatten.max_extra_seams);
+  table.constant("max_mean_distortion", sample.flatten.max_mean_distortion);
+  table.constant("max_sheets", sample.locator.max_sheets);
+  table.constant("min_component_samples", sample.locator.min_component_samples);
+  table.constant("min_log_scale", sample.flatten.min_log_scale);
+  table.constant("min_sheet_samples", sample.locator.min_sheet_samples);
 }
 
 // Of the charts of the method conformal.
 void record_coarse_charts(const SampleParameters& sample, ParameterTable& table) {
-  table.record("coarse_mean_distortion", coarse_mean_distortion);
-  table.compute("coarse_elements_per_sample",
-                [&sample] { return coarse_elements_per_sample(sample.place.samples); });
-  table.record("coarse_least_of_component", sample.coarsen.least_of_component);
-  table.record("coarse_least_triangles", sample.coarsen.least_triangles);
-  table.record("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
+  table.constant("coarse_mean_distortion", coarse_mean_distortion);
+  table.derive("coarse_elements_per_sample",
+               [&sample] { return coarse_elements_per_sample(sample.place.samples); });
+  table.constant("coarse_least_of_component", sample.coarsen.least_of_component);
+  table.constant("coarse_least_triangles", sample.coarsen.least_triangles);
+  table.constant("coarse_triangles_per_sample", sample.coarsen.triangles_per_sample);
 }
 
 // Members that only some runs record.
 std::string parameters_json(const RunOptions& options, const RunOptionTexts& texts) {
   ParameterTable table = texts.table;
-  if (options.sample.curved) table.record("curved", options.sample.curved);
-  const PlaceParameters& place = options.sample.place;
-  if (place.sequence == SequenceKind::spaced)
-    table.compute("spacing", [&place] { return text_of(spacing_words, place.spacing); });
   if (options.sample.method == MethodChoice::conformal) record_coarse_charts(options.sample, table);
   if (method_of(options.sample).follows_tensor) table.append(texts.tensor_table);
   return table.json();
@@ -147,6 +139,10 @@ void resolve_budgets(RunOptions& options, const RunOptionTexts& texts, std::vect
   const Budgets budgets = parse_budgets(texts.memory, texts.timeout, problems);
   options.memory_bytes = budgets.memory_bytes;
   options.timeout_seconds = budgets.timeout_seconds;
+}
+
+void choose_threads(RunOptions& options) {
+  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
 }
 
 void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector<std::string>& problems) {
@@ -196,10 +192,12 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
                   "Order of a named method: a curve, or balanced bisection (default hilbert); direct: "
                   "hilbert or balanced")
       .one_of(all_words(order_of_elements_words));
-  table.compute("curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
-  table.set_by("curve", "--curve");
-  table.set_by("curved", "--curved");
-  table.set_by("spacing", "--spacing");
+  table.compute("curve", "--curve", [&sample] { return text_of(order_of_elements_words, order_of(sample)); });
+  table.compute(
+      "curved", "--curved", [&sample] { return sample.curved; }, [&sample] { return sample.curved; });
+  table.compute(
+      "spacing", "--spacing", [&sample] { return text_of(spacing_words, sample.place.spacing); },
+      [&sample] { return sample.place.sequence == SequenceKind::spaced; });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
   table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
             "Stored coordinates (loc and scale undo it)");
@@ -234,18 +232,40 @@ void add_progress_options(Command report, RunOptions& options) {
   report.add_flag("--json", options.json, "The summary as JSON on standard output");
 }
 
-void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts) {
-  Command command = program.add_subcommand("run", "Sample every model of the input into one store");
+void add_older_store_options(Command running, RunOptions& options) {
+  running.add_option("--reuse", options.reuse,
+                     "Copy rows of equal content and parameters from this older store");
+  add_trust_option(running, options.check);
+  running.add_flag("--fresh", options.fresh,
+                   "Start anew: discard an unfinished run; a store of this name is replaced at the end");
+}
+
+void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts) {
   command
       .add_option("INPUT", options.inputs,
                   "Mesh files, folders, @list.txt, - (paths on standard input), .cla files")
       .required();
-  command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
+  command.add_option("-o,--output", options.store, "The store to write (HDF5)");
   add_point_options(command.under("Points"), options, texts);
   add_collection_options(command.under("Collection"), options, texts);
-  add_running_options(command.under("Running"), options, texts);
-  add_report_options(command.under("Report"), options);
   record_constants(options.sample, texts.table);
+}
+
+Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard) {
+  Command command = program.add_subcommand(
+      "run", "Sample every model of the input into one store, or a shard of a planned one");
+  add_store_options(command, options, texts);
+  add_running_options(command.under("Running"), options, texts);
+  Command array = command.under("Array (run STORE.run, see `meander plan`)");
+  array.add_option("--shard", shard.shard,
+                   "i/n: the shard to work on, 0 to n - 1 (default: what the scheduler's variables say)");
+  array.add_option("--shard-offset", shard.offset, "Added to the number of the task").show_default();
+  array.add_option("--shards-per-task", shard.shards_a_task, "Shards of a task, one after the other")
+      .show_default()
+      .range(std::uint64_t{1}, std::uint64_t{1000000});
+  array.add_option("--scratch", shard.scratch, "A folder of this machine for work that is not finished");
+  add_report_options(command.under("Report"), options);
+  return command;
 }
 
 bool add_retry_word(const std::string& word, RetryOptions& retry) {
@@ -271,6 +291,13 @@ std::string words_of(const RetryOptions& retry) {
   if (retry.changed) add("changed");
   if (retry.vanished) add("vanished");
   return words;
+}
+
+void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts) {
+  std::vector<std::string> problems;
+  resolve_budgets(options, texts, problems);
+  choose_threads(options);
+  if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory) {
@@ -299,7 +326,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (!options.reuse.empty() && sample.tensor.kind == TensorKind::table)
     problems.push_back("--reuse identifies rows by their mesh alone, not by the tensors of `--tensor file:`");
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
-  if (options.threads == 0) options.threads = std::max(1, oneapi::tbb::info::default_concurrency());
+  choose_threads(options);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
   options.parameters_json = parameters_json(options, texts);
 }

@@ -70,8 +70,23 @@ void add_budget_options(Command running, RunOptions& options, RunOptionTexts& te
 // --progress and --json.
 void add_progress_options(Command report, RunOptions& options);
 
+// The inputs, the store, and everything that decides its rows.
+void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts);
+// --reuse, --trust and --fresh.
+void add_older_store_options(Command running, RunOptions& options);
+
+// Which shard of an array `run STORE.run` works on (shard_run.h).
+struct ShardOptions {
+  std::string shard;                // "i/n"; empty: the variables of the environment say which task it is
+  std::uint64_t offset = 0;         // added to the number of the task
+  std::uint64_t shards_a_task = 1;  // task t works on the shards t K .. t K + K - 1
+  std::string scratch;              // the folder of the work that is not finished; empty: STORE.run
+};
+
 // Adds the subcommand with its options.
-void add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts);
+Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard);
+// Threads and memory alone, as resolve_run_options does it.
+void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
 

@@ -36,6 +36,8 @@ RunReport read_run_report(const std::filesystem::path& store) {
   if (const auto since = or_nothing([&] { return report->integer("inputs_read_since_unix_ns"); }))
     known.inputs_read_since =
         system_clock::time_point(std::chrono::duration_cast<system_clock::duration>(nanoseconds(*since)));
+  if (const auto micro = or_nothing([&] { return report->integer("describe_microseconds"); }))
+    known.describe_milliseconds = static_cast<double>(*micro) / 1000;
   return known;
 }
 

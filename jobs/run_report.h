@@ -11,6 +11,7 @@ namespace meander {
 struct RunReport {
   std::string root;  // of the ids of lists; empty: not known
   std::optional<std::chrono::system_clock::time_point> inputs_read_since;
+  std::optional<double> describe_milliseconds;  // of work on one model, for all descriptors together
 };
 
 // Nothing here is worth an error: a report that is missing, damaged or not written by Meander says nothing,

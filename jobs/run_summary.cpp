@@ -31,6 +31,11 @@ std::uint64_t peak_memory_bytes() {
 }
 
 void write_nodes(JsonWriter& json, const std::vector<NodeStatistics>& nodes) {
+  for (const NodeStatistics& node : nodes)
+    if (node.name == "describe_shape" && node.items.load() > 0)
+      json.member(
+          "describe_microseconds",
+          static_cast<std::uint64_t>(busy_seconds(node) * 1e6 / static_cast<double>(node.items.load())));
   json.key("nodes");
   json.begin_array();
   for (const NodeStatistics& node : nodes) {
@@ -244,7 +249,7 @@ std::string list_line(const std::string& path) {
 }  // namespace
 
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
-                       const std::vector<PlanItem>& items) {
+                       const std::function<std::filesystem::path(std::uint64_t row)>& path_of) {
   const std::string name = options.store + ".failed.txt";
   if (summary.failures.empty()) {
     remove_file(name);
@@ -256,7 +261,7 @@ void write_failed_list(const RunOptions& options, const StoreSummary& summary,
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
     list += fmt::format("# {}: {}: {}\n{}\n", failure.id, name_of(failure.status), reason,
-                        list_line(items[failure.row].path.string()));
+                        list_line(path_of(failure.row).string()));
   }
   replace_file(name, list, FullDisk::stops_run);
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -56,10 +57,10 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options);
 
 // STORE.run.json: what the store itself must not hold (times, machine, threads). STORE.failed.txt: `# id:
 // status: reason` and the path of every failed item, fit to be given back as @STORE.failed.txt; removed when
-// nothing failed. Items are those of the rows; one without a path no longer has an input.
+// nothing failed. path_of: of the input of a row; empty when there is none any more.
 // Each file is written whole or not at all; throws RunError when it cannot be.
 void write_run_report(const RunOptions& options, const RunOutcome& outcome);
 void write_failed_list(const RunOptions& options, const StoreSummary& summary,
-                       const std::vector<PlanItem>& items);
+                       const std::function<std::filesystem::path(std::uint64_t row)>& path_of);
 
 }  // namespace meander

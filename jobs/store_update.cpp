@@ -158,6 +158,9 @@ PlannedStore planned_store(RunPlan plan, const std::vector<PlanItem>& items, con
   planned.items.resize(header.ids.size());
   planned.kept.resize(header.ids.size());
   const std::set<std::uint64_t> changed(compared.changed.begin(), compared.changed.end());
+  // Both lists of ids ascend: the store is read from its front to its end, and not searched for each row.
+  const std::uint64_t old_rows = store == nullptr ? 0 : store->rows();
+  std::uint64_t next_old = 0;
   for (std::uint64_t row = 0; row < header.ids.size(); ++row) {
     const std::string& id = header.ids[row];
     PlanItem& item = planned.items[row];
@@ -169,11 +172,11 @@ PlannedStore planned_store(RunPlan plan, const std::vector<PlanItem>& items, con
     item.id = id;
     item.label = header.labels[row];
     item.split = header.split(row);
-    const auto old = store == nullptr ? std::nullopt : store->find(id);
-    if (!old) continue;
+    while (next_old < old_rows && store->id(next_old) < id) ++next_old;
+    if (next_old == old_rows || store->id(next_old) != id) continue;
     const bool again =
-        has_status(retry, store->report(*old).status) || (retry.changed && changed.contains(*old));
-    if (!again || item.path.empty()) planned.kept[row] = old;
+        has_status(retry, store->report(next_old).status) || (retry.changed && changed.contains(next_old));
+    if (!again || item.path.empty()) planned.kept[row] = next_old;
   }
   return planned;
 }

@@ -34,7 +34,7 @@ Members of_samples(const std::string& parameters_json) {
 class RepeatedRun {
  public:
   explicit RepeatedRun(const Arguments& arguments) : line_("meander", "", "", "") {
-    add_run_command(program_, options_, texts_);
+    add_run_command(program_, options_, texts_, shard_);
     Arguments all = {"meander", "run", "INPUT", "-o", "STORE"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
@@ -55,6 +55,7 @@ class RepeatedRun {
   Command program_ = line_.program();
   RunOptions options_;
   RunOptionTexts texts_;
+  ShardOptions shard_;
 };
 
 SampleParameters sample_parameters(const std::string& path, const std::string& parameters_json) {
@@ -114,6 +115,11 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
   if (group == descriptor_groups.end())
     throw UsageError(fmt::format("the descriptor {} of `{}` is not one that this program makes ({})",
                                  schema.name, path, fmt::join(descriptor_names, ", ")));
+  if (schema.name == group->name && version_of(schema) != group->version)
+    throw UsageError(
+        fmt::format("the descriptor {} of `{}` is version {}, this program makes version {}: `meander "
+                    "describe --replace`",
+                    schema.name, path, version_of(schema), group->version));
   const Members members = split_members(parameters_json);
   DescribeParameters describe;
   describe.descriptors = {group->descriptor};

@@ -212,10 +212,7 @@ int sample_surfaces(SurfaceOptions& options) {
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = text_of(order_words, options.sample.order);
-  ParameterTable table = options.table;
-  if (options.sample.sequence == SequenceKind::spaced)
-    table.compute("spacing", [&options] { return text_of(spacing_words, options.sample.spacing); });
-  header.parameters_json = table.json();
+  header.parameters_json = options.table.json();
   for (const std::string& surface : options.surfaces) {
     check_surface_name(surface);
     header.ids.push_back(surface_id(surface));
@@ -271,9 +268,12 @@ void add_sampling_options(Command& command, SurfaceOptions& options) {
   table.add(command, "max_depth", "--max-depth", sample.max_depth, "Of the curve's tree, 5 to 31");
   table.add(command, "reparameterise", "--reparameterise", sample.reparameterise,
             "Lay the curve over the square warped by area x density, for extreme stretch");
-  table.record("density_quantile", sample.density.quantile);
-  table.record("jitter", sample.jitter);
-  table.record("min_depth", sample.min_depth);
+  table.compute(
+      "spacing", "--spacing", [&sample] { return text_of(spacing_words, sample.spacing); },
+      [&sample] { return sample.sequence == SequenceKind::spaced; });
+  table.constant("density_quantile", sample.density.quantile);
+  table.constant("jitter", sample.jitter);
+  table.constant("min_depth", sample.min_depth);
 }
 
 void add_surface_options(Command& command, SurfaceOptions& options) {

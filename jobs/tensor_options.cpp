@@ -75,8 +75,7 @@ void add_tensor_options(const Command& command, ParameterTable& table, TensorOpt
       .add_option("--tensor", texts.tensor, fmt::format("Wanted spacings of --method anisotropic: {}", kinds))
       .show_default()
       .on_given(note("--tensor"));
-  table.compute("tensor", [&tensor] { return tensor_text(tensor); });
-  table.set_by("tensor", "--tensor");
+  table.compute("tensor", "--tensor", [&tensor] { return tensor_text(tensor); });
   table
       .add(options, "tensor_form", "--tensor-form", tensor.form, form_words,
            "Six numbers are spacings S, or a metric G = S^-2")
@@ -106,10 +105,10 @@ void add_tensor_options(const Command& command, ParameterTable& table, TensorOpt
         mark();
         texts.chooses_segments = true;
       });
-  table.record("tensor_bisections", parameters.tensor_charts.max_bisections);
-  table.record("tensor_chart_ratio", parameters.tensor_charts.limits.ratio);
-  table.record("tensor_epsilon", tensor.epsilon);
-  table.record("tensor_mean_distortion", metric_mean_distortion);
+  table.constant("tensor_bisections", parameters.tensor_charts.max_bisections);
+  table.constant("tensor_chart_ratio", parameters.tensor_charts.limits.ratio);
+  table.constant("tensor_epsilon", tensor.epsilon);
+  table.constant("tensor_mean_distortion", metric_mean_distortion);
 }
 
 void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& parameters,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 
@@ -28,6 +29,7 @@ nav ol { padding-left: 1.4rem; columns: 20rem; }
 section { border-top: 1px solid var(--line); padding-top: 1.75rem; margin-top: 2.5rem; }
 .images { display: flex; flex-wrap: wrap; gap: 1rem; align-items: flex-start; }
 figure { margin: 0; max-width: 100%; }
+figure svg { display: block; max-width: 100%; height: auto; border-radius: 4px; }
 figure img { display: block; max-width: 100%; height: auto; background: #ffffff;
   border: 1px solid var(--line); border-radius: 4px; }
 figcaption { color: var(--quiet); font-size: 0.9rem; margin-top: 0.35rem; }
@@ -72,7 +74,18 @@ std::string paragraph(const PageParagraph& content) {
   return "<p>" + label + marked_up(content.text) + "</p>\n";
 }
 
+// Without the declaration of a document of its own.
+std::string_view svg_element(std::string_view svg) {
+  return svg.starts_with("<?xml") ? svg.substr(std::min(svg.find("?>") + 2, svg.size())) : svg;
+}
+
 std::string image(const PageImage& content) {
+  if (!content.svg.empty()) {
+    const std::string caption =
+        content.caption.empty() ? "" : "<figcaption>" + marked_up(content.caption) + "</figcaption>";
+    return fmt::format("<figure role=\"img\" aria-label=\"{}\">{}{}</figure>\n", escape_markup(content.text),
+                       svg_element(content.svg), caption);
+  }
   std::string out = fmt::format("<figure><a href=\"{0}\"><img src=\"{0}\" alt=\"{1}\" loading=\"lazy\"/></a>",
                                 link_to(content.file), escape_markup(content.text));
   if (!content.caption.empty()) out += "<figcaption>" + marked_up(content.caption) + "</figcaption>";
@@ -85,7 +98,7 @@ std::string table(const PageTable& content) {
   if (values.columns.empty()) return {};
   const auto cell = [&](std::string_view tag, std::size_t column, const std::string& text) {
     return fmt::format("<{0}{1}>{2}</{0}>", tag, is_numeric_column(values, column) ? " class=\"number\"" : "",
-                       marked_up(text));
+                       content.plain ? escape_markup(text) : marked_up(text));
   };
   std::string out = "<div class=\"table\"><table>\n";
   if (!content.caption.empty()) out += "<caption>" + marked_up(content.caption) + "</caption>\n";

@@ -12,6 +12,7 @@ struct PageImage {
   std::string file{};     // relative to the page, `/` between folders, UTF-8
   std::string text{};     // what one sees in it, for readers who cannot
   std::string caption{};  // below it; empty: none
+  std::string svg{};      // instead of a file: what svg_plot and svg_matrix make; it stands in the page
 };
 
 // "Measured" and what was, "The survey" and what it claims, ...
@@ -23,6 +24,7 @@ struct PageParagraph {
 struct PageTable {
   std::string caption{};
   Table table{};
+  bool plain = false;  // names of users: ^{...} and _{...} are no marks in its cells
 };
 
 struct PageFigure {

@@ -28,9 +28,19 @@ void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, st
   }
 }
 
+void draw_frame(RgbImage& sheet, Rgb colour, std::uint32_t x, std::uint32_t y, const SheetLook& look) {
+  const std::uint32_t width = std::max<std::uint32_t>(2, look.cell / 60);
+  sheet.fill(x, y, look.cell, width, srgb(colour));
+  sheet.fill(x, y + look.cell - width, look.cell, width, srgb(colour));
+  sheet.fill(x, y, width, look.cell, srgb(colour));
+  sheet.fill(x + look.cell - width, y, width, look.cell, srgb(colour));
+}
+
 void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uint32_t y,
                const SheetLook& look) {
-  if (cell.picture.width == 0) {
+  if (cell.picture.width == 0 && cell.failure.empty()) {
+    // Nothing belongs here.
+  } else if (cell.picture.width == 0) {
     draw_failure(sheet, cell.failure, x, y, look);
   } else {
     if (cell.picture.width != look.cell || cell.picture.height != look.cell)
@@ -38,6 +48,7 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
     for (std::uint32_t row = 0; row < look.cell; ++row)
       std::copy_n(cell.picture.pixel(0, row), std::size_t{3} * look.cell, sheet.pixel(x, y + row));
   }
+  if (cell.frame) draw_frame(sheet, *cell.frame, x, y, look);
   const TextStyle title{look.text_size, false, title_colour};
   const double middle = x + 0.5 * look.cell;
   paint_text(sheet, shortened_at_front(cell.title, look.cell, title), middle,
@@ -53,7 +64,8 @@ double bar_length(const SheetLook& look) { return 20 * look.text_size; }
 // Pixels that a legend is wide.
 double legend_width(const SheetLegend& legend, const SheetLook& look) {
   const TextStyle style{look.text_size};
-  const double title = painted_width(legend.title, style);
+  double title = painted_width(legend.title, style);
+  for (const LegendKey& key : legend.keys) title += 2.5 * look.text_size + painted_width(key.text, style);
   if (!legend.bar) return title;
   const double ends = std::max(painted_width(legend.low, style), painted_width(legend.high, style));
   return std::max(title, bar_length(look) + 2 * ends + look.text_size);
@@ -62,6 +74,21 @@ double legend_width(const SheetLegend& legend, const SheetLook& look) {
 void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const SheetLook& look) {
   const TextStyle style{look.text_size, false, title_colour};
   const double middle = 0.5 * sheet.width, baseline = top + look.text_size;
+  if (!legend.keys.empty()) {
+    double x = 0.5 * (sheet.width - legend_width(legend, look));
+    paint_text(sheet, legend.title, x, baseline, style);
+    x += painted_width(legend.title, style);
+    const auto side = static_cast<std::uint32_t>(0.9 * look.text_size);
+    for (const LegendKey& key : legend.keys) {
+      x += 1.2 * look.text_size;
+      sheet.fill(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(baseline) - side + 1, side, side,
+                 srgb(key.colour));
+      x += 1.3 * look.text_size;
+      paint_text(sheet, key.text, x, baseline, style);
+      x += painted_width(key.text, style);
+    }
+    return;
+  }
   paint_text(sheet, legend.title, middle, baseline, style, TextAlign::centre);
   if (!legend.bar) return;
   const double length = bar_length(look), begin = middle - 0.5 * length;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/plot/colour.h"
 #include "kernels/render/rgb_image.h"
@@ -16,14 +17,21 @@ struct SheetCell {
   std::string title;   // below the picture; of one that is too long the end is shown
   std::string note{};  // a second, smaller line; empty: none
   Rgb note_colour{120, 120, 120};
-  std::string failure{};  // why there is no picture
+  std::string failure{};       // why there is no picture; empty as well: the place stays white
+  std::optional<Rgb> frame{};  // around the picture
 };
 
-// What the colours of a sheet mean: a bar from `low` to `high`, or the words of `title` alone.
+// What the colours of a sheet mean: a bar from `low` to `high`, or the words of `title`, and colours with
+// their meanings behind it.
+struct LegendKey {
+  Rgb colour;
+  std::string text;
+};
 struct SheetLegend {
   std::string title;
   std::optional<ColourMap> bar;
   std::string low, high;
+  std::vector<LegendKey> keys{};
 };
 
 struct SheetLook {

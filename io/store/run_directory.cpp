@@ -266,13 +266,13 @@ void RunDirectory::finish() {
   State& state = *state_;
   if (state.done != state.layout.rows)
     throw ItemError(Status::internal, fmt::format("{} of {} rows are done", state.done, state.layout.rows));
-  std::vector<fs::path> shards;
+  std::vector<MergeSource> shards;
   for (std::uint64_t shard = 0; shard < state.shards; ++shard) {
     if (!state.sealed[shard]) state.seal(shard);
-    shards.push_back(state.shard_path(shard));
+    shards.push_back({state.shard_path(shard), state.rows_of(shard)});
   }
   const fs::path part = with_suffix(state.store, fmt::format(".part-{}", ::getpid()));
-  merge_shards(part, state.header, state.layout, shards);
+  merge_rows(part, state.header, state.layout, shards);
   rename_file(part, state.store);
   remove_run_folder(state.store);
 }

@@ -185,8 +185,9 @@ class StoreReader {
 
 // Everything wrong with a store, one sentence each, at most `limit`; empty when it is whole. Checks: the
 // digest over every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every
-// row (an ok row is finite, every column of it and every sample within the range that its meaning allows; any
-// other row is all fill), ids ascending and unique, statuses known. progress(done, total rows) may be empty.
+// row (an ok row is finite but for descriptors that are NaN as a whole, every column of it and every sample
+// within the range that its meaning allows; any other row is all fill), ids ascending and unique, statuses
+// known. progress(done, total rows) may be empty.
 struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;

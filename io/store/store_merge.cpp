@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <memory>
 
 #include "io/store/chunk_codec.h"
 
@@ -13,109 +15,209 @@ namespace fs = std::filesystem;
 
 namespace {
 
-RowRange rows_of_shard(const StoreLayout& layout, std::size_t shard) {
-  return {shard * shard_rows, std::min<std::uint64_t>(layout.rows, (shard + 1) * shard_rows)};
-}
-
-[[noreturn]] void refuse_shard(const fs::path& path, std::string_view why) {
+[[noreturn]] void refuse_source(const fs::path& path, std::string_view why) {
   throw RunError(RunError::Kind::unusable,
                  fmt::format("{} is damaged ({}): remove it and run again, its rows will be computed again",
                              path.string(), why));
 }
 
-// Opens a shard and calls body(reader); what cannot be read is damage to the shard.
-template <class Body>
-void with_shard(const fs::path& path, const StoreLayout& layout, RowRange rows, const Body& body) {
-  const Hdf5Lock lock;
-  try {
-    const StoreFileReader reader(path);
-    if (!reader.problems().empty()) refuse_shard(path, reader.problems().front());
-    const auto& shard = reader.facts().shard;
-    if (!shard || shard->begin != rows.begin || shard->end != rows.end ||
-        reader.layout().rows != layout.rows || reader.layout().samples != layout.samples ||
+bool is_text(const DatasetLayout& dataset) {
+  return dataset.spec.role == Role::id || dataset.spec.role == Role::reason;
+}
+
+// An open source with the statuses of its rows.
+struct OpenSource {
+  OpenSource(const MergeSource& source, const StoreLayout& layout, const StoreHeader& header)
+      : rows(source.rows), reader(source.path) {
+    if (!reader.problems().empty()) refuse_source(source.path, reader.problems().front());
+    const StoreFacts& facts = reader.facts();
+    const bool same_rows = facts.shard ? facts.shard->begin == rows.begin && facts.shard->end == rows.end &&
+                                             reader.layout().rows == layout.rows
+                                       : reader.layout().rows == rows.size();
+    if (!same_rows || reader.layout().samples != layout.samples || facts.seed != header.seed ||
+        facts.parameters_json != header.parameters_json || facts.method_version != header.method_version ||
         reader.layout().datasets.size() != layout.datasets.size())
-      refuse_shard(path, "it belongs to another run");
-    body(reader);
-  } catch (const Hdf5Error& error) {
-    refuse_shard(path, error.what());
+      refuse_source(source.path, "it belongs to another run");
+    statuses.resize(rows.size());
+    reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
   }
-}
 
-std::vector<std::byte> read_statuses(const StoreFileReader& reader, const StoreLayout& layout,
-                                     RowRange rows) {
-  std::vector<std::byte> statuses(rows.size());
-  reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
-  return statuses;
-}
+  RowRange rows;
+  StoreFileReader reader;
+  std::vector<std::byte> statuses;
+};
 
-// Chunks of samples and descriptors without a row that is ok were never written.
-void copy_chunks(const StoreFileReader& reader, StoreFileWriter& store, const DatasetLayout& dataset,
-                 std::size_t index, RowRange rows, const std::vector<std::byte>& statuses,
-                 std::vector<std::byte>& buffer) {
-  const bool always = dataset.spec.role != Role::samples && dataset.spec.role != Role::descriptor;
-  for (std::uint64_t row = 0; row < rows.size(); row += dataset.chunk.rows) {
-    const auto begin = statuses.begin() + static_cast<std::ptrdiff_t>(row);
-    const auto end =
-        statuses.begin() + static_cast<std::ptrdiff_t>(std::min(row + dataset.chunk.rows, rows.size()));
-    if (!always && std::find(begin, end, static_cast<std::byte>(Status::ok)) == end) continue;
-    for (std::uint32_t part = 0; part < dataset.chunk.chunks_per_row; ++part) {
-      reader.read_chunk(index, row, part, buffer);
-      store.write_chunk(index, rows.begin + row, part, buffer);
+class RowMerger {
+ public:
+  RowMerger(const StoreHeader& header, const StoreLayout& layout, const std::vector<MergeSource>& sources)
+      : header_(header), layout_(layout), sources_(sources) {}
+
+  void write(const fs::path& path) {
+    const std::uint64_t bytes = look_at_sources();
+    StoreFileWriter store(path, layout_, header_, std::nullopt, bytes);
+    // Small columns first, so that they are contiguous at the front of the file; then the samples.
+    for (const bool samples : {false, true})
+      for (std::uint64_t begin = 0; begin < layout_.rows; begin += shard_rows) {
+        const RowRange block{begin, std::min(begin + shard_rows, layout_.rows)};
+        with_sources(block, [&] {
+          for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
+            if (per_sample(layout_.datasets[d].spec) == samples) write_column(store, d, block);
+        });
+      }
+    open_.clear();
+    store.seal();
+  }
+
+ private:
+  // Checks every byte of them, and finds the width of the reasons. Returns an upper bound of the store's
+  // length.
+  std::uint64_t look_at_sources() {
+    const std::size_t reason = layout_.index_of(Role::reason);
+    std::uint32_t width = 1;
+    std::uint64_t bytes = std::uint64_t{256} * 1024, row = 0;
+    for (const MergeSource& source : sources_) {
+      if (source.rows.begin != row)
+        throw ItemError(Status::internal, fmt::format("row {} follows row {}", source.rows.begin, row));
+      row = source.rows.end;
+      if (const std::string damage = check_whole_file(source.path); !damage.empty())
+        refuse_source(source.path, damage);
+      const Hdf5Lock lock;
+      guarded(source.path, [&] {
+        width =
+            std::max(width, OpenSource(source, layout_, header_).reader.layout().datasets[reason].text_width);
+      });
+      bytes += fs::file_size(source.path);
+    }
+    if (row != layout_.rows)
+      throw ItemError(Status::internal, fmt::format("{} of {} rows have a source", row, layout_.rows));
+    set_text_width(layout_.datasets[reason], width);
+    for (const DatasetLayout& dataset : layout_.datasets)
+      if (!per_sample(dataset.spec)) bytes += (layout_.rows / dataset.chunk.rows + 1) * dataset.chunk_bytes;
+    return bytes;
+  }
+
+  // What cannot be read is damage to the source.
+  template <class Body>
+  static void guarded(const fs::path& path, const Body& body) {
+    try {
+      body();
+    } catch (const Hdf5Error& error) {
+      refuse_source(path, error.what());
     }
   }
-}
 
-// Reasons are wider in the store than in the shard: the one column that is not copied as it is.
-void widen_reasons(const StoreFileReader& reader, StoreFileWriter& store, const StoreLayout& layout,
-                   std::size_t index, RowRange rows) {
-  const DatasetLayout& dataset = layout.datasets[index];
-  const std::uint32_t width = reader.layout().datasets[index].text_width;
-  std::vector<std::byte> narrow(rows.size() * width), wide(dataset.chunk_bytes), filtered;
-  reader.read_rows(index, 0, rows.size(), narrow);
-  if (std::all_of(narrow.begin(), narrow.end(), [](std::byte b) { return b == std::byte{}; })) return;
-  for (std::uint64_t row = 0; row < rows.size(); ++row)
-    std::memcpy(wide.data() + row * dataset.text_width, narrow.data() + row * width, width);
-  append_filtered(wide, dataset.element_bytes, layout.compression, filtered);
-  store.write_chunk(index, rows.begin, 0, filtered);
-}
+  // Calls body while the sources of the block, and no others, are open.
+  template <class Body>
+  void with_sources(RowRange block, const Body& body) {
+    const Hdf5Lock lock;
+    std::erase_if(open_, [&](const auto& entry) { return entry.second->rows.end <= block.begin; });
+    auto at = std::lower_bound(sources_.begin(), sources_.end(), block.begin,
+                               [](const MergeSource& s, std::uint64_t row) { return s.rows.end <= row; });
+    for (; at != sources_.end() && at->rows.begin < block.end; ++at)
+      if (at->rows.size() > 0 && !open_.contains(at->rows.begin))
+        guarded(at->path,
+                [&] { open_.emplace(at->rows.begin, std::make_unique<OpenSource>(*at, layout_, header_)); });
+    body();
+  }
+
+  // The source of a row: one that is open.
+  const OpenSource& source_of(std::uint64_t row) const { return *std::prev(open_.upper_bound(row))->second; }
+
+  fs::path path_of(const OpenSource& source) const {
+    return std::find_if(sources_.begin(), sources_.end(),
+                        [&](const MergeSource& s) {
+                          return s.rows.begin == source.rows.begin && s.rows.end == source.rows.end;
+                        })
+        ->path;
+  }
+
+  void write_column(StoreFileWriter& store, std::size_t d, RowRange block) {
+    const DatasetLayout& dataset = layout_.datasets[d];
+    const bool always = dataset.spec.role != Role::samples && dataset.spec.role != Role::descriptor;
+    for (std::uint64_t row = block.begin; row < block.end; row += dataset.chunk.rows) {
+      const RowRange rows{row, std::min(row + dataset.chunk.rows, block.end)};
+      // Chunks of samples and descriptors without a row that is ok are never written.
+      if (!always && !any_ok(rows)) continue;
+      if (has_whole_chunk(source_of(row), d, rows))
+        copy_chunk(store, d, row);
+      else
+        put_together(store, d, rows);
+    }
+  }
+
+  bool any_ok(RowRange rows) const {
+    for (std::uint64_t row = rows.begin; row < rows.end; ++row) {
+      const OpenSource& source = source_of(row);
+      if (source.statuses[row - source.rows.begin] == static_cast<std::byte>(Status::ok)) return true;
+    }
+    return false;
+  }
+
+  // Whether these rows are a chunk of the source as they are one of the store.
+  bool has_whole_chunk(const OpenSource& source, std::size_t d, RowRange rows) const {
+    const DatasetLayout &dataset = layout_.datasets[d], &theirs = source.reader.layout().datasets[d];
+    return !is_text(dataset) && dataset.chunk == theirs.chunk && rows.end <= source.rows.end &&
+           (rows.begin - source.rows.begin) % dataset.chunk.rows == 0 &&
+           (rows.size() == dataset.chunk.rows || rows.end == source.rows.end);
+  }
+
+  void copy_chunk(StoreFileWriter& store, std::size_t d, std::uint64_t row) {
+    const OpenSource& source = source_of(row);
+    for (std::uint32_t part = 0; part < layout_.datasets[d].chunk.chunks_per_row; ++part) {
+      guarded(path_of(source),
+              [&] { source.reader.read_chunk(d, row - source.rows.begin, part, filtered_); });
+      store.write_chunk(d, row, part, filtered_);
+    }
+  }
+
+  void put_together(StoreFileWriter& store, std::size_t d, RowRange rows) {
+    const DatasetLayout& dataset = layout_.datasets[d];
+    std::vector<std::byte> values(dataset.chunk_bytes), theirs;
+    if (!is_text(dataset)) write_fill(dataset.spec, values);
+    for (std::uint64_t row = rows.begin; row < rows.end;) {
+      const OpenSource& source = source_of(row);
+      const std::uint64_t count = std::min(rows.end, source.rows.end) - row;
+      const std::uint64_t width = source.reader.layout().datasets[d].row_bytes;
+      theirs.resize(count * width);
+      guarded(path_of(source), [&] { source.reader.read_rows(d, row - source.rows.begin, count, theirs); });
+      // Texts are as wide as the longest of their file.
+      for (std::uint64_t i = 0; i < count; ++i)
+        std::memcpy(values.data() + (row - rows.begin + i) * dataset.row_bytes, theirs.data() + i * width,
+                    std::min(width, dataset.row_bytes));
+      row += count;
+    }
+    if (dataset.spec.role == Role::id) check_ids(values, rows);
+    // A chunk without any reason is not stored: the fill value is the empty text.
+    if (dataset.spec.role == Role::reason &&
+        std::all_of(values.begin(), values.end(), [](std::byte b) { return b == std::byte{}; }))
+      return;
+    filtered_.clear();
+    append_filtered(values, dataset.element_bytes, layout_.compression, filtered_);
+    store.write_chunk(d, rows.begin, 0, filtered_);
+  }
+
+  void check_ids(const std::vector<std::byte>& values, RowRange rows) const {
+    const std::uint64_t width = layout_.datasets[layout_.index_of(Role::id)].row_bytes;
+    for (std::uint64_t row = rows.begin; row < rows.end; ++row) {
+      const std::string& id = header_.ids[row];
+      const auto* found = reinterpret_cast<const char*>(values.data()) + (row - rows.begin) * width;
+      if (std::string_view(found, ::strnlen(found, width)) != id)
+        refuse_source(path_of(source_of(row)), fmt::format("it lacks the item \"{}\"", id));
+    }
+  }
+
+  const StoreHeader& header_;
+  StoreLayout layout_;
+  const std::vector<MergeSource>& sources_;
+  std::map<std::uint64_t, std::unique_ptr<OpenSource>> open_;  // by first row
+  std::vector<std::byte> filtered_;
+};
 
 }  // namespace
 
-void merge_shards(const fs::path& path, const StoreHeader& header, const StoreLayout& shard_layout,
-                  const std::vector<fs::path>& shards) {
-  StoreLayout layout = shard_layout;
-  const std::size_t reason = layout.index_of(Role::reason);
-  std::uint32_t reason_width = 1;
-  std::uint64_t bytes = std::uint64_t{256} * 1024;
-  for (std::size_t s = 0; s < shards.size(); ++s) {
-    if (const std::string damage = check_whole_file(shards[s]); !damage.empty())
-      refuse_shard(shards[s], damage);
-    with_shard(shards[s], layout, rows_of_shard(layout, s), [&](const StoreFileReader& reader) {
-      reason_width = std::max(reason_width, reader.layout().datasets[reason].text_width);
-    });
-    bytes += fs::file_size(shards[s]);
-  }
-  set_text_width(layout.datasets[reason], reason_width);
-  bytes += shards.size() * layout.datasets[reason].chunk_bytes;
-
-  StoreFileWriter store(path, layout, header, std::nullopt, bytes);
-  std::vector<std::byte> buffer;
-  // Small columns first, so that they are contiguous at the front of the file; then the samples.
-  for (const bool samples : {false, true})
-    for (std::size_t s = 0; s < shards.size(); ++s) {
-      const RowRange rows = rows_of_shard(layout, s);
-      with_shard(shards[s], layout, rows, [&](const StoreFileReader& reader) {
-        const std::vector<std::byte> statuses = read_statuses(reader, layout, rows);
-        for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
-          if (per_sample(layout.datasets[d].spec) != samples) continue;
-          if (d == reason)
-            widen_reasons(reader, store, layout, d, rows);
-          else
-            copy_chunks(reader, store, layout.datasets[d], d, rows, statuses, buffer);
-        }
-      });
-    }
-  store.seal();
+void merge_rows(const fs::path& path, const StoreHeader& header, const StoreLayout& layout,
+                const std::vector<MergeSource>& sources) {
+  RowMerger(header, layout, sources).write(path);
 }
 
 }  // namespace meander::store

@@ -21,9 +21,19 @@ using ReadPayload = std::function<void(std::uint64_t row, std::size_t most, std:
 void write_shard(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
                  RowRange rows, std::uint64_t reserve, const ReadPayload& read);
 
-// Copies the chunks of all sealed shards, in row order, to the new store `path` and syncs it. RunError:
-// stopped when it cannot be written, unusable when a shard is damaged (named in the message).
-void merge_shards(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
-                  const std::vector<std::filesystem::path>& shards);
+// A file whose rows are the rows [rows.begin, rows.end) of the store: a sealed shard of the same run, or a
+// finished store of the same parameters.
+struct MergeSource {
+  std::filesystem::path path;
+  RowRange rows;
+};
+
+// Writes the rows of all sources, which follow each other and are all rows of `header`, to the new store
+// `path` and syncs it. The bytes depend on the header and the rows alone, not on how the sources divide them:
+// chunks that a source has whole are copied as they are, others are put together. Memory: one chunk, and what
+// the HDF5 library keeps of the sources of 4096 rows. RunError: stopped when the store cannot be written,
+// unusable when a source is damaged or does not belong to the others (named in the message).
+void merge_rows(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
+                const std::vector<MergeSource>& sources);
 
 }  // namespace meander::store

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
+#include "io/store/chunk_codec.h"
 #include "io/store/item_block.h"
 #include "io/store/store_file.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -80,10 +83,18 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
 
 }  // namespace store
 
+struct ChunkedRows {
+  std::uint64_t begin = 0, end = 0;
+};
+
 struct StoreReader::State {
   std::filesystem::path path;
   std::unique_ptr<StoreFileReader> file;
   mutable ItemBlock items;
+  mutable std::string ids;  // of the chunk that begins at ids_begin
+  mutable std::uint64_t ids_begin = 0;
+  mutable std::size_t searches = 0;
+  mutable std::vector<std::string> first_ids;
 
   ~State() {
     const Hdf5Lock lock;
@@ -101,6 +112,48 @@ struct StoreReader::State {
     }
   }
 
+  void read_chunks(std::size_t dataset, ChunkedRows rows, std::uint64_t begin, std::span<float> values) const;
+
+  // Of the rows of a chunk, which lie in one block of item columns.
+  bool any_ok(std::uint64_t row, std::uint64_t count) const {
+    if (!items.holds(row)) items.read(*file, row);
+    for (const std::uint64_t end = std::min(row + count, file->layout().rows); row < end; ++row)
+      if (items.is_ok(row)) return true;
+    return false;
+  }
+
+  // All ids of a chunk, without the other columns.
+  std::string id(std::uint64_t row) const {
+    return guarded([&] {
+      if (items.holds(row)) return items.id(row);
+      const std::size_t dataset = file->layout().index_of(Role::id);
+      const std::uint64_t width = file->layout().datasets[dataset].row_bytes,
+                          begin = row / shard_rows * shard_rows;
+      if (ids_begin != begin || ids.empty()) {
+        ids.resize(width * std::min<std::uint64_t>(shard_rows, file->layout().rows - begin));
+        ids_begin = begin;
+        file->read_rows(dataset, begin, ids.size() / width, std::as_writable_bytes(std::span(ids)));
+      }
+      const std::string_view text = std::string_view(ids).substr((row - begin) * width, width);
+      return std::string(text.substr(0, text.find('\0')));
+    });
+  }
+
+  // The rows among which an id stands, if there is one of it. The first ids of all chunks are read once many
+  // have been asked for.
+  std::pair<std::uint64_t, std::uint64_t> rows_around(std::string_view wanted) const {
+    return guarded([&]() -> std::pair<std::uint64_t, std::uint64_t> {
+      const std::uint64_t rows = file->layout().rows;
+      constexpr std::size_t many = 8;
+      if (searches < many && ++searches < many) return {0, rows};
+      for (std::uint64_t row = first_ids.size() * shard_rows; row < rows; row += shard_rows)
+        first_ids.push_back(id(row));
+      const auto behind = std::upper_bound(first_ids.begin(), first_ids.end(), wanted);
+      const auto number = static_cast<std::uint64_t>(behind - first_ids.begin());
+      return {number == 0 ? 0 : (number - 1) * shard_rows, std::min(rows, number * shard_rows)};
+    });
+  }
+
   template <class Body>
   auto with_items(std::uint64_t row, const Body& body) const {
     return guarded([&] {
@@ -112,6 +165,46 @@ struct StoreReader::State {
     });
   }
 };
+
+// The chunks that begin in `rows`, as far as they lie in the rows from `begin` on that `values` holds.
+void StoreReader::State::read_chunks(std::size_t dataset, ChunkedRows rows, std::uint64_t begin,
+                                     std::span<float> values) const {
+  const DatasetLayout& layout = file->layout().datasets[dataset];
+  const std::uint64_t width = layout.spec.width, end = begin + values.size() / width;
+  std::vector<std::vector<std::byte>> filtered((rows.end - rows.begin + layout.chunk.rows - 1) /
+                                               layout.chunk.rows);
+  const auto part_of = [&](std::size_t chunk) {
+    const std::uint64_t first = rows.begin + chunk * layout.chunk.rows;
+    return ChunkedRows{std::max(first, begin), std::min(first + layout.chunk.rows, end)};
+  };
+  const auto room_of = [&](ChunkedRows part) {
+    return std::as_writable_bytes(
+        values.subspan((part.begin - begin) * width, (part.end - part.begin) * width));
+  };
+  guarded([&] {
+    for (std::size_t c = 0; c < filtered.size(); ++c) {
+      const ChunkedRows part = part_of(c);
+      if (any_ok(rows.begin + c * layout.chunk.rows, layout.chunk.rows))
+        file->read_chunk(dataset, rows.begin + c * layout.chunk.rows, 0, filtered[c]);
+      else
+        file->read_rows(dataset, part.begin, part.end - part.begin, room_of(part));  // fill
+    }
+  });
+  std::atomic<bool> whole = true;
+  parallel_tasks(filtered.size(), [&](std::size_t c) {
+    if (filtered[c].empty()) return;
+    std::vector<std::byte> chunk(layout.chunk_bytes);
+    if (!unfilter(filtered[c], layout.element_bytes, file->facts().compression, chunk)) whole = false;
+    const ChunkedRows part = part_of(c);
+    const std::uint64_t skipped = (part.begin - rows.begin - c * layout.chunk.rows) * layout.row_bytes;
+    const std::span<std::byte> room = room_of(part);
+    std::copy_n(chunk.begin() + static_cast<std::ptrdiff_t>(skipped), room.size(), room.begin());
+  });
+  if (!whole)
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{}: a chunk of {} fails its checksum: see meander verify", path.string(),
+                               layout.spec.path));
+}
 
 StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
     : state_(std::make_unique<State>()) {
@@ -179,10 +272,11 @@ std::string StoreReader::id(std::uint64_t row) const {
 }
 
 std::optional<std::uint64_t> StoreReader::find(std::string_view wanted) const {
-  std::uint64_t begin = 0, end = rows();
+  const auto [first, last] = state_->rows_around(wanted);
+  std::uint64_t begin = first, end = last;
   while (begin < end) {
     const std::uint64_t middle = begin + (end - begin) / 2;
-    const std::string at_middle = id(middle);
+    const std::string at_middle = state_->id(middle);
     if (at_middle == wanted) return middle;
     if (at_middle < wanted)
       begin = middle + 1;
@@ -231,19 +325,30 @@ std::vector<float> StoreReader::read_descriptor(std::string_view name) const {
   return read_descriptor(name, 0, rows());
 }
 
+// Whole chunks are decoded outside the library and its lock, in parallel.
 std::vector<float> StoreReader::read_descriptor(std::string_view name, std::uint64_t row,
                                                 std::uint64_t count) const {
-  return state_->guarded([&] {
-    const StoreLayout& layout = state_->file->layout();
-    for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
-      const DatasetSpec& spec = layout.datasets[d].spec;
-      if (spec.role != Role::descriptor || spec.path.substr(spec.path.rfind('/') + 1) != name) continue;
-      std::vector<float> values(count * spec.width);  // rows that are not ok hold the fill value, NaN
-      if (!values.empty()) state_->file->read_rows(d, row, count, std::as_writable_bytes(std::span(values)));
-      return values;
-    }
-    throw Hdf5Error(fmt::format("{} has no descriptor {}", state_->path.string(), name));
+  const StoreLayout& layout = state_->file->layout();
+  const auto at = std::find_if(layout.datasets.begin(), layout.datasets.end(), [&](const DatasetLayout& d) {
+    return d.spec.role == Role::descriptor && d.spec.path.substr(d.spec.path.rfind('/') + 1) == name;
   });
+  if (at == layout.datasets.end())
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} has no descriptor {}", state_->path.string(), name));
+  std::vector<float> values(count * at->spec.width);  // rows that are not ok hold the fill value, NaN
+  if (values.empty()) return values;
+  const auto dataset = static_cast<std::size_t>(at - layout.datasets.begin());
+  if (count < at->chunk.rows) {
+    state_->guarded(
+        [&] { state_->file->read_rows(dataset, row, count, std::as_writable_bytes(std::span(values))); });
+    return values;
+  }
+  constexpr std::uint64_t at_once = 32;
+  const std::uint64_t chunk_rows = at->chunk.rows;
+  for (std::uint64_t first = row / chunk_rows * chunk_rows; first < row + count;
+       first += at_once * chunk_rows)
+    state_->read_chunks(dataset, {first, std::min(row + count, first + at_once * chunk_rows)}, row, values);
+  return values;
 }
 
 }  // namespace meander

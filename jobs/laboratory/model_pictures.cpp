@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numbers>
 #include <span>
 
 #include "io/archive/model_bytes.h"
@@ -21,7 +23,8 @@ namespace {
 
 constexpr SrgbColour plain_colour = {196, 62, 28};
 constexpr Rgb quiet_note{120, 120, 120}, warning_note{176, 92, 20};
-// surface_picture: nine fine pixels of depth, light, normal, colour and nearest disc.
+// surface_picture, of which draw_splats takes less: nine fine pixels of depth, light, normal, colour and
+// nearest disc.
 constexpr std::uint64_t bytes_per_pixel = 9 * 28, bytes_per_triangle = 500, bytes_per_drawn_sample = 250;
 
 std::size_t drawn_count(const Row& row, const ModelLook& look) {
@@ -39,7 +42,8 @@ SrgbColour normal_colour(const float* normal) {
 std::vector<SrgbColour> colours_of(const Row& row, const DensityRange& range, const ModelLook& look) {
   const Samples& samples = row.samples;
   const std::size_t count = drawn_count(row, look);
-  if (look.colour == SampleColour::plain) return {plain_colour};
+  if (look.colour == SampleColour::plain)
+    return {look.style == SampleStyle::splats ? splat_colour : plain_colour};
   if (look.colour == SampleColour::label)
     return {row.label < 0 ? SrgbColour{110, 110, 110}
                           : srgb(palette_colour(static_cast<std::size_t>(row.label)))};
@@ -88,7 +92,7 @@ RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRang
     positions[3 * v + 1] = mesh.y[v];
     positions[3 * v + 2] = mesh.z[v];
   }
-  const std::size_t values = 3 * drawn_count(row, look);
+  const std::size_t values = look.samples ? 3 * drawn_count(row, look) : 0;
   const std::vector<double> points =
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
@@ -110,16 +114,36 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
                        std::span(row.samples.normals).first(values), area, parameters, colours);
 }
 
+// The samples alone; with their mesh (null: none), what they leave white.
+RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const DensityRange& range,
+                            const ModelLook& look, std::string& note) {
+  const std::size_t count = drawn_count(row, look);
+  const SplatView view =
+      fitted_view(std::span(row.samples.points).first(3 * count), look.view, look.up, look.size, look.size);
+  std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, count), look.splats);
+  const std::vector<SrgbColour> colours = colours_of(row, range, look);
+  const OrientedSplats splats = splats_of(row, half_axes, colours, view);
+  SplatLook drawn;
+  drawn.backs = look.both_sides || !is_closed(row);
+  // Points have the size that those of a sheet have.
+  if (look.style == SampleStyle::points)
+    drawn.shown = std::min(1.0, look.disc * std::sqrt(std::numbers::pi / look.splats.cover));
+  if (file != nullptr && look.style == SampleStyle::splats)
+    note = fmt::format("white space {:.2f} %",
+                       100 * white_space(splats, view, mesh_depth(row, prepare_mesh(*file), view)).share());
+  return draw_splats(splats, view, drawn).image;
+}
+
 // The mesh of a row, or why there is none.
 std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh& mesh) {
   if (!model.lacking.empty()) return model.lacking;
-  if (!model.file) return "points only: no mesh in the INPUT";
+  if (!model.file) return "no mesh in the INPUT";
   try {
     const ModelBytes file(model.file->path, model.file->packed, model.file->format);
-    if (file.content_sha256() != row.report.content_sha256) return "points only: the mesh has changed";
+    if (model.in_store && file.content_sha256() != row.report.content_sha256) return "the mesh has changed";
     mesh = file.mesh();
   } catch (const ItemError& error) {
-    return fmt::format("points only: {}", error.what());
+    return error.what();
   }
   return {};
 }
@@ -132,13 +156,18 @@ void draw_cell(const PicturedModel& model, const Row& row, const DensityRange& r
   }
   PolygonMesh mesh;
   const std::string lacking = read_surface(model, row, mesh);
-  if (lacking.empty()) {
-    cell.picture = draw_surface(mesh, row, range, look);
+  if (!model.in_store && !lacking.empty()) {
+    cell.failure = lacking;
     return;
   }
-  cell.picture = draw_points(row, range, look);
-  if (!look.surfaces) return;
-  cell.note = lacking;
+  const bool alone = look.style != SampleStyle::surface;
+  if (alone) {
+    cell.picture = draw_sample_splats(lacking.empty() ? &mesh : nullptr, row, range, look, cell.note);
+  } else {
+    cell.picture = lacking.empty() ? draw_surface(mesh, row, range, look) : draw_points(row, range, look);
+  }
+  if (lacking.empty() || !look.surfaces) return;
+  cell.note = fmt::format("{}: {}", alone ? "white space unknown" : "points only", lacking);
   cell.note_colour = warning_note;
 }
 
@@ -177,6 +206,10 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
   std::vector<Row> rows;
   std::vector<SheetCell> cells(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
+    if (!models[i].in_store) {
+      rows.emplace_back().report.status = Status::ok;
+      continue;
+    }
     rows.push_back(store.read_row(models[i].row));
     cells[i].title = store.id(models[i].row);
     cells[i].note_colour = quiet_note;
@@ -186,6 +219,45 @@ std::vector<SheetCell> model_cells(const StoreReader& store, std::span<const Pic
   }
   parallel_tasks(models.size(), [&](std::size_t i) { draw_cell(models[i], rows[i], range, look, cells[i]); });
   return cells;
+}
+
+std::vector<SheetCell> model_cells(const StoreReader& store, std::vector<PicturedModel> models,
+                                   const DensityRange& range, const ModelLook& look, std::uint64_t memory,
+                                   std::size_t threads) {
+  std::vector<std::uint64_t> bytes;
+  for (PicturedModel& model : models) {
+    bytes.push_back(picture_bytes(store, model, look));
+    if (bytes.back() <= memory || !model.file) continue;
+    model.file.reset();
+    model.lacking = "the mesh needs more than --memory";
+    bytes.back() = picture_bytes(store, model, look);
+  }
+  std::vector<SheetCell> cells;
+  for (std::size_t begin = 0; begin < models.size();) {
+    std::uint64_t taken = bytes[begin];
+    std::size_t end = begin + 1;
+    while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
+      taken += bytes[end++];
+    std::vector<SheetCell> drawn =
+        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
+    std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
+    begin = end;
+  }
+  return cells;
+}
+
+std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models) {
+  constexpr std::uint64_t bytes_per_pixel = 3;
+  const std::uint64_t picture = std::uint64_t{sheet.cell} * sheet.cell;
+  const std::uint64_t place = std::uint64_t{sheet.cell + sheet.gap} * (sheet.cell + 3 * sheet.gap);
+  return bytes_per_pixel * (picture + place) * models;
+}
+
+void look_along(const std::string& up, ModelLook& look) {
+  look.up = named_axis(up);
+  look.view = up == "y"   ? Vector3{0.55, 0.42, 1}
+              : up == "z" ? Vector3{0.55, -1, 0.42}
+                          : Vector3{0.42, 0.55, 1};
 }
 
 std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {

@@ -39,10 +39,20 @@ class WholeLaboratory final : public Laboratory {
                       }});
   }
 
+  void draw_hits(const std::filesystem::path& file, const StoreReader& store,
+                 std::span<const std::vector<PicturedHit>> rows, const HitPictureLook& look) const override {
+    draw_hit_rows(file, store, rows, look);
+  }
+
   void draw_precision(const std::filesystem::path& file, const std::string& title, const RetrievalBase& base,
                       const RetrievalTask& task, const RetrievalSummary& summary,
                       bool per_class) const override {
     draw_precision_over_recall(file, title, base, task, summary, per_class);
+  }
+
+  void write_page(const std::filesystem::path& file, const EvaluationPage& page, const RetrievalBase& base,
+                  const RetrievalTask& task, const RetrievalSummary& summary) const override {
+    write_evaluation_page(file, page, base, task, summary);
   }
 
   void draw_confusion(const std::filesystem::path& file, const RetrievalBase& base, const RetrievalTask& task,

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "io/plot/png_writer.h"
 #include "jobs/command_line.h"
@@ -18,6 +19,7 @@
 #include "jobs/inputs.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/model_pictures.h"
+#include "jobs/laboratory/turntable_job.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
 #include "jobs/units.h"
@@ -38,10 +40,6 @@ struct RenderOptions {
   ModelLook look;
   StoreCheck check = StoreCheck::every_byte;
 };
-
-Vector3 axis(const std::string& name) {
-  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
-}
 
 // "x,y,z": three numbers.
 Vector3 parse_direction(const std::string& text) {
@@ -72,11 +70,7 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
-  look.up = axis(options.up);
-  // Turned with the axis, so that the default view is from the front, the right and above for each.
-  look.view = options.up == "y"   ? Vector3{0.55, 0.42, 1}
-              : options.up == "z" ? Vector3{0.55, -1, 0.42}
-                                  : Vector3{0.42, 0.55, 1};
+  look_along(options.up, look);
   if (!options.view.empty()) look.view = parse_direction(options.view);
   if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
     throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
@@ -107,45 +101,10 @@ void find_meshes(const StoreReader& store, const RenderOptions& options, std::ve
   }
 }
 
-// The finished pictures, and the sheet that they are put on.
-std::uint64_t sheet_bytes(const RenderOptions& options, std::size_t models) {
-  constexpr std::uint64_t bytes_per_pixel = 3;
-  const std::uint64_t picture = std::uint64_t{options.sheet.cell} * options.sheet.cell;
-  const std::uint64_t place =
-      std::uint64_t{options.sheet.cell + options.sheet.gap} * (options.sheet.cell + 3 * options.sheet.gap);
-  return bytes_per_pixel * (picture + place) * models;
-}
-
-// As many pictures at once as threads and memory allow; of a model that is too large for it the points alone.
-std::vector<SheetCell> draw_cells(const StoreReader& store, std::vector<PicturedModel> models,
-                                  const DensityRange& range, const ModelLook& look, std::uint64_t memory,
-                                  std::size_t threads) {
-  std::vector<std::uint64_t> bytes;
-  for (PicturedModel& model : models) {
-    bytes.push_back(picture_bytes(store, model, look));
-    if (bytes.back() <= memory || !model.file) continue;
-    model.file.reset();
-    model.lacking = "points only: the mesh needs more than --memory";
-    bytes.back() = picture_bytes(store, model, look);
-  }
-  std::vector<SheetCell> cells;
-  for (std::size_t begin = 0; begin < models.size();) {
-    std::uint64_t taken = bytes[begin];
-    std::size_t end = begin + 1;
-    while (end < models.size() && end - begin < threads && taken + bytes[end] <= memory)
-      taken += bytes[end++];
-    std::vector<SheetCell> drawn =
-        model_cells(store, std::span(models).subspan(begin, end - begin), range, look);
-    std::move(drawn.begin(), drawn.end(), std::back_inserter(cells));
-    begin = end;
-  }
-  return cells;
-}
-
 // What is left of --memory beside the sheet.
 std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReader& store,
                                   const ModelLook& look, std::size_t models) {
-  const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options, models),
+  const std::uint64_t memory = parse_bytes(options.memory), sheet = sheet_bytes(options.sheet, models),
                       least = sheet + picture_bytes(store, {}, look);
   constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
   if (memory < least)
@@ -154,6 +113,8 @@ std::uint64_t memory_for_pictures(const RenderOptions& options, const StoreReade
         models, options.sheet.cell, options.sheet.cell, (least + mebibyte - 1) / mebibyte));
   return memory - sheet;
 }
+
+const std::string& words_of(const SheetCell& cell) { return cell.failure.empty() ? cell.note : cell.failure; }
 
 int render_sheet(const RenderOptions& options) {
   const ModelLook look = look_of(options);
@@ -177,31 +138,49 @@ int render_sheet(const RenderOptions& options) {
                                             static_cast<std::size_t>(threads));
   const DensityRange range = density_range(store, models, look);
   const std::vector<SheetCell> cells =
-      draw_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
+      model_cells(store, std::move(models), range, look, memory, static_cast<std::size_t>(threads));
   write_png(options.output, picture_sheet(cells, legend_of(range, look), options.sheet));
   std::size_t alone = 0, failed = 0;
   for (const SheetCell& cell : cells) {
     failed += cell.picture.width == 0;
-    alone += cell.note.starts_with("points only");
+    alone += cell.note.starts_with("points only") || cell.note.starts_with("white space unknown");
   }
   fmt::print("{}: {} models", options.output, cells.size());
   if (alone > 0) fmt::print(", {} without a surface", alone);
   if (failed > 0) fmt::print(", {} without points", failed);
   fmt::print("\n");
-  if (options.inputs.empty())
+  if (look.style == SampleStyle::splats && look.surfaces)
+    for (const SheetCell& cell : cells) fmt::print("{}: {}\n", cell.title, words_of(cell));
+  if (options.inputs.empty() && look.style == SampleStyle::surface)
     fmt::print(stderr,
                "meander: a store holds no surfaces: give the INPUT of its run as well to draw them\n");
   return exit_done;
 }
 
-JobFunction add_sheet(Command& render) {
-  Command command =
-      render.add_subcommand("sheet", "A PNG sheet of sampled models, their samples on the surfaces");
+struct StyleWords {
+  SampleStyle style;
+  const char* name;
+  const char* help;
+  const char* input;  // what INPUT is for
+};
+constexpr StyleWords styles[] = {
+    {SampleStyle::surface, "sheet", "A PNG sheet of sampled models, their samples on the surfaces",
+     "Where its meshes are, as given to its run (default: samples are drawn without surfaces)"},
+    {SampleStyle::splats, "splats", "Sampled models drawn by their samples alone, as splats (PNG)",
+     "Where its meshes are, as given to its run: to measure the white space between the splats"},
+    {SampleStyle::points, "points", "Sampled models drawn by their samples alone, as points (PNG)", nullptr}};
+
+JobFunction add_pictures(Command& render, const StyleWords& words) {
+  Command command = render.add_subcommand(words.name, words.help);
   auto options = std::make_shared<RenderOptions>();
+  options->look.style = words.style;
+  const bool surfaces = words.style == SampleStyle::surface;
+  if (!surfaces) {
+    options->models = 6;
+    options->sheet.cell = 480;
+  }
   command.add_option("STORE", options->store, "The store").required();
-  command.add_option(
-      "INPUT", options->inputs,
-      "Where its meshes are, as given to its run (default: samples are drawn without surfaces)");
+  if (words.input != nullptr) command.add_option("INPUT", options->inputs, words.input);
   command.add_option("-o,--output", options->output, "The picture, a .png file").required();
   const Option items = command.add_option("--item", options->items,
                                           "Ids or row numbers of the models (default: --models of all rows)");
@@ -221,6 +200,18 @@ JobFunction add_sheet(Command& render) {
   command.add_option("--colour,--color", options->colour, "What the colour of a sample says")
       .show_default()
       .one_of({std::begin(sample_colour_names), std::end(sample_colour_names)});
+  if (!surfaces) {
+    SplatSizes& sizes = options->look.splats;
+    if (words.style == SampleStyle::splats)
+      command
+          .add_option("--cover", sizes.cover,
+                      "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
+          .show_default()
+          .range(0.05, 16.0);
+    command.add_flag("--both-sides", options->look.both_sides,
+                     "Draw the inside of closed surfaces too, which is seen through gaps");
+    command.add_flag("--round", sizes.round, "Discs, also of anisotropic samples");
+  }
   command.add_option("--up", options->up, "The axis of the models that points up")
       .show_default()
       .one_of({"x", "y", "z"});
@@ -232,7 +223,7 @@ JobFunction add_sheet(Command& render) {
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);
-  add_list_options(command, options->collect);
+  if (words.input != nullptr) add_list_options(command, options->collect);
   add_trust_option(command, options->check);
   return [options] { return render_sheet(*options); };
 }
@@ -242,9 +233,12 @@ JobFunction add_sheet(Command& render) {
 JobFunction add_render_job(Command& program) {
   Command command = program.add_subcommand("render", "Pictures of sampled models");
   command.require_subcommand();
-  JobFunction sheet = add_sheet(command);
-  return [command, sheet] {
-    if (command.chose("sheet")) return sheet();
+  std::vector<std::pair<std::string, JobFunction>> jobs;
+  for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));
+  jobs.emplace_back("turntable", add_turntable(command));
+  return [command, jobs] {
+    for (const auto& [name, job] : jobs)
+      if (command.chose(name)) return job();
     throw std::logic_error("a subcommand of render without a job");
   };
 }

@@ -59,7 +59,8 @@ struct CompanionRow {
 // Bins that no parameter shapes.
 struct FixedBins {
   std::uint32_t count = 0;
-  std::string_view text;  // what they are
+  std::string_view text;         // what they are
+  std::uint32_t dimensions = 1;  // quantities that they divide at once
 };
 
 // Everything that the program knows of a descriptor.
@@ -74,9 +75,10 @@ struct DescriptorGroup {
   bool takes_sources = false;    // shaped by DescribeParameters::geodesic_sources
   bool needs_mesh = false;       // besides the samples
   bool needs_triangles = false;  // Samples::triangle too
-  bool may_be_zero = false;      // a row of zeros need not be one that could not be made
+  bool may_be_zero = false;      // a model may rightly have a row of zeros
   std::span<const std::string_view> columns = {};  // names of values that are no histogram
   std::span<const CompanionRow> companions = {};
+  std::uint32_t version = 1;  // raised whenever the same samples give other values
   // Its own row and its companions', in order.
   std::vector<std::vector<float>> (*make)(const DescriptorInput& input) = nullptr;
 };
@@ -155,7 +157,8 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
           {oriented_pair_bins,
            "square roots of shares; 8 equal bins of distance from 0 to 2.5 x the mean (larger ones "
            "count in the last) x 4 of the lesser and 4 of the greater angle with the line (edges 84, "
-           "96, 126 degrees) x 4 of the angle between the normals (33, 83, 128), the last fastest"},
+           "96, 126 degrees) x 4 of the angle between the normals (33, 83, 128), the last fastest",
+           4},
       .needs_mesh = true,
       .needs_triangles = true,
       .companions = pairs_companions,
@@ -170,7 +173,8 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
           {oriented_pair_bins,
            "square roots of shares; 8 equal bins of distance from 0 to 2.5 x the mean (larger ones "
            "count in the last) x 4 of the lesser and 4 of the greater angle with the line (edges 36, "
-           "60, 84 degrees) x 4 of the angle between the normals (33, 57, 83), the last fastest"},
+           "60, 84 degrees) x 4 of the angle between the normals (33, 57, 83), the last fastest",
+           4},
       .make = descriptor_makers::pairs_unsigned}});
 
 static_assert([] {

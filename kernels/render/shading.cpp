@@ -7,12 +7,13 @@ namespace meander {
 
 namespace {
 
-// Mean over a square window of 2 reach + 1, along one axis, with running sums; the border repeats.
-void blur(std::vector<float>& values, std::int64_t size, std::int64_t reach, std::int64_t step,
-          std::int64_t line) {
+// Mean over a square window of 2 reach + 1, along one axis, with running sums; the border repeats. `lines` of
+// `size` values `step` apart begin `line` apart.
+void blur(std::vector<float>& values, std::int64_t size, std::int64_t lines, std::int64_t reach,
+          std::int64_t step, std::int64_t line) {
   std::vector<float> row(static_cast<std::size_t>(size));
   const float share = 1.0f / static_cast<float>(2 * reach + 1);
-  for (std::int64_t l = 0; l < size; ++l) {
+  for (std::int64_t l = 0; l < lines; ++l) {
     const auto at = [&](std::int64_t i) -> float& {
       return values[static_cast<std::size_t>(l * line + std::clamp<std::int64_t>(i, 0, size - 1) * step)];
     };
@@ -34,14 +35,15 @@ float light_on(Vector3 normal) {
   return static_cast<float>(lit);
 }
 
-void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
-                    float background) {
+void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t width,
+                    std::int64_t height, float background) {
+  const std::int64_t size = std::max(width, height);
   std::vector<float> smooth(depth.size());
   for (std::size_t i = 0; i < smooth.size(); ++i) smooth[i] = depth[i] == empty_depth ? background : depth[i];
   const std::int64_t reach = std::max<std::int64_t>(1, size / 40);
   for (int pass = 0; pass < 2; ++pass) {
-    blur(smooth, size, reach, 1, size);
-    blur(smooth, size, reach, size, 1);
+    blur(smooth, width, height, reach, 1, width);
+    blur(smooth, height, width, reach, width, 1);
   }
   const float unit_depth = static_cast<float>(size) * 0.05f;
   for (std::size_t i = 0; i < smooth.size(); ++i) {

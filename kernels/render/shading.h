@@ -19,10 +19,10 @@ inline Vector3 unit_vector(Vector3 v) { return (1 / norm(v)) * v; }
 float light_on(Vector3 normal);
 
 // What lies behind its surroundings is darkened (creases, contact), in place, by unsharp masking the depth
-// buffer (Luft, Colditz, Deussen 2006). depth, light: size x size; `background`: depth that empty pixels
+// buffer (Luft, Colditz, Deussen 2006). depth, light: height x width; `background`: depth that empty pixels
 // count as.
-void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t size,
-                    float background);
+void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t width,
+                    std::int64_t height, float background);
 
 // Linear light to an sRGB byte, and back.
 std::uint8_t srgb_byte(float linear);

@@ -172,7 +172,7 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     draw_spot(canvas, at, facing, bead, 0.7, static_cast<std::uint32_t>(i + 1));
   }
   // Background counts as a little behind the model: contours stay bright.
-  darken_hollows(canvas.depth, canvas.light, canvas.size, static_cast<float>(camera.far));
+  darken_hollows(canvas.depth, canvas.light, canvas.size, canvas.size, static_cast<float>(camera.far));
   return resolve(canvas, camera, parameters.size, colours);
 }
 

@@ -257,7 +257,7 @@ RgbImage surface_picture(const SurfaceScene& scene, const SurfacePictureParamete
   canvas.normal.resize(canvas.depth.size());
   canvas.colour.resize(canvas.depth.size());
   draw_mesh(canvas, view, scene, parameters.crease);
-  darken_hollows(canvas.depth, canvas.light, canvas.size, static_cast<float>(view.far));
+  darken_hollows(canvas.depth, canvas.light, canvas.size, canvas.size, static_cast<float>(view.far));
   paint_ellipses(canvas, view, scene.ellipses);
   paint_lines(canvas, view, scene.lines);
   paint_dots(canvas, view, scene.dots);

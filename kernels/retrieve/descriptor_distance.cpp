@@ -17,7 +17,7 @@ constexpr std::uint32_t lanes = distance_lanes;
 constexpr std::size_t tile_rows = 64;  // 16 KiB at width 64: stays in the first-level cache
 constexpr std::size_t block_bytes = std::size_t{32} << 20;
 constexpr std::size_t most_block_queries = 256;
-constexpr std::size_t scale_pairs = 32768;
+constexpr std::size_t most_scale_pairs = 32768;
 
 // The kind is chosen outside the loop over rows.
 void row_distances(const DescriptorBase& base, const DescriptorBase::Block& block, const float* query,
@@ -59,7 +59,7 @@ void distances_to(const DescriptorBase& base, const Query& query, std::size_t be
     const std::size_t count = std::min(tile_rows, out.size() - done);
     for (std::size_t b = 0; b < base.blocks.size(); ++b) {
       row_distances(base, base.blocks[b], query(b), begin + done, std::span(part).first(count));
-      const auto factor = static_cast<float>(1 / base.blocks[b].scale);
+      const auto factor = static_cast<float>(base.blocks[b].weight / base.blocks[b].scale);
       for (std::size_t i = 0; i < count; ++i)
         out[done + i] = b == 0 ? part[i] * factor : out[done + i] + part[i] * factor;
     }
@@ -82,62 +82,96 @@ void prepare_row(DistanceKind kind, std::span<const float> from, float* to) {
   }
 }
 
-double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& block) {
-  const std::size_t n = base.rows;
-  if (n < 2) return 0;
-  const auto at = [&](std::size_t i, std::size_t j) {
+double mean_distance(const DescriptorBase& base, const DescriptorBase::Block& block,
+                     std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs) {
+  if (pairs.empty()) return 0;
+  double sum = 0;
+  for (const auto& [i, j] : pairs) {
     float distance = 0;
     row_distances(base, block, row_of(block, i), j, {&distance, 1});
-    return static_cast<double>(distance);
-  };
-  double sum = 0;
-  if (n <= scale_pairs && n * (n - 1) / 2 <= scale_pairs) {
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t j = 0; j < i; ++j) sum += at(i, j);
-    return sum / (static_cast<double>(n) * static_cast<double>(n - 1) / 2);
+    sum += static_cast<double>(distance);
   }
-  const RandomKey key = make_random_key(0, {});
-  for (std::size_t p = 0; p < scale_pairs; ++p) {
-    const UnitPair u = random_pair(key, Stream::pair_scale, p);
-    const auto i = static_cast<std::size_t>(u.first * static_cast<double>(n));
-    const auto other = static_cast<std::size_t>(u.second * static_cast<double>(n - 1));
-    sum += at(i, other < i ? other : other + 1);
-  }
-  return sum / static_cast<double>(scale_pairs);
+  return sum / static_cast<double>(pairs.size());
 }
 
 }  // namespace
 
-DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
-                                    InstructionSet instructions) {
+std::vector<std::pair<std::uint32_t, std::uint32_t>> scale_pairs(std::size_t rows) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  if (rows < 2) return pairs;
+  if (rows <= most_scale_pairs && rows * (rows - 1) / 2 <= most_scale_pairs) {
+    for (std::uint32_t i = 0; i < rows; ++i)
+      for (std::uint32_t j = 0; j < i; ++j) pairs.emplace_back(i, j);
+    return pairs;
+  }
+  const RandomKey key = make_random_key(0, {});
+  for (std::size_t p = 0; p < most_scale_pairs; ++p) {
+    const UnitPair u = random_pair(key, Stream::pair_scale, p);
+    const auto i = static_cast<std::uint32_t>(u.first * static_cast<double>(rows));
+    const auto other = static_cast<std::uint32_t>(u.second * static_cast<double>(rows - 1));
+    pairs.emplace_back(i, other < i ? other : other + 1);
+  }
+  return pairs;
+}
+
+DescriptorBase empty_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                     InstructionSet instructions) {
   if (blocks.empty()) throw std::invalid_argument("a base of descriptors needs a block");
   if (!is_available(instructions))
     throw std::invalid_argument("the processor has no such instructions for distances");
   DescriptorBase base;
   base.kind = kind;
   base.instructions = instructions == InstructionSet::automatic ? best_instruction_set() : instructions;
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const DescriptorBlock& from = blocks[b];
-    if (from.width == 0 || from.values.size() % from.width != 0)
-      throw std::invalid_argument("a block of descriptors does not fit its width");
-    const std::size_t rows = from.values.size() / from.width;
-    if (b > 0 && rows != base.rows) throw std::invalid_argument("blocks of descriptors differ in length");
-    base.rows = rows;
-    if (!std::all_of(from.values.begin(), from.values.end(), [](float v) { return std::isfinite(v); }))
-      throw std::invalid_argument("a descriptor is not finite");
+  for (const DescriptorBlock& from : blocks) {
+    if (from.width == 0) throw std::invalid_argument("a block of descriptors of no values");
+    if (!(from.weight > 0) || !std::isfinite(from.weight))
+      throw std::invalid_argument("the weight of a block of descriptors must be positive");
     DescriptorBase::Block& block = base.blocks.emplace_back();
     block.width = from.width;
     block.stride = (from.width + lanes - 1) / lanes * lanes;
-    block.values.resize(rows * block.stride);
-    for (std::size_t i = 0; i < rows; ++i)
-      prepare_row(kind, from.values.subspan(i * from.width, from.width),
-                  block.values.data() + i * block.stride);
+    block.weight = from.weight;
   }
-  if (blocks.size() > 1)
-    for (DescriptorBase::Block& block : base.blocks) {
-      const double mean = mean_distance(base, block);
-      block.scale = mean > 0 ? mean : 1;
-    }
+  return base;
+}
+
+void resize_descriptor_base(DescriptorBase& base, std::size_t rows) {
+  base.rows = rows;
+  for (DescriptorBase::Block& block : base.blocks) block.values.resize(rows * block.stride);
+}
+
+void set_descriptor_row(DescriptorBase& base, std::size_t number, std::size_t row,
+                        std::span<const float> values) {
+  DescriptorBase::Block& block = base.blocks[number];
+  if (values.size() != block.width || row >= base.rows)
+    throw std::invalid_argument("a row of descriptors does not fit its base");
+  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+    throw std::invalid_argument("a descriptor is not finite");
+  prepare_row(base.kind, values, block.values.data() + row * block.stride);
+}
+
+void set_descriptor_scales(DescriptorBase& base,
+                           std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs) {
+  if (base.blocks.size() < 2) return;
+  for (DescriptorBase::Block& block : base.blocks) {
+    const double mean = mean_distance(base, block, pairs);
+    block.scale = mean > 0 ? mean : 1;
+  }
+}
+
+DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                    InstructionSet instructions) {
+  DescriptorBase base = empty_descriptor_base(blocks, kind, instructions);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const DescriptorBlock& from = blocks[b];
+    if (from.values.size() % from.width != 0)
+      throw std::invalid_argument("a block of descriptors does not fit its width");
+    const std::size_t rows = from.values.size() / from.width;
+    if (b == 0) resize_descriptor_base(base, rows);
+    if (rows != base.rows) throw std::invalid_argument("blocks of descriptors differ in length");
+    for (std::size_t i = 0; i < rows; ++i)
+      set_descriptor_row(base, b, i, from.values.subspan(i * from.width, from.width));
+  }
+  if (blocks.size() > 1) set_descriptor_scales(base, scale_pairs(base.rows));
   return base;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/instruction_set.h"
@@ -28,15 +29,16 @@ enum class DistanceKind : std::uint8_t { l1, l2, emd, chi2, cosine };
 struct DescriptorBlock {
   std::span<const float> values;
   std::uint32_t width = 0;
+  double weight = 1;  // positive
 };
 
 // A base of descriptors, laid out for fast distances. With several blocks the distance is the sum of each
-// block's distance over its scale.
+// block's distance times its weight over its scale.
 struct DescriptorBase {
   struct Block {
     std::uint32_t width = 0, stride = 0;  // stride: width rounded up to 16, the rest is zero
     std::vector<float> values;            // rows x stride; running sums for emd, of length 1 for cosine
-    double scale = 1;
+    double scale = 1, weight = 1;
   };
   DistanceKind kind = DistanceKind::l1;
   std::size_t rows = 0;
@@ -49,14 +51,30 @@ struct DescriptorBase {
 // over all pairs when there are at most 32768, else over 32768 pairs drawn with a fixed key (the standard
 // error of the mean is then below 1 % for distances that spread as much as their mean). A block whose mean is
 // zero, all its rows being equal, has scale 1 and adds nothing. Numbers must be finite; throws
-// std::invalid_argument when not, when lengths do not fit, when there is no block, or when the processor
-// lacks the instructions. O(rows x width), memory of the values once more.
+// std::invalid_argument when not, when lengths do not fit, when there is no block, when a weight is not
+// positive, or when the processor lacks the instructions. O(rows x width), memory of the values once more.
 DescriptorBase make_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
                                     InstructionSet instructions = InstructionSet::automatic);
 
 // Distance of rows i and j of the base. Each block is summed in float, 16 lanes in a fixed order: relative
 // error about 1e-6, the same bits on every machine and for (j, i).
 float descriptor_distance(const DescriptorBase& base, std::size_t i, std::size_t j);
+
+// The same base in steps, for values that come in parts and must be in memory once: blocks of the widths and
+// weights of `blocks`, whose values are not read; then room for rows; then their values in any order; then
+// the scales. The base is that of make_descriptor_base, to the bit.
+DescriptorBase empty_descriptor_base(std::span<const DescriptorBlock> blocks, DistanceKind kind,
+                                     InstructionSet instructions = InstructionSet::automatic);
+void resize_descriptor_base(DescriptorBase& base, std::size_t rows);
+// values: `width` finite numbers of block `number`. May be called for different rows at once.
+void set_descriptor_row(DescriptorBase& base, std::size_t number, std::size_t row,
+                        std::span<const float> values);
+// The pairs of rows whose mean distance is the scale of a block, of a base of `rows` rows.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> scale_pairs(std::size_t rows);
+// Sets the scales from pairs of rows of this base (which may hold a few rows of a larger one only). Does
+// nothing for a single block.
+void set_descriptor_scales(DescriptorBase& base,
+                           std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs);
 
 // Distances of rows [begin, begin + out.size()) to row `query`.
 void descriptor_distances(const DescriptorBase& base, std::size_t query, std::size_t begin,

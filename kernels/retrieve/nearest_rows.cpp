@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 
@@ -14,26 +15,36 @@ bool nearer(const NearRow& a, const NearRow& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.row < b.row;
 }
 
-constexpr std::size_t no_row = ~std::size_t{0};
+constexpr std::size_t no_row = NearestSearch::no_row;
 
-// Row `query` is left out. out.size() is the number wanted, at most that of the other rows.
-void pick_nearest(std::span<const float> distances, std::size_t query, std::span<NearRow> out) {
-  if (out.empty()) return;
-  // A heap of the best so far, the worst on top: most rows fail one comparison.
-  std::size_t held = 0;
-  for (std::size_t row = 0; row < distances.size(); ++row) {
-    if (row == query) continue;
-    const NearRow candidate{static_cast<std::uint32_t>(row), distances[row]};
-    if (held < out.size()) {
-      out[held++] = candidate;
-      std::push_heap(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(held), nearer);
-    } else if (nearer(candidate, out.front())) {
-      std::pop_heap(out.begin(), out.end(), nearer);
-      out.back() = candidate;
-      std::push_heap(out.begin(), out.end(), nearer);
+// Rows number(0), number(1), ... at these distances, but for row `own`, go into a heap of at most `k`, the
+// worst on top: most rows fail one comparison.
+template <class Number>
+void keep_nearest(std::span<const float> distances, const Number& number, std::size_t own, std::size_t k,
+                  std::vector<NearRow>& heap) {
+  if (k == 0) return;
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    if (number(i) == own) continue;
+    const NearRow candidate{static_cast<std::uint32_t>(number(i)), distances[i]};
+    if (heap.size() < k) {
+      heap.push_back(candidate);
+      std::push_heap(heap.begin(), heap.end(), nearer);
+    } else if (nearer(candidate, heap.front())) {
+      std::pop_heap(heap.begin(), heap.end(), nearer);
+      heap.back() = candidate;
+      std::push_heap(heap.begin(), heap.end(), nearer);
     }
   }
-  std::sort_heap(out.begin(), out.end(), nearer);
+}
+
+// Row `query` is left out.
+std::vector<NearRow> pick_nearest(std::span<const float> distances, std::size_t query, std::size_t k) {
+  std::vector<NearRow> heap;
+  heap.reserve(std::min(k, distances.size()));
+  keep_nearest(
+      distances, [](std::size_t i) { return i; }, query, k, heap);
+  std::sort_heap(heap.begin(), heap.end(), nearer);
+  return heap;
 }
 
 // query: the number of a row, or a row outside the base.
@@ -50,15 +61,42 @@ std::vector<float> all_distances(const DescriptorBase& base, const Query& query)
 
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, std::size_t query, std::size_t k) {
   if (query >= base.rows) throw std::invalid_argument("there is no such row in the base");
-  std::vector<NearRow> result(std::min(k, base.rows - 1));
-  pick_nearest(all_distances(base, query), query, result);
-  return result;
+  return pick_nearest(all_distances(base, query), query, k);
 }
 
 std::vector<NearRow> nearest_rows(const DescriptorBase& base, const DescriptorQuery& query, std::size_t k) {
-  std::vector<NearRow> result(std::min(k, base.rows));
-  pick_nearest(all_distances(base, query), no_row, result);
-  return result;
+  return pick_nearest(all_distances(base, query), no_row, k);
+}
+
+void NearestSearch::add_query(DescriptorQuery query, std::size_t own) {
+  wanted_.push_back({std::move(query), own, {}});
+}
+
+void NearestSearch::search(const DescriptorBase& part, std::span<const std::uint32_t> numbers) {
+  if (numbers.size() != part.rows) throw std::invalid_argument("not one number for each row of a part");
+  constexpr std::size_t queries_at_once = 256, tile = 64;
+  for (std::size_t begin = 0; begin < wanted_.size(); begin += queries_at_once) {
+    const std::size_t count = std::min(queries_at_once, wanted_.size() - begin), n = part.rows;
+    distances_.resize(count * n);
+    // A tile of rows meets all queries while it is in the cache.
+    parallel_tasks((n + tile - 1) / tile, [&](std::size_t t) {
+      const std::size_t row = t * tile, rows = std::min(tile, n - row);
+      for (std::size_t q = 0; q < count; ++q)
+        descriptor_distances(part, wanted_[begin + q].query, row, {distances_.data() + q * n + row, rows});
+    });
+    parallel_tasks(count, [&](std::size_t q) {
+      Wanted& wanted = wanted_[begin + q];
+      keep_nearest(
+          std::span(distances_).subspan(q * n, n), [&](std::size_t i) { return numbers[i]; }, wanted.own, k_,
+          wanted.heap);
+    });
+  }
+}
+
+std::vector<NearRow> NearestSearch::found(std::size_t query) {
+  std::vector<NearRow> heap = std::move(wanted_[query].heap);
+  std::sort_heap(heap.begin(), heap.end(), nearer);
+  return heap;
 }
 
 std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t begin, std::size_t end,
@@ -68,8 +106,9 @@ std::vector<NearRow> nearest_rows_of(const DescriptorBase& base, std::size_t beg
   std::vector<NearRow> result((end - begin) * kept);
   visit_distances(base, begin, end, [&](std::size_t first, std::span<const float> distances) {
     parallel_tasks(distances.size() / n, [&](std::size_t q) {
-      pick_nearest(distances.subspan(q * n, n), first + q,
-                   std::span(result).subspan((first - begin + q) * kept, kept));
+      const std::vector<NearRow> found = pick_nearest(distances.subspan(q * n, n), first + q, kept);
+      std::copy(found.begin(), found.end(),
+                result.begin() + static_cast<std::ptrdiff_t>((first - begin + q) * kept));
     });
   });
   return result;

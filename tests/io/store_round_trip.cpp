@@ -1,5 +1,6 @@
 // A store returns what was written to it.
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "io/store/crc32c.h"
 #include "store_support.h"
@@ -8,6 +9,21 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
+
+// `all`: the values of every row. Ranges begin and end inside, at and across chunks.
+void check_descriptor(const StoreReader& reader, const DescriptorSchema& schema,
+                      const std::vector<float>& all) {
+  CHECK(all.size() == reader.rows() * schema.width);
+  for (const std::uint64_t begin : {0ul, 1ul, 255ul, 256ul, 4000ul})
+    for (const std::uint64_t count : {1ul, 256ul, 300ul, 513ul, 5000ul}) {
+      if (begin >= reader.rows()) continue;
+      const std::uint64_t here = std::min<std::uint64_t>(count, reader.rows() - begin);
+      const std::vector<float> values = reader.read_descriptor(schema.name, begin, here);
+      if (values.size() != here * schema.width ||
+          std::memcmp(values.data(), all.data() + begin * schema.width, sizeof(float) * values.size()) != 0)
+        FAIL(schema.name << " of " << here << " rows from " << begin);
+    }
+}
 
 void check_round_trip(const StoreHeader& header) {
   const ScratchFolder folder;
@@ -33,17 +49,27 @@ void check_round_trip(const StoreHeader& header) {
     CHECK(reader.descriptors()[i].attributes == header.descriptors[i].attributes);
   }
   std::uint64_t ok = 0;
+  std::vector<std::vector<float>> descriptors(header.descriptors.size());
   for (std::uint64_t row = 0; row < reader.rows(); ++row) {
     const Row made = make_row(header, row), back = reader.read_row(row);
     ok += made.report.status == Status::ok;
     if (!same(made, back) || reader.id(row) != header.ids[row] || !same(reader.report(row), made.report) ||
         reader.label(row) != header.labels[row] || reader.split(row) != header.split(row))
       FAIL("row " << row << " differs");
+    for (std::size_t d = 0; d < descriptors.size(); ++d)
+      if (made.report.status == Status::ok)
+        descriptors[d].insert(descriptors[d].end(), made.descriptors[d].values.begin(),
+                              made.descriptors[d].values.end());
+      else
+        descriptors[d].resize(descriptors[d].size() + header.descriptors[d].width,
+                              std::numeric_limits<float>::quiet_NaN());
     if (made.report.status == Status::ok &&
         back.report.points_crc32c != crc32c(std::span<const float>(made.samples.points)))
       FAIL("row " << row << " has the wrong checksum");
   }
   CHECK(verified.ok_rows == ok);
+  for (std::size_t d = 0; d < descriptors.size(); ++d)
+    check_descriptor(reader, header.descriptors[d], descriptors[d]);
 }
 
 }  // namespace

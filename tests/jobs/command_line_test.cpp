@@ -146,8 +146,11 @@ TEST_CASE("parameter table: one line is an option and a member of the JSON") {
   table.add(program, "curve_kind", "--curve", curve, curve_words, "The curve");
   table.add(program, "curves", "--share", share, "How much");
   table.add(program, "bold", "--bold", bold, "Thick");
-  more.record("curve_depth", depth);
-  more.compute("area", [&share] { return 2 * share; });
+  more.constant("curve_depth", depth);
+  more.derive("area", [&share] { return 2 * share; });
+  bool thin = false;
+  more.compute(
+      "width", "-w,--width", [&share] { return share / 3; }, [&thin] { return thin; });
   std::string name = "example", words = "--curve=peano", flag = "--bold";
   std::vector<char*> arguments = {name.data(), words.data(), flag.data()};
   REQUIRE(line.parse(3, arguments.data()));
@@ -156,6 +159,12 @@ TEST_CASE("parameter table: one line is an option and a member of the JSON") {
   share = 0.75;
   table.append(more);
   CHECK(table.json() == R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano"})");
+  thin = true;
+  CHECK(table.json() ==
+        R"({"area":1.5,"bold":true,"curves":0.75,"curve_depth":3,"curve_kind":"peano","width":0.25})");
+  // What a value follows from is given again, not the value.
+  CHECK(table.arguments({{"area", "1.5"}, {"bold", "true"}, {"width", "0.25"}}) ==
+        std::vector<std::string>{"--bold", "--width", "0.25"});
 }
 
 TEST_CASE("command line: bytes, seconds and the nearest word") {

@@ -84,6 +84,32 @@ TEST_CASE("figures: meshes of samples stand beside simplified ones of as many ve
   }
 }
 
+TEST_CASE(
+    "figures: splats, views and remeshed models; ellipses leave less white than discs of the same area") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ring.off", torus(48, 24));
+  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
+                                            "7,9,10,11,17", "--models", scratch / "ring.off"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  for (const char* name : {"figure07_ring.png", "figure07_ring_chart.svg", "figure09_ring.png",
+                           "figure10_ring.png", "figure11_ring.png", "figure17_ring.png"}) {
+    INFO(name);
+    CHECK(read_file(scratch / (std::string("out/") + name)).size() > 10000);
+  }
+  const auto white = csv_rows(scratch / "out/figure17_white_space.csv");
+  REQUIRE(white.size() == 2);
+  for (const CsvRow& row : white) {
+    INFO(row.at("order"));
+    CHECK(std::stod(row.at("anisotropic %")) > 0);
+    CHECK(std::stod(row.at("anisotropic %")) < std::stod(row.at("isotropic %")));
+    CHECK(std::stod(row.at("anisotropic %")) < std::stod(row.at("discs at anisotropic samples %")));
+  }
+  const auto turning = csv_rows(scratch / "out/figure11_turning.csv");
+  REQUIRE(turning.size() == 1);
+  CHECK(std::stod(turning[0].at("stay %")) >= 90);
+}
+
 TEST_CASE("figures: the same seed gives the same files, for one thread and two") {
   const ScratchFolder scratch;
   for (const char* threads : {"1", "2"})

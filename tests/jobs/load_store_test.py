@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""docs/load_store.py on a real store, and the ANN-benchmarks file against numpy.
+"""docs/load_store.py and docs/search_vectors.py on a real store, and every file of descriptors against numpy.
 
     load_store_test.py MEANDER DOCS       exit status 77: h5py is not installed
 """
 import csv
+import json
 import multiprocessing
 import pickle
 import subprocess
@@ -76,11 +77,40 @@ def check_ann(meander, store, file, distance, name):
         assert counts == {"train": 33, "test": 7}
 
 
+def check_vectors(meander, search_vectors, store, folder):
+    """fbin, npy and CSV hold the values of the store, and l1 between weighted vectors is the combined distance."""
+    with h5py.File(store) as original:
+        ok = original["items/status"][:] == 0
+        both = numpy.hstack([original["descriptors/d2"][:], original["descriptors/a3"][:]])[ok]
+        ids = original["items/id"].asstr()[:][ok].tolist()
+    for form in ("fbin", "npy"):
+        for terms in ("d2+a3", "d2=2+a3"):
+            file = str(folder / f"{terms}.{form}")
+            subprocess.run([meander, "export", str(store), "--descriptors", terms, "--format", form, "-o", file],
+                           check=True)
+            vectors, listed = search_vectors.read_vectors(file)
+            assert vectors.shape == both.shape and vectors.dtype == numpy.float32 and listed == ids
+            assert terms != "d2+a3" or (vectors == both).all()
+        found = json.loads(subprocess.run([meander, "retrieve", "query", str(store), ids[3], "--descriptor", "d2=2+a3",
+                                           "-k", "6", "--json"], check=True, capture_output=True).stdout)["results"]
+        order, distances = search_vectors.nearest(vectors, vectors[3], 7, block=16)
+        assert order[0] == 3 and distances[0] == 0
+        assert numpy.allclose(distances[1:], [row["distance"] for row in found], rtol=1e-4)
+        assert {ids[i] for i in order[1:]} == {row["id"] for row in found}
+    subprocess.run([meander, "export", str(store), "--descriptors", "d2+a3", "--format", "csv", "-o",
+                    str(folder / "v.csv")], check=True)
+    with open(folder / "v.csv", encoding="utf-8", newline="") as lines:
+        rows = list(csv.reader(lines))
+    assert rows[0][:3] == ["id", "label", "d2_b0"] and [row[0] for row in rows[1:]] == ids
+    assert (numpy.array([row[2:] for row in rows[1:]], dtype=numpy.float32) == both).all()
+
+
 def main():
     meander = sys.argv[1]
     sys.path.insert(0, sys.argv[2])
     sys.dont_write_bytecode = True
     import load_store
+    import search_vectors
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         for name, height in (("flat", 0.1), ("tall", 3)):
@@ -94,9 +124,10 @@ def main():
         assert made.returncode == 3  # the broken file
         subprocess.run([meander, "describe", str(store), "--descriptors", "d2,a3", "--progress", "none"], check=True)
         check_loading(load_store, store)
+        check_vectors(meander, search_vectors, store, folder)
         check_ann(meander, store, folder / "l2.hdf5", "l2", "euclidean")
         check_ann(meander, store, folder / "cosine.hdf5", "cosine", "angular")
-    print("numpy, data set and ANN-benchmarks file are as the store says")
+    print("numpy, data set and files of descriptors are as the store says")
 
 
 if __name__ == "__main__":

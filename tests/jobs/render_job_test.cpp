@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/mesh_files.h"
@@ -139,4 +140,153 @@ TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
   CHECK(has(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
   CHECK(run_process({program, "render"}).exit_code == 2);
   CHECK_FALSE(fs::exists(out));
+}
+
+// ---- splats, points, turntable ----------------------------------------------------------------------------
+
+namespace {
+
+// The numbers of "... 94.3 % of ..., 92.6 % ..." in order.
+std::vector<double> percentages(const std::string& text) {
+  std::vector<double> values;
+  for (std::size_t at = text.find(" %"); at != std::string::npos; at = text.find(" %", at + 1)) {
+    const std::size_t begin = text.find_last_of(" \n", at - 1);
+    values.push_back(std::stod(text.substr(begin + 1, at - begin - 1)));
+  }
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("render splats: white space with the meshes, failed items, the same for one thread and two") {
+  const Place place;
+  const auto splats = [&](const std::string& name, std::vector<std::string> more, bool with_input) {
+    std::vector<std::string> words = {program, "render", "splats", place.path("s.h5")};
+    if (with_input) words.push_back(place.path("in"));
+    words.insert(words.end(), {"-o", place.path(name), "--size", "200"});
+    words.insert(words.end(), more.begin(), more.end());
+    return run_process(words);
+  };
+  for (const char* threads : {"1", "2"}) {
+    const ProcessResult result = splats(std::string(threads) + ".png", {"-j", threads}, true);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(has(result.out, "3 models, 1 without points"));
+    CHECK(has(result.out, "ring/c.off: unreadable"));
+    CHECK(percentages(result.out).size() == 2);
+    for (const double white : percentages(result.out)) CHECK(white < 3);
+  }
+  CHECK(read_file(place.path("1.png")) == read_file(place.path("2.png")));
+  // Smaller splats leave more.
+  const ProcessResult small = splats("small.png", {"--cover", "0.5"}, true);
+  for (const double white : percentages(small.out)) {
+    CHECK(white > 50);
+    CHECK(white < 75);
+  }
+  const ProcessResult alone = splats("alone.png", {}, false);
+  CHECK(alone.exit_code == 0);
+  CHECK(alone.err.empty());
+  CHECK(percentages(alone.out).empty());
+  write_mesh(place.path("in/ball/a.off"), icosphere(2));
+  CHECK(has(splats("changed.png", {}, true).out, "white space unknown: the mesh has changed"));
+  REQUIRE(splats("coloured.png", {"--colour", "normal"}, false).exit_code == 0);
+  CHECK(read_file(place.path("coloured.png")) != read_file(place.path("alone.png")));
+  CHECK(splats("p.png", {"--cover", "0"}, false).exit_code == 2);
+  const ProcessResult points =
+      run_process({program, "render", "points", place.path("s.h5"), "-o", place.path("points.png")});
+  CHECK(points.exit_code == 0);
+  CHECK(read_file(place.path("points.png")).size() > 10000);
+}
+
+TEST_CASE("render splats: what faces away is left out of closed meshes only whose normals point outwards") {
+  const ScratchFolder scratch;
+  PolygonMesh inward = icosphere(2), open = icosphere(2);
+  for (std::size_t c = 0; c < inward.corners.size(); c += 3)
+    std::swap(inward.corners[c], inward.corners[c + 1]);
+  open.corners.resize(open.corners.size() - 300);
+  open.polygon_begin.resize(open.polygon_begin.size() - 100);
+  fs::create_directories(scratch / "in");
+  write_mesh(scratch / "in/ball.off", icosphere(2));
+  write_mesh(scratch / "in/inward.off", inward);
+  write_mesh(scratch / "in/open.off", open);
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "in", "-o", store, "-n", "200"}).exit_code == 0);
+  const auto draw = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {program, "render", "splats", store, "--cover",
+                                      "1",     "--size", "64",     "-o",  scratch / "p.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    REQUIRE(run_process(words).exit_code == 0);
+    return read_file(scratch / "p.png");
+  };
+  CHECK(draw({"--item", "ball.off"}) != draw({"--item", "ball.off", "--both-sides"}));
+  const std::vector<std::string> others = {"--item", "inward.off", "open.off"};
+  CHECK(draw(others) == draw({"--both-sides", "--item", "inward.off", "open.off"}));
+}
+
+TEST_CASE("render splats: ellipses of anisotropic samples, unless discs are asked for") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ring.off", torus(48, 24));
+  const std::string store = scratch / "s.h5";
+  REQUIRE(
+      run_process({program, "run", scratch / "ring.off", "-o", store, "-n", "400", "--method", "anisotropic"})
+          .exit_code == 0);
+  std::vector<double> white;
+  for (const std::vector<std::string>& look : {std::vector<std::string>{}, {"--round"}}) {
+    std::vector<std::string> words = {program, "render",          "splats",  store, scratch / "ring.off",
+                                      "-o",    scratch / "p.png", "--cover", "2"};
+    words.insert(words.end(), look.begin(), look.end());
+    const ProcessResult result = run_process(words);
+    INFO(result.err);
+    REQUIRE(percentages(result.out).size() == 1);
+    white.push_back(percentages(result.out)[0]);
+  }
+  CHECK(white[0] < 0.9 * white[1]);
+}
+
+TEST_CASE("render turntable: frames whose samples stay, the same for one thread and two") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ring.off", torus(64, 32));
+  write_file(scratch / "bad.off", "OFF\n7 8");
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "ring.off", scratch / "bad.off", "-o", store, "-n", "20000"})
+              .exit_code == 3);
+  const auto turn = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {program, "render", "turntable", store};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_process(words);
+  };
+  const std::vector<std::string> small = {"--width", "120", "--height", "80", "--frames", "4"};
+  const auto with = [&](std::vector<std::string> words) {
+    words.insert(words.end(), small.begin(), small.end());
+    return words;
+  };
+  const ProcessResult first = turn(with({"-o", scratch / "a", "-j", "1"}));
+  INFO(first.err);
+  REQUIRE(first.exit_code == 0);
+  CHECK(has(first.out, "4 frames of "));
+  CHECK(has(first.out, "none moves"));
+  REQUIRE(percentages(first.out).size() == 2);
+  CHECK(percentages(first.out)[1] >= 90);
+  REQUIRE(turn(with({"-o", scratch / "b%02d.png", "-j", "2"})).exit_code == 0);
+  for (int k = 0; k < 4; ++k) {
+    const std::string digit = std::to_string(k);
+    CHECK(read_file(scratch / ("a/frame-000" + digit + ".png")) ==
+          read_file(scratch / ("b0" + digit + ".png")));
+  }
+  CHECK(read_file(scratch / "b00.png") != read_file(scratch / "b03.png"));
+  CHECK(has(turn(with({"-o", scratch / "c", "--samples", "500"})).out, " samples each"));
+  // Mistakes.
+  CHECK(has(turn({"-o", scratch / "x%s.png"}).err, "pattern of file names"));
+  CHECK(has(turn({"-o", scratch / "x%d%d.png"}).err, "pattern of file names"));
+  CHECK(has(turn({"-o", scratch / "x%04d.jpg"}).err, "pattern of file names"));
+  CHECK(has(turn({"-o", scratch / "d", "--item", "0"}).err, "has no samples: unreadable"));
+  CHECK(has(turn({"-o", scratch / "d", "--memory", "100K"}).err, "need"));
+  CHECK(turn({"-o", store}).exit_code == 2);
+  CHECK(turn({"-o", scratch / "d", "--elevation", "90"}).exit_code == 2);
+  CHECK_FALSE(fs::exists(scratch / "d"));
+  REQUIRE(run_process(
+              {program, "run", scratch / "ring.off", "-o", scratch / "c.h5", "-n", "64", "--order", "curve"})
+              .exit_code == 0);
+  CHECK(has(run_process({program, "render", "turntable", scratch / "c.h5", "-o", scratch / "e"}).err,
+            "progressive"));
 }

@@ -1,12 +1,16 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <sstream>
 
+#include "io/image/png_reader.h"
 #include "io/store/store.h"
+#include "io/xml_reader.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/test_meshes.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -47,25 +51,31 @@ const std::vector<Item> items = {
     {"db/0/m18/m18.off", 3, 30},    {"db/0/m19/m19.off", 0, 0, Status::unreadable},
     {"db/0/m20/m20.off", -1, 0.05f}};
 
-void write_items(const std::filesystem::path& store, bool with_descriptors = true, bool with_labels = true,
-                 bool with_gap = false, bool with_bins = false) {
+struct Written {
+  std::vector<Item> rows = items;
+  std::vector<std::string> label_names = {"ant", "bee", "cat", "dog"};
+  bool with_descriptors = true, with_labels = true, with_gap = false, with_bins = false;
+};
+
+void write_items(const std::filesystem::path& store, const Written& written) {
+  const auto& [rows, label_names, with_descriptors, with_labels, with_gap, with_bins] = written;
   StoreHeader header;
   header.samples = 1;
   header.parameters_json = "{}";
-  header.label_names = {"ant", "bee", "cat", "dog"};
+  header.label_names = label_names;
   if (with_descriptors) header.descriptors = {{"place", 4, {}}, {"flat", 3, {}}, {"wide", 1, {}}};
   if (with_bins) header.descriptors[1].attributes = header.descriptors[2].attributes = {{"bins", "some"}};
   header.descriptors.push_back({"error", 1, {}, "certificate"});
-  for (const Item& item : items) {
+  for (const Item& item : rows) {
     header.ids.push_back(item.id);
     header.labels.push_back(with_labels ? item.label : -1);
   }
   RunDirectory run(store, header);
-  for (std::uint64_t i = 0; i < items.size(); ++i) {
+  for (std::uint64_t i = 0; i < rows.size(); ++i) {
     Row row;
     row.label = header.labels[i];
-    row.report.status = items[i].status;
-    if (items[i].status != Status::ok) {
+    row.report.status = rows[i].status;
+    if (rows[i].status != Status::ok) {
       row.report.reason = "made so";
     } else {
       row.report.method = Method::direct;
@@ -77,7 +87,7 @@ void write_items(const std::filesystem::path& store, bool with_descriptors = tru
       row.samples.barycentric = {0.25f, 0.25f};
       row.samples.curve_rank = {0};
       row.samples.density = {1};
-      const float x = items[i].x;
+      const float x = rows[i].x;
       const float wide = with_gap && i == 3 ? std::numeric_limits<float>::infinity() : 10 * x;
       if (with_descriptors)
         row.descriptors = {{"place", {x, 0, 0, 0}}, {"flat", {1, 2, 3}}, {"wide", {wide}}};
@@ -87,6 +97,14 @@ void write_items(const std::filesystem::path& store, bool with_descriptors = tru
     run.end_item(encode_row(header, i, row));
   }
   run.finish();
+}
+
+void write_items(const std::filesystem::path& store, bool with_descriptors = true, bool with_labels = true,
+                 bool with_gap = false, bool with_bins = false) {
+  write_items(store, {.with_descriptors = with_descriptors,
+                      .with_labels = with_labels,
+                      .with_gap = with_gap,
+                      .with_bins = with_bins});
 }
 
 }  // namespace
@@ -305,6 +323,52 @@ TEST_CASE("retrieve evaluate: classes of one name under two parents") {
   CHECK(csv_line(scratch / "e.csv", "fly").empty());
 }
 
+TEST_CASE("retrieve evaluate --html: one page that needs nothing else, whatever ids and classes are called") {
+  const ScratchFolder scratch;
+  std::vector<Item> hostile = items;
+  hostile[0].id = "db/0/a<script>alert('1')</script>.off";
+  hostile[4].id = "db/0/m14&\"quoted\"_{low}.off";
+  hostile[5].id = "db/0/m15<img src=x onerror=alert(1)>.off";  // the outlier: a confusion
+  std::sort(hostile.begin(), hostile.end(), [](const Item& a, const Item& b) { return a.id < b.id; });
+  write_items(scratch / "s.h5", {.rows = hostile, .label_names = {"ant", "<b>bee</b>", "cat", "dog"}});
+  const ProcessResult result = retrieve({"evaluate", scratch / "s.h5", "--html", scratch / "page.html"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::string page = read_file(scratch / "page.html");
+  const auto elements = XmlReader::read(page);  // well-formed
+  CHECK(named(elements, "script").empty());
+  CHECK(named(elements, "img").empty());
+  CHECK(named(elements, "b").empty());
+  for (const auto& element : elements)
+    for (const auto& [name, value] : element.attributes) {
+      INFO(element.name << " " << name << "=" << value);
+      CHECK((name != "src" && !name.starts_with("on")));
+      if (name == "href") CHECK(value.starts_with("#"));
+    }
+  CHECK(named(elements, "svg").size() == 2);
+  std::vector<std::string> cells;
+  for (const auto& cell : named(elements, "td")) cells.push_back(cell.text);
+  const auto at = std::find(cells.begin(), cells.end(), "db/0/m15<img src=x onerror=alert(1)>.off");
+  REQUIRE(cells.end() - at >= 8);
+  CHECK(at[1] == "<b>bee</b>");
+  CHECK(at[2] == "db/0/m12/m12.off");
+  CHECK(at[3] == "ant");
+  CHECK(at[4] == "0.4000");
+  CHECK(at[5] == "db/0/m13/m13.off");
+  CHECK(at[6] == "9.300");
+  // Every descriptor of the store on its own.
+  for (const char* name : {"place", "flat", "wide"})
+    CHECK(std::find(cells.begin(), cells.end(), name) != cells.end());
+  CHECK(contains(page, "NaN") == false);
+  const ProcessResult again = retrieve(
+      {"evaluate", scratch / "s.h5", "--html", scratch / "again.html", "--descriptor", "wide+place"});
+  REQUIRE(again.exit_code == 0);
+  CHECK(contains(read_file(scratch / "again.html"), "wide+place"));
+  write_file(scratch / "notes.txt", "mine");
+  CHECK(retrieve({"evaluate", scratch / "s.h5", "--html", scratch / "notes.txt"}).exit_code == 2);
+  CHECK(read_file(scratch / "notes.txt") == "mine");
+}
+
 TEST_CASE("retrieve evaluate: pictures") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5");
@@ -361,4 +425,66 @@ TEST_CASE("retrieve: mistakes are explained") {
   write_file(scratch / "lone.cla", "PSB 1\n1 1\nfar 0 1\n16\n");
   CHECK(contains(refusal({"evaluate", scratch / "s.h5", "--classes", scratch / "lone.cla"}),
                  "no class has two models"));
+}
+
+TEST_CASE("retrieve query --picture: a row a query, frames by class, surfaces where the meshes are there") {
+  const ScratchFolder scratch;
+  for (const char* folder : {"in/ball", "in/ring"}) std::filesystem::create_directories(scratch / folder);
+  write_mesh(scratch / "in/ball/a.off", icosphere(1));
+  write_mesh(scratch / "in/ball/b.off", moved(icosphere(2), 2, 1, 0, 0));
+  write_mesh(scratch / "in/ring/c.off", torus(16, 8));
+  write_file(scratch / "broken.off", "OFF\n3 1 0\n0 0\n");
+  REQUIRE(meander_with({"run", scratch / "in", "-o", scratch / "s.h5", "-n", "128", "--label-from-folder",
+                        "--describe", "pairs", "--progress", "none"})
+              .exit_code == 0);
+  const auto query = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"query", scratch / "s.h5"});
+    return retrieve(more);
+  };
+  const ProcessResult result = query({"ball/a.off", "--mesh", scratch / "in/ring/c.off", "-k", "2", "--input",
+                                      scratch / "in", "--picture", scratch / "hits.png", "--size", "64"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  constexpr std::uint32_t cell = 64, gap = 18, step = cell + gap, below = 37;
+  const GrayImage picture = read_gray_png(scratch / "hits.png");
+  REQUIRE(picture.width >= gap + 3 * step);
+  const auto corner = [&](std::uint32_t column, std::uint32_t row) {
+    const std::size_t x = gap + column * step, y = gap + row * (cell + below + gap);
+    return picture.values[y * picture.width + x];
+  };
+  const auto luma = [](double r, double g, double b) {
+    return Approx((0.2126 * r + 0.7152 * g + 0.0722 * b) / 255).margin(0.002);
+  };
+  const Approx of_query = luma(40, 40, 40), right = luma(0, 140, 90), wrong = luma(213, 94, 0),
+               unknown = luma(190, 190, 190);
+  CHECK(corner(0, 0) == of_query);
+  CHECK(corner(1, 0) == right);
+  CHECK(corner(2, 0) == wrong);
+  CHECK(corner(0, 1) == of_query);
+  CHECK(corner(1, 1) == unknown);  // a mesh has no class
+  CHECK(corner(2, 1) == unknown);
+  // Surfaces and points differ.
+  for (const bool solid : {false, true}) {
+    std::vector<std::string> words = {
+        "ball/a.off", "-k", "2", "--size", "64", "--picture", scratch / (solid ? "solid.png" : "points.png")};
+    if (solid) words.insert(words.end(), {"--input", scratch / "in"});
+    REQUIRE(query(words).exit_code == 0);
+  }
+  CHECK(read_file(scratch / "points.png") != read_file(scratch / "solid.png"));
+  // A mesh that cannot be read has a tile that says so.
+  CHECK(query({"0", "--mesh", scratch / "broken.off", "--picture", scratch / "broken.png"}).exit_code == 3);
+  CHECK(std::filesystem::exists(scratch / "broken.png"));
+  // Refusals.
+  const auto refusal = [&](std::vector<std::string> more) {
+    const ProcessResult refused = query(std::move(more));
+    CHECK(refused.exit_code == 2);
+    return refused.err;
+  };
+  CHECK(contains(refusal({"0", "--picture", scratch / "hits.svg"}), "should end in .png"));
+  CHECK(contains(refusal({"0", "--input", scratch / "in"}), "--picture"));
+  CHECK(contains(refusal({"0", "1", "--picture", scratch / "x.png", "--memory", "49M", "--size", "1024"}),
+                 "--memory"));
+  std::vector<std::string> many(150, "0");
+  many.insert(many.end(), {"-k", "3", "--picture", scratch / "many.png"});
+  CHECK(contains(refusal(many), "are more than 400 pictures"));
 }

@@ -268,13 +268,6 @@ TEST_CASE("oriented pairs of points in one spot, and what is refused") {
 
 namespace {
 
-PolygonMesh inside_out(PolygonMesh mesh) {
-  for (std::size_t f = 0; f < mesh.polygon_count(); ++f)
-    std::reverse(mesh.corners.begin() + static_cast<std::ptrdiff_t>(mesh.polygon_begin[f]),
-                 mesh.corners.begin() + static_cast<std::ptrdiff_t>(mesh.polygon_begin[f + 1]));
-  return mesh;
-}
-
 // The least of (centre of triangle - centre) . normal over the triangles whose centre is nearer to `centre`
 // than 1.5.
 double least_outward(const PreparedMesh& mesh, const OutwardNormals& outward, Vector3 centre) {
@@ -302,8 +295,8 @@ TEST_CASE("outward normals: closed components by their volume, open ones away fr
   for (const bool first : {false, true})
     for (const bool second : {false, true}) {
       const PolygonMesh far = test::moved(ball, 1, 5, 0, 0);
-      const PreparedMesh mesh =
-          prepare_mesh(test::merged(first ? inside_out(ball) : ball, second ? inside_out(far) : far));
+      const PreparedMesh mesh = prepare_mesh(
+          test::merged(first ? test::inside_out(ball) : ball, second ? test::inside_out(far) : far));
       const OutwardNormals outward = outward_normals(mesh, all_triangles(mesh));
       CHECK(outward.unoriented_share == 0);
       CHECK(least_outward(mesh, outward, {0, 0, 0}) > 0.9);
@@ -314,7 +307,7 @@ TEST_CASE("outward normals: closed components by their volume, open ones away fr
     PolygonMesh squares = test::polygon_mesh({-1, -1, 4,  1, -1, 4,  1, 1, 4,  -1, 1, 4,  //
                                               -1, -1, -4, 1, -1, -4, 1, 1, -4, -1, 1, -4},
                                              {{0, 1, 2, 3}, {4, 5, 6, 7}});
-    if (turned) squares = inside_out(squares);
+    if (turned) squares = test::inside_out(squares);
     const PreparedMesh mesh = prepare_mesh(test::merged(ball, squares));
     const OutwardNormals outward = outward_normals(mesh, all_triangles(mesh));
     CHECK(outward.unoriented_share == Approx(4.0 / (320 + 4)));

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 
@@ -310,6 +311,94 @@ TEST_CASE("a query outside the base has the distances of an equal row, alone and
     }
 }
 
+TEST_CASE("NearestSearch: parts of any size, in any order, find what the whole base finds") {
+  const std::size_t n = 700;
+  std::vector<float> a = random_histograms(n, 9, 3);
+  const std::vector<float> b = random_histograms(n, 40, 4);
+  for (std::size_t i = 300; i < 400; ++i)  // many equal rows
+    std::copy_n(a.begin() + static_cast<std::ptrdiff_t>(9 * (i % 3)), 9,
+                a.begin() + static_cast<std::ptrdiff_t>(9 * i));
+  const DescriptorBlock blocks[] = {{a, 9, 2}, {b, 40, 0.5}};
+  for (const std::size_t number : {1u, 2u}) {
+    const std::span<const DescriptorBlock> used(blocks, number);
+    const DescriptorBase whole = make_descriptor_base(used, DistanceKind::l1);
+    for (const std::size_t part_rows : {1u, 64u, 129u, 700u})
+      for (const std::size_t k : {0u, 3u, 250u, 1000u}) {
+        if (part_rows == 1 && k != 3) continue;
+        const auto search_all = [&] {
+          NearestSearch search(k);
+          for (const std::size_t query : {0u, 350u, 699u}) {
+            std::vector<float> values(a.begin() + static_cast<std::ptrdiff_t>(9 * query),
+                                      a.begin() + static_cast<std::ptrdiff_t>(9 * query + 9));
+            if (number == 2)
+              values.insert(values.end(), b.begin() + static_cast<std::ptrdiff_t>(40 * query),
+                            b.begin() + static_cast<std::ptrdiff_t>(40 * query + 40));
+            search.add_query(make_descriptor_query(whole, values), query);
+            search.add_query(make_descriptor_query(whole, values));
+          }
+          for (std::size_t end = n; end > 0;) {  // the last part first
+            const std::size_t begin = end - std::min(end, part_rows);
+            DescriptorBase part = empty_descriptor_base(used, DistanceKind::l1);
+            resize_descriptor_base(part, end - begin);
+            std::vector<std::uint32_t> numbers;
+            for (std::size_t row = begin; row < end; ++row) {
+              numbers.push_back(static_cast<std::uint32_t>(row));
+              for (std::size_t t = 0; t < number; ++t)
+                set_descriptor_row(part, t, row - begin,
+                                   blocks[t].values.subspan(row * blocks[t].width, blocks[t].width));
+            }
+            for (std::size_t t = 0; t < number; ++t) part.blocks[t].scale = whole.blocks[t].scale;
+            search.search(part, numbers);
+            end = begin;
+          }
+          std::vector<std::vector<NearRow>> found;
+          for (std::size_t q = 0; q < 6; ++q) found.push_back(search.found(q));
+          return found;
+        };
+        const std::vector<std::vector<NearRow>> found = search_all();
+        for (std::size_t q = 0; q < 3; ++q) {
+          const std::size_t query = q == 0 ? 0 : q == 1 ? 350 : 699;
+          CHECK(found[2 * q] == nearest_rows(whole, query, k));
+          CHECK(found[2 * q + 1].size() == std::min(k, n));
+        }
+        CHECK(test::on_threads(3, search_all) == found);
+      }
+  }
+}
+
+TEST_CASE("a base that is made in steps is that of its blocks, and weights scale them") {
+  const std::size_t n = 300;  // more pairs than are used for the scales
+  const std::vector<float> a = random_histograms(n, 20, 1), b = random_histograms(n, 7, 2);
+  const DescriptorBlock blocks[] = {{a, 20, 3}, {b, 7}}, plain[] = {{a, 20}, {b, 7}};
+  for (const DistanceKind kind : kinds) {
+    const DescriptorBase whole = make_descriptor_base(blocks, kind), even = make_descriptor_base(plain, kind);
+    DescriptorBase steps = empty_descriptor_base(blocks, kind);
+    resize_descriptor_base(steps, n);
+    for (std::size_t row = n; row-- > 0;) {
+      set_descriptor_row(steps, 1, row, std::span(b).subspan(7 * row, 7));
+      set_descriptor_row(steps, 0, row, std::span(a).subspan(20 * row, 20));
+    }
+    set_descriptor_scales(steps, scale_pairs(n));
+    for (std::size_t t = 0; t < 2; ++t) {
+      CHECK(steps.blocks[t].scale == whole.blocks[t].scale);
+      CHECK(steps.blocks[t].scale == even.blocks[t].scale);
+      CHECK(steps.blocks[t].values == whole.blocks[t].values);
+    }
+    for (std::size_t j = 1; j < 40; ++j) {
+      std::vector<float> of_a(1), of_b(1);
+      block_distances(even, 0, 0, j, of_a);
+      block_distances(even, 1, 0, j, of_b);
+      CHECK(static_cast<double>(descriptor_distance(whole, 0, j)) ==
+            Approx(3 * static_cast<double>(of_a[0]) / even.blocks[0].scale +
+                   static_cast<double>(of_b[0]) / even.blocks[1].scale)
+                .epsilon(1e-5));
+    }
+  }
+  CHECK_THROWS_AS(set_descriptor_row(*std::make_unique<DescriptorBase>(empty_descriptor_base(plain, {})), 0,
+                                     0, std::span(a).first(20)),
+                  std::invalid_argument);
+}
+
 TEST_CASE("make_descriptor_base refuses what cannot be compared") {
   const std::vector<float> six(6, 1.0f), five(5, 1.0f),
       bad{1.0f, std::numeric_limits<float>::quiet_NaN(), 0.0f};
@@ -318,4 +407,7 @@ TEST_CASE("make_descriptor_base refuses what cannot be compared") {
   CHECK_THROWS_AS(make_descriptor_base(cut, DistanceKind::l1), std::invalid_argument);
   CHECK_THROWS_AS(make_descriptor_base(broken, DistanceKind::l1), std::invalid_argument);
   CHECK_THROWS_AS(make_descriptor_base({}, DistanceKind::l1), std::invalid_argument);
+  const DescriptorBlock weightless[] = {{six, 2, 0.0}}, negative[] = {{six, 2, -1.0}};
+  CHECK_THROWS_AS(make_descriptor_base(weightless, DistanceKind::l1), std::invalid_argument);
+  CHECK_THROWS_AS(make_descriptor_base(negative, DistanceKind::l1), std::invalid_argument);
 }

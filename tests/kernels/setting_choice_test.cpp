@@ -1,5 +1,6 @@
 #include "kernels/retrieve/setting_choice.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
@@ -37,7 +38,8 @@ TEST_CASE("score_combinations: each is what a base of its blocks alone gives, to
   std::vector<std::uint32_t> labels;
   for (std::size_t i = 0; i < n; ++i)
     labels.push_back(i == 7 ? 4 : static_cast<std::uint32_t>(i * i % 7 % 4));
-  const std::vector<BlockCombination> combinations{{0}, {1}, {2}, {0, 1}, {2, 0}, {0, 1, 2}};
+  const std::vector<BlockCombination> combinations{
+      {0}, {1}, {2}, {0, 1}, {2, 0}, {0, 1, 2}, {{0, 0.25}, {2, 3}}, {{2, 3}, {1, 0.5}, {0, 1}}};
   for (const bool psb : {false, true}) {
     const RetrievalTask task = make_retrieval_task(labels, 6, psb);
     for (const DistanceKind kind :
@@ -47,7 +49,10 @@ TEST_CASE("score_combinations: each is what a base of its blocks alone gives, to
       REQUIRE(found.size() == combinations.size());
       for (std::size_t s = 0; s < combinations.size(); ++s) {
         std::vector<DescriptorBlock> own;
-        for (const std::uint32_t block : combinations[s]) own.push_back(blocks[block]);
+        for (const WeightedBlock& part : combinations[s]) {
+          own.push_back(blocks[part.block]);
+          own.back().weight = part.weight;
+        }
         std::vector<QueryScores> queries(n);
         visit_distances(make_descriptor_base(own, kind),
                         [&](std::size_t first, std::span<const float> distances) {
@@ -135,4 +140,146 @@ TEST_CASE("criteria and what cannot be chosen") {
   CHECK_THROWS_AS(score_combinations(base, pairs, nothing), std::invalid_argument);
   CHECK_THROWS_AS(score_combinations(base, pairs, unknown), std::invalid_argument);
   CHECK_THROWS_AS(score_combinations(base, make_retrieval_task(fewer, 2), good), std::invalid_argument);
+}
+
+namespace {
+
+// Three classes of eight models. Block 0 tells class 0 from the others, block 1 class 1, block 2 is noise
+// that is larger than both.
+struct Told {
+  std::vector<std::uint32_t> labels;
+  std::vector<float> first, second, noise;
+  DescriptorBase base;
+  RetrievalTask task;
+
+  explicit Told(std::uint64_t seed) {
+    const std::size_t n = 24;
+    const std::vector<float> a = random_values(n, seed), b = random_values(n, seed + 1);
+    noise = random_values(4 * n, seed + 2);
+    for (std::size_t i = 0; i < n; ++i) {
+      labels.push_back(static_cast<std::uint32_t>(i % 3));
+      first.push_back(a[i] + (labels[i] == 0 ? 1.2f : 0.0f));
+      second.push_back(b[i] + (labels[i] == 1 ? 1.2f : 0.0f));
+    }
+    const DescriptorBlock blocks[] = {{first, 1}, {second, 1}, {noise, 4}};
+    base = make_descriptor_base(blocks, DistanceKind::l1);
+    task = make_retrieval_task(labels, 3);
+  }
+};
+
+double criterion_without(const RetrievalTask& task, const RetrievalSummary& summary, std::size_t without) {
+  double sum = 0, queries = 0;
+  for (std::size_t c = 0; c < task.members.size(); ++c) {
+    if (c == without) continue;
+    const auto members = static_cast<double>(task.members[c].size());
+    sum += members * criterion_of(summary.by_class[c], {});
+    queries += members;
+  }
+  return sum / queries;
+}
+
+void check_same_course(const LearntCourse& a, const LearntCourse& b) {
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i].combination == b[i].combination);
+}
+
+}  // namespace
+
+TEST_CASE("learn_weights: no single weight of the grid is better, and noise gets little or none") {
+  const std::vector<BlockCombination> starts{{0}, {1}, {2}, {0, 1, 2}};
+  for (const std::uint64_t seed : {1u, 20u, 300u}) {
+    const Told told(seed);
+    WeightSearch search;
+    search.rounds = 10;
+    const std::vector<RetrievalSummary> scored = score_combinations(told.base, told.task, starts);
+    const LearntWeights learnt = learn_weights(told.base, told.task, starts, scored, search);
+    const std::vector<BlockCombination> last{learnt.all.back().combination};
+    const RetrievalSummary reached_by_all = score_combinations(told.base, told.task, last)[0];
+    CHECK(learnt.all.back().rated.by_class == criterion_by_class(reached_by_all, {}));
+    CHECK(criterion_of(reached_by_all.micro, {}) >= criterion_of(scored[3].micro, {}));
+    double largest = 0, of_noise = 0;
+    for (const WeightedBlock& part : last[0]) {
+      largest = std::max(largest, part.weight);
+      if (part.block == 2) of_noise = part.weight;
+    }
+    CHECK(largest == 1);
+    CHECK(of_noise <= 0.5);
+    // With all classes and without each: a maximum along every axis of the grid.
+    for (std::size_t course = 0; course <= 3; ++course) {
+      const std::size_t without = course == 3 ? 99 : course;
+      const LearntCourse& path = course == 3 ? learnt.all : learnt.without[course];
+      REQUIRE_FALSE(path.empty());
+      const BlockCombination& present = path.back().combination;
+      const std::vector<BlockCombination> itself{present};
+      const double reached =
+          criterion_without(told.task, score_combinations(told.base, told.task, itself)[0], without);
+      for (std::uint32_t block = 0; block < 3; ++block)
+        for (const double weight : search.grid) {
+          BlockCombination other;
+          for (const WeightedBlock& part : present)
+            if (part.block != block) other.push_back(part);
+          if (weight > 0) other.emplace_back(block, weight);
+          std::sort(other.begin(), other.end(),
+                    [](const WeightedBlock& a, const WeightedBlock& b) { return a.block < b.block; });
+          if (other.empty()) continue;
+          const std::vector<BlockCombination> one{other};
+          CHECK(criterion_without(told.task, score_combinations(told.base, told.task, one)[0], without) <=
+                reached + 1e-9);
+        }
+    }
+    const LearntWeights alone =
+        test::on_threads(1, [&] { return learn_weights(told.base, told.task, starts, scored, search); });
+    check_same_course(alone.all, learnt.all);
+    for (std::size_t c = 0; c < 3; ++c) check_same_course(alone.without[c], learnt.without[c]);
+  }
+}
+
+TEST_CASE("learn_weights: a class has no say in what is learnt without it") {
+  // What tells class 2 from the others is the noise: were its queries counted, the noise would be wanted.
+  Told told(7);
+  for (std::size_t i = 0; i < told.labels.size(); ++i)
+    if (told.labels[i] == 2) {
+      std::fill_n(told.noise.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, 3.0f);
+      told.first[i] = told.second[i] = static_cast<float>(i % 5) / 5;
+    }
+  const DescriptorBlock blocks[] = {{told.first, 1}, {told.second, 1}, {told.noise, 4}};
+  const DescriptorBase base = make_descriptor_base(blocks, DistanceKind::l1);
+  const std::vector<BlockCombination> starts{{0, 1}, {0, 1, 2}};
+  const auto learnt_by = [&](const RetrievalTask& task) {
+    return learn_weights(base, task, starts, score_combinations(base, task, starts));
+  };
+  const LearntWeights learnt = learnt_by(told.task);
+  // Leaving class 2 out must give what is learnt when its models have no class to be found.
+  std::vector<std::uint32_t> labels = told.labels;
+  std::uint32_t next = 3;
+  for (std::uint32_t& label : labels)
+    if (label == 2) label = next++;
+  const LearntWeights others = learnt_by(make_retrieval_task(labels, next));
+  check_same_course(others.all, learnt.without[2]);
+  CHECK_THROWS_AS(learn_weights(base, told.task, {}, {}), std::invalid_argument);
+  CHECK_THROWS_AS(learn_weights(base, told.task, starts, {}), std::invalid_argument);
+}
+
+TEST_CASE("simplest_setting: the fewest descriptors within one standard error of the best") {
+  // Four classes of two: means .75, .7, .5; differences to the first (0, .1, 0, .1) and (.2, .3, .2, .3).
+  const std::vector<std::uint32_t> labels{0, 0, 1, 1, 2, 2, 3, 3};
+  const RetrievalTask task = make_retrieval_task(labels, 4);
+  const RatedSetting best{3, {0.7, 0.8, 0.7, 0.8}}, near{2, {0.7, 0.7, 0.7, 0.7}},
+      far{1, {0.5, 0.5, 0.5, 0.5}}, nearer{2, {0.7, 0.8, 0.7, 0.7}};
+  const auto taken = [&](std::vector<const RatedSetting*> settings, std::size_t without = no_class) {
+    return simplest_setting(task, settings, without);
+  };
+  // Of `near` the mean difference is .05 and its standard error sqrt(4 x .05^2) / 4 = .025.
+  CHECK(taken({&best, &near, &far}) == 0);
+  // Of `nearer` .025, and sqrt(3 x .025^2 + .075^2) / 4 = .0217.
+  CHECK(taken({&best, &nearer, &far}) == 0);
+  // Without class 1: .0333, and sqrt(2 x .0333^2 + .0667^2) / 3 = .0272.
+  CHECK(taken({&best, &nearer}, 1) == 0);
+  // Without class 3 nothing is left of it.
+  CHECK(taken({&best, &nearer, &far}, 3) == 1);
+  CHECK(taken({&near, &nearer}) == 1);
+  CHECK(taken({&far, &far}) == 0);
+  const RatedSetting uneven{1, {0.9, 0.2, 0.9, 0.8}};  // .05 below, with a standard error of .17
+  CHECK(taken({&best, &near, &uneven}) == 2);
+  CHECK_THROWS_AS(taken({}), std::invalid_argument);
 }

@@ -233,6 +233,13 @@ PolygonMesh slab_with_tunnels(std::uint32_t holes) {
   return polygon_mesh(std::move(xyz), std::move(faces));
 }
 
+PolygonMesh inside_out(PolygonMesh mesh) {
+  for (std::size_t f = 0; f < mesh.polygon_count(); ++f)
+    std::reverse(mesh.corners.begin() + static_cast<std::ptrdiff_t>(mesh.polygon_begin[f]),
+                 mesh.corners.begin() + static_cast<std::ptrdiff_t>(mesh.polygon_begin[f + 1]));
+  return mesh;
+}
+
 std::vector<std::uint32_t> triangles_of(const PolygonMesh& mesh) {
   std::vector<std::uint32_t> triangles;
   for (std::size_t p = 0; p < mesh.polygon_count(); ++p)

@@ -30,6 +30,7 @@ PolygonMesh slab_with_tunnels(std::uint32_t holes);
 std::vector<std::uint32_t> triangles_of(const PolygonMesh& mesh);  // corners of its polygons as fans
 PolygonMesh polygon_mesh(std::vector<double> xyz, std::vector<std::vector<std::uint32_t>> faces);
 PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b);  // vertices and faces of b after those of a
+PolygonMesh inside_out(PolygonMesh mesh);                        // every face the other way round
 // xyz -> rotation (fixed, generic) * scale + shift
 PolygonMesh moved(const PolygonMesh& mesh, double scale, double shift_x, double shift_y, double shift_z);
 

@@ -63,28 +63,33 @@ class FigureSet {
 };
 
 // The figures, by subject. Each takes what it needs from the set and adds to its page.
-void draw_point_sets(FigureSet& figures);           // figure 1
-void draw_stretched_plane(FigureSet& figures);      // figure 2
-void draw_curves(FigureSet& figures);               // figure 3
-void draw_plane_discrepancy(FigureSet& figures);    // figure 4, the plane, and placement
-void draw_sphere_discrepancy(FigureSet& figures);   // figure 4, the sphere
-void draw_mesh_discrepancy(FigureSet& figures);     // figure 4, meshes
-void draw_density_discrepancy(FigureSet& figures);  // figure 5
-void draw_surfaces(FigureSet& figures);             // figure 6
-void draw_adaptive_curve(FigureSet& figures);       // figure 8
-void draw_tensor_fields(FigureSet& figures);        // figure 12
-void draw_segments(FigureSet& figures);             // figure 13
-void draw_anisotropic_samples(FigureSet& figures);  // figure 14
-void draw_tensor_discrepancy(FigureSet& figures);   // figure 15
-void draw_tensor_differences(FigureSet& figures);   // figure 16, anisotropic samples
-void draw_spectra(FigureSet& figures);              // figure 16
-void draw_mesh_distances(FigureSet& figures);       // figure 21
-void draw_remeshed(FigureSet& figures);             // the survey's Metro table
-void draw_distance_histograms(FigureSet& figures);  // figures 22 to 24 and table 1
-void draw_histogram_floors(FigureSet& figures);     // what remains of the error with many points
-void draw_geodesic_histograms(FigureSet& figures);  // figures 25 and 26
-void draw_spaced_samples(FigureSet& figures);       // samples that keep their distance, by every measure
-void draw_spaced_sets(FigureSet& figures);          // and beside others on models
+void draw_point_sets(FigureSet& figures);            // figure 1
+void draw_stretched_plane(FigureSet& figures);       // figure 2
+void draw_curves(FigureSet& figures);                // figure 3
+void draw_plane_discrepancy(FigureSet& figures);     // figure 4, the plane, and placement
+void draw_sphere_discrepancy(FigureSet& figures);    // figure 4, the sphere
+void draw_mesh_discrepancy(FigureSet& figures);      // figure 4, meshes
+void draw_density_discrepancy(FigureSet& figures);   // figure 5
+void draw_surfaces(FigureSet& figures);              // figure 6
+void draw_from_mesh_to_splats(FigureSet& figures);   // figure 7
+void draw_adaptive_curve(FigureSet& figures);        // figure 8
+void draw_splats_beside_models(FigureSet& figures);  // figure 9
+void draw_remeshed_models(FigureSet& figures);       // figure 10
+void draw_view_detail(FigureSet& figures);           // figure 11
+void draw_tensor_fields(FigureSet& figures);         // figure 12
+void draw_segments(FigureSet& figures);              // figure 13
+void draw_anisotropic_samples(FigureSet& figures);   // figure 14
+void draw_tensor_discrepancy(FigureSet& figures);    // figure 15
+void draw_tensor_differences(FigureSet& figures);    // figure 16, anisotropic samples
+void draw_spectra(FigureSet& figures);               // figure 16
+void draw_tensor_splats(FigureSet& figures);         // figure 17
+void draw_mesh_distances(FigureSet& figures);        // figure 21
+void draw_remeshed(FigureSet& figures);              // the survey's Metro table
+void draw_distance_histograms(FigureSet& figures);   // figures 22 to 24 and table 1
+void draw_histogram_floors(FigureSet& figures);      // what remains of the error with many points
+void draw_geodesic_histograms(FigureSet& figures);   // figures 25 and 26
+void draw_spaced_samples(FigureSet& figures);        // samples that keep their distance, by every measure
+void draw_spaced_sets(FigureSet& figures);           // and beside others on models
 
 // ---- errors over the number of points ---------------------------------------------------------------------
 

@@ -46,13 +46,18 @@ constexpr FigureName figure_names[] = {
     {"4-mesh", draw_mesh_discrepancy},
     {"5", draw_density_discrepancy},
     {"6", draw_surfaces},
+    {"7", draw_from_mesh_to_splats},
     {"8", draw_adaptive_curve},
+    {"9", draw_splats_beside_models},
+    {"10", draw_remeshed_models},
+    {"11", draw_view_detail},
     {"12", draw_tensor_fields},
     {"13", draw_segments},
     {"14", draw_anisotropic_samples},
     {"15", draw_tensor_discrepancy},
     {"16", draw_spectra},
     {"16-tensor", draw_tensor_differences},
+    {"17", draw_tensor_splats},
     {"21", draw_mesh_distances},
     {"metro", draw_remeshed},
     {"22-24", draw_distance_histograms},
@@ -139,10 +144,11 @@ JobFunction add_figures_job(Command& program) {
       program.add_subcommand("figures", "Reproduce the survey's figures: pictures, data and an HTML page");
   auto options = std::make_shared<FiguresOptions>();
   command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
-  command.add_option("--models", options->models,
-                     "Triangle meshes for figures 4, 12 to 14, 16, 22 to 26, of spaced samples and remeshed "
-                     "surfaces (default: a "
-                     "generated torus)");
+  command.add_option(
+      "--models", options->models,
+      "Triangle meshes for figures 4, 7, 9 to 14, 16, 17, 22 to 26, of spaced samples and remeshed "
+      "surfaces (default: a "
+      "generated torus)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);

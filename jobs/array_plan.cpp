@@ -1,0 +1,231 @@
+#include "jobs/array_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+#include "io/archive/archive.h"
+#include "io/file/atomic_file.h"
+#include "io/file/read_file.h"
+#include "io/item_id.h"
+#include "io/json/json_reader.h"
+#include "io/json_writer.h"
+#include "io/parameters_text.h"
+#include "jobs/command_line.h"
+#include "jobs/plan_options.h"
+
+namespace meander {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path report_path(const std::string& store, std::size_t shard) {
+  return fs::path(shard_folder(store, shard)) += ".json";
+}
+
+[[noreturn]] void refuse_items(const fs::path& path, const std::string& why) {
+  throw RunError(RunError::Kind::unusable,
+                 fmt::format("{} is damaged ({}): plan again with --fresh", path.string(), why));
+}
+
+// The archives of a shard, each listed once.
+class OpenArchives {
+ public:
+  // Empty where the archive, or the member, is gone: the item is then read as a file, and its row says that
+  // there is none.
+  PackedFile find(const std::string& path, const std::string& member) {
+    auto& archive = archives_[path];
+    try {
+      if (!archive) archive = std::make_shared<const Archive>(path);
+    } catch (const ItemError&) {
+      return {};
+    }
+    for (std::size_t m = 0; m < archive->members().size(); ++m)
+      if (archive->members()[m].name == member) return {archive, m};
+    return {};
+  }
+
+ private:
+  std::map<std::string, std::shared_ptr<const Archive>> archives_;
+};
+
+}  // namespace
+
+double estimated_seconds(std::uint64_t bytes, const SampleParameters& parameters) {
+  constexpr double an_item = 1e-3, a_sample = 0.4e-6;
+  // Measured over collections of OFF and OBJ files, some 30 bytes a face.
+  const double a_byte = parameters.method == MethodChoice::anisotropic ? 1e-7
+                        : method_of(parameters).makes_charts           ? 4e-8
+                                                                       : 1.2e-8;
+  return an_item + a_byte * static_cast<double>(bytes) + a_sample * parameters.place.samples;
+}
+
+std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size_t shards) {
+  std::uint64_t block = 256;
+  while (block > 1 && costs.size() < 16 * block * shards) block /= 2;
+  double left = std::accumulate(costs.begin(), costs.end(), 0.0);
+  std::vector<ArrayShard> result(shards);
+  std::uint64_t row = 0;
+  for (std::size_t s = 0; s < shards; ++s) {
+    ArrayShard& shard = result[s];
+    shard.begin = row;
+    const double share = left / static_cast<double>(shards - s);
+    while (row < costs.size()) {
+      double cost = 0;
+      const std::uint64_t end = std::min<std::uint64_t>(row + block, costs.size());
+      for (std::uint64_t r = row; r < end; ++r) cost += costs[r];
+      // Blocks go where they miss the share least.
+      const bool last = s + 1 == shards;
+      if (!last && shard.cost > 0 && shard.cost + 0.5 * cost > share) break;
+      shard.cost += cost;
+      row = end;
+    }
+    shard.end = row;
+    left = std::max(0.0, left - shard.cost);
+  }
+  std::stable_sort(result.begin(), result.end(),
+                   [](const ArrayShard& a, const ArrayShard& b) { return a.cost > b.cost; });
+  return result;
+}
+
+std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int threads) {
+  const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
+  const double shards = std::ceil(total / (60 * minutes * threads));
+  return static_cast<std::size_t>(std::clamp(shards, 1.0, std::max(1.0, static_cast<double>(costs.size()))));
+}
+
+std::string array_expression(std::span<const std::size_t> ascending) {
+  std::string text;
+  for (std::size_t i = 0; i < ascending.size();) {
+    std::size_t end = i + 1;
+    while (end < ascending.size() && ascending[end] == ascending[end - 1] + 1) ++end;
+    text += fmt::format("{}{}", text.empty() ? "" : ",", ascending[i]);
+    if (end - i > 1) text += fmt::format("-{}", ascending[end - 1]);
+    i = end;
+  }
+  return text;
+}
+
+void write_shard_items(const fs::path& folder, std::span<const PlanItem> items) {
+  AtomicFile file(folder / "items.jsonl", FullDisk::stops_run);
+  for (const PlanItem& item : items) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("id", item.id);
+    json.member("path", escape_id(fs::absolute(item.path).string()));
+    if (item.packed) {
+      json.member("archive", escape_id(fs::absolute(item.packed.archive->path()).string()));
+      json.member("member", escape_id(item.packed.facts().name));
+    }
+    json.member("known_format", item.known_format);
+    json.member("format", static_cast<std::int64_t>(item.format));
+    if (!item.tensor_path.empty())
+      json.member("tensor_path", escape_id(fs::absolute(item.tensor_path).string()));
+    if (!item.tensor_dataset.empty()) json.member("tensor_dataset", item.tensor_dataset);
+    json.end_object();
+    file.append(json.text() + "\n");
+  }
+  file.commit();
+}
+
+std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader& header) {
+  const fs::path path = folder / "items.jsonl";
+  const std::optional<std::string> text = content_if_exists(path);
+  if (!text) refuse_items(path, "it is missing");
+  std::vector<PlanItem> items;
+  OpenArchives archives;
+  std::string_view rest(*text);
+  for (std::size_t end; (end = rest.find('\n')) != std::string_view::npos; rest.remove_prefix(end + 1)) {
+    const JsonObject json(rest.substr(0, end), path.string());
+    PlanItem& item = items.emplace_back();
+    item.row = items.size() - 1;
+    item.id = json.text("id").value_or("");
+    if (item.row >= header.ids.size() || item.id != header.ids[item.row])
+      refuse_items(path, fmt::format("line {} is not of the item that the plan has", items.size()));
+    item.path = unescape_id(json.text("path").value_or(""));
+    if (const auto archive = json.text("archive"))
+      item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("member").value_or("")));
+    const auto known = json.members().find("known_format");
+    item.known_format = known == json.members().end() || known->second != "false";
+    item.format = static_cast<MeshFormat>(json.integer("format").value_or(0));
+    item.tensor_path = unescape_id(json.text("tensor_path").value_or(""));
+    item.tensor_dataset = json.text("tensor_dataset").value_or("");
+    item.label = header.labels[item.row];
+    item.split = header.split(item.row);
+  }
+  if (items.size() != header.ids.size()) refuse_items(path, "items are missing at its end");
+  return items;
+}
+
+RunOptions planned_options(const RunArray& array, const StoreHeader& header, const Laboratory* laboratory) {
+  CommandLine line("meander", "", "", "");
+  Command program = line.program();
+  PlanOptions options;
+  RunOptionTexts texts;
+  add_plan_command(program, options, texts);
+  std::vector<std::string> arguments = array.arguments;
+  arguments.insert(arguments.begin(), "meander");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  line.parse(static_cast<int>(pointers.size()), pointers.data());
+  resolve_run_options(options.run, texts, laboratory);
+  if (options.run.parameters_json != header.parameters_json || header.method_version != store_method_version)
+    throw RunError(
+        RunError::Kind::unusable,
+        fmt::format("the array was planned by another version of the program: {}",
+                    header.method_version != store_method_version
+                        ? fmt::format("its method version is {}, this one's {}", header.method_version,
+                                      store_method_version)
+                        : parameter_differences(header.parameters_json, options.run.parameters_json)));
+  if (!options.run.reuse.empty()) options.run.reuse = (fs::path(array.folder) / options.run.reuse).string();
+  return options.run;
+}
+
+std::string store_of_array(const std::string& path) {
+  std::string folder = path;
+  while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
+  constexpr std::string_view suffix = ".run";
+  if (!folder.ends_with(suffix) || !fs::exists(fs::path(folder) / "array.json")) return {};
+  return folder.substr(0, folder.size() - suffix.size());
+}
+
+void write_shard_report(const std::string& store, std::size_t shard, const ShardReport& report) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("rows", report.rows);
+  json.member("failed", report.failed);
+  json.member("seconds", report.seconds);
+  json.member("threads", report.threads);
+  json.member("ended_unix_time", report.ended_unix_time);
+  json.member("host", report.host);
+  json.end_object();
+  replace_file(report_path(store, shard), json.text() + "\n", FullDisk::stops_run);
+}
+
+std::optional<ShardReport> read_shard_report(const std::string& store, std::size_t shard) {
+  const fs::path path = report_path(store, shard);
+  const std::optional<std::string> text = content_if_exists(path);
+  if (!text) return std::nullopt;
+  try {
+    const JsonObject json(*text, path.string());
+    ShardReport report;
+    report.rows = static_cast<std::uint64_t>(json.integer("rows").value_or(0));
+    report.failed = static_cast<std::uint64_t>(json.integer("failed").value_or(0));
+    const auto seconds = json.members().find("seconds");
+    if (seconds != json.members().end()) report.seconds = std::strtod(seconds->second.c_str(), nullptr);
+    report.threads = static_cast<int>(json.integer("threads").value_or(1));
+    report.ended_unix_time = json.integer("ended_unix_time").value_or(0);
+    report.host = json.text("host").value_or("");
+    return report;
+  } catch (const RunError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace meander

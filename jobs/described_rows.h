@@ -1,0 +1,65 @@
+// The descriptors of a store, by name and weight, read in blocks of rows.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/store/store.h"
+
+namespace meander {
+
+// A descriptor of a combination. Weights are relative to each other.
+struct DescriptorTerm {
+  DescriptorSchema schema;
+  double weight = 1;
+};
+
+// Names with their weights, `NAME` or `NAME=WEIGHT`, joined by `+`: pairs=2+d2. Throws UsageError for a
+// weight that is not a positive number, or that a descriptor has on its own.
+struct NamedTerm {
+  std::string name;
+  double weight = 1;
+};
+std::vector<NamedTerm> parse_terms(const std::string& text);
+std::string joined(std::span<const NamedTerm> terms);
+std::string joined(std::span<const DescriptorTerm> terms);
+
+// Those of the store; of an empty text its first one. Throws as parse_terms, and UsageError with the nearest
+// name.
+std::vector<DescriptorTerm> chosen_descriptors(const StoreReader& store, const std::string& wanted);
+
+// Consecutive rows of a store.
+class DescribedBlock {
+ public:
+  std::uint64_t first() const { return first_; }
+  std::uint64_t count() const { return count_; }
+  // Of a row of the store that lies in the block.
+  std::span<const float> values(std::size_t term, std::uint64_t row) const {
+    return std::span(values_[term]).subspan((row - first_) * widths_[term], widths_[term]);
+  }
+  // Whether the row has all the descriptors; never where its status is not ok.
+  bool is_described(std::uint64_t row) const { return described_[row - first_] != 0; }
+
+ private:
+  friend void visit_described(const StoreReader&, std::span<const DescriptorTerm>, std::uint64_t,
+                              const std::function<void(const DescribedBlock&)>&);
+  void read(const StoreReader& store, std::span<const DescriptorTerm> terms, std::uint64_t first,
+            std::uint64_t count);
+
+  std::uint64_t first_ = 0, count_ = 0;
+  std::vector<std::size_t> widths_;
+  std::vector<std::vector<float>> values_;  // by term
+  std::vector<std::uint8_t> described_;
+};
+
+// Calls visit with blocks of up to `rows` rows (0: block_rows), ascending, on the calling thread; the next
+// one is read meanwhile. Memory: two blocks.
+void visit_described(const StoreReader& store, std::span<const DescriptorTerm> terms, std::uint64_t rows,
+                     const std::function<void(const DescribedBlock&)>& visit);
+inline constexpr std::uint64_t described_block_rows = 4096;
+std::uint64_t described_row_bytes(std::span<const DescriptorTerm> terms);  // of one row
+
+}  // namespace meander

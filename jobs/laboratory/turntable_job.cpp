@@ -1,0 +1,218 @@
+#include "jobs/laboratory/turntable_job.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "io/plot/png_writer.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/laboratory/viewed_model.h"
+#include "jobs/output_guard.h"
+#include "jobs/store_items.h"
+#include "jobs/units.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TurntableOptions {
+  std::string store, output, item, up = "y", memory = "4G";
+  std::uint32_t frames = 180, samples = 0, width = 640, height = 480;
+  double step = 2, from = 30, elevation = 20;
+  int threads = 0;
+  bool both_sides = false;
+  SplatSizes sizes;
+  StoreCheck check = StoreCheck::every_byte;
+};
+
+// Names of frames: those of a pattern with one %d or %04d, or frame-0000.png ... in a folder.
+class FrameNames {
+ public:
+  explicit FrameNames(const std::string& output) : in_folder_(output.find('%') == std::string::npos) {
+    if (in_folder_) {
+      before_ = (fs::path(output) / "frame-").string();
+      width_ = 4;
+      after_ = ".png";
+      return;
+    }
+    const std::size_t at = output.find('%');
+    std::size_t end = at + 1;
+    while (end < output.size() && output[end] >= '0' && output[end] <= '9') ++end;
+    const std::string digits = output.substr(at + 1, end - at - 1);
+    const bool width = digits.empty() || (digits.size() == 2 && digits[0] == '0' && digits[1] > '0');
+    after_ = end < output.size() ? output.substr(end + 1) : "";
+    if (end >= output.size() || output[end] != 'd' || !width || after_.find('%') != std::string::npos ||
+        !after_.ends_with(".png"))
+      throw UsageError(fmt::format(
+          "-o: `{}` is neither a folder nor a pattern of file names like turn/frame-%04d.png", output));
+    before_ = output.substr(0, at);
+    width_ = digits.empty() ? 1 : digits[1] - '0';
+  }
+  bool in_folder() const { return in_folder_; }
+  fs::path name(std::uint32_t frame) const {
+    return fmt::format("{}{:0{}}{}", before_, frame, width_, after_);
+  }
+
+ private:
+  bool in_folder_;
+  std::string before_, after_;
+  int width_ = 0;
+};
+
+std::uint64_t turned_row(const StoreReader& store, const TurntableOptions& options) {
+  if (!options.item.empty()) {
+    const std::uint64_t row = find_item(store, options.item);
+    const ItemReport report = store.report(row);
+    if (report.status != Status::ok)
+      throw UsageError(fmt::format("--item: `{}` has no samples: {}: {}", store.id(row),
+                                   name_of(report.status), report.reason));
+    return row;
+  }
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    if (store.report(row).status == Status::ok) return row;
+  throw UsageError(fmt::format("`{}` has no row with samples", options.store));
+}
+
+// A picture with its sums, the row, its normals by component, the splats of a frame, and tiles being drawn.
+void check_memory(const TurntableOptions& options, const StoreReader& store) {
+  constexpr std::uint64_t bytes_per_pixel = 48, bytes_per_sample = 320, mebibyte = std::uint64_t{1} << 20;
+  const std::uint64_t needed =
+      bytes_per_pixel * options.width * options.height + bytes_per_sample * store.samples() + 8 * mebibyte;
+  if (parse_bytes(options.memory) < needed)
+    throw UsageError(fmt::format("--memory: {} samples and {} x {} pixels need {}M or more", store.samples(),
+                                 options.width, options.height, (needed + mebibyte - 1) / mebibyte));
+}
+
+// From the model to the eye; angles in degrees, 0 being the front.
+Vector3 turned_direction(Vector3 up, double azimuth, double elevation) {
+  const double degree = std::numbers::pi / 180, around = azimuth * degree, above = elevation * degree;
+  const Vector3 front = up.y > 0 ? Vector3{0, 0, 1} : up.z > 0 ? Vector3{0, -1, 0} : Vector3{0, 0, 1};
+  const Vector3 side = cross(up, front);
+  return std::cos(above) * (std::cos(around) * front + std::sin(around) * side) + std::sin(above) * up;
+}
+
+struct FrameCounts {
+  std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
+  double stay = 0, least_stay = 1;
+  std::uint32_t steps = 0;
+
+  void add(std::span<const std::uint32_t> before, std::span<const std::uint32_t> now, bool first) {
+    least = std::min(least, now.size());
+    most = std::max(most, now.size());
+    if (first || before.empty()) return;
+    const double share =
+        static_cast<double>(samples_that_stay(before, now)) / static_cast<double>(before.size());
+    stay += share;
+    least_stay = std::min(least_stay, share);
+    ++steps;
+  }
+};
+
+int render_turntable(const TurntableOptions& options) {
+  const StoreReader store(options.store, options.check);
+  const FrameNames names(options.output);
+  if (store.order() != "progressive")
+    throw UsageError(
+        fmt::format("`{}` is in order of the curve: views are thinned from samples in progressive "
+                    "order, the default of `run`",
+                    options.store));
+  check_memory(options, store);
+  OutputGuard guard;
+  guard.protect(options.store, "the store itself");
+  if (names.in_folder()) guard.check_folder(options.output, "-o");
+  for (std::uint32_t frame = 0; frame < options.frames; ++frame)
+    guard.check(names.name(frame), {FileKind::png}, "-o", Existing::replace, names.in_folder());
+  const std::uint64_t number = turned_row(store, options);
+  const Row row = store.read_row(number);
+  if (names.in_folder()) fs::create_directories(options.output);
+  const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  ViewDetailParameters detail;
+  detail.both_sides = options.both_sides;
+  const ViewedModel model(row, detail, options.samples);
+  const Vector3 up = named_axis(options.up);
+  SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,
+                                options.width, options.height);
+  FrameCounts counts;
+  std::vector<std::uint32_t> before;
+  for (std::uint32_t frame = 0; frame < options.frames; ++frame) {
+    turn(view, turned_direction(up, options.from + frame * options.step, options.elevation), up);
+    ViewDetail kept = model.detail(view.back);
+    write_png(names.name(frame), model.draw(kept, view, options.sizes));
+    counts.add(before, kept.kept, frame == 0);
+    before = std::move(kept.kept);
+  }
+  fmt::print("{}: {} frames of {}, {} to {} samples each\n", options.output, options.frames, store.id(number),
+             counts.least, counts.most);
+  if (counts.steps > 0)
+    fmt::print(
+        "From frame to frame {:.1f} % of the samples stay on the mean, {:.1f} % at least; none moves\n",
+        100 * counts.stay / counts.steps, 100 * counts.least_stay);
+  return exit_done;
+}
+
+}  // namespace
+
+JobFunction add_turntable(Command& render) {
+  Command command = render.add_subcommand(
+      "turntable", "Frames (PNG) of a model that turns, its samples chosen for each view");
+  auto options = std::make_shared<TurntableOptions>();
+  command.add_option("STORE", options->store, "The store, in progressive order").required();
+  command
+      .add_option("-o,--output", options->output,
+                  "A folder for frame-0000.png ..., or a pattern of names like frame-%04d.png")
+      .required();
+  command.add_option("--item", options->item,
+                     "Id or row number of the model (default: the first with samples)");
+  command.add_option("--frames", options->frames, "Frames, 1 to 3600").show_default().range(1, 3600);
+  command.add_option("--step", options->step, "Degrees from frame to frame, -180 to 180")
+      .show_default()
+      .range(-180.0, 180.0);
+  command.add_option("--from", options->from, "Degrees from the front, of the first frame")
+      .show_default()
+      .range(-360.0, 360.0);
+  command.add_option("--elevation", options->elevation, "Degrees of the eye above the horizon, -85 to 85")
+      .show_default()
+      .range(-85.0, 85.0);
+  command
+      .add_option("--samples", options->samples,
+                  "Samples of a view from which the model looks as large as on the mean of all (default: as "
+                  "many as leave all samples along the silhouette)")
+      .range(1, 100000000);
+  command.add_flag("--both-sides", options->both_sides,
+                   "Samples that face away are kept too, for surfaces whose normals do not point outwards");
+  command.add_option("--up", options->up, "The axis of the model that points up, about which it turns")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option("--width", options->width, "Pixels, 64 to 4096").show_default().range(64, 4096);
+  command.add_option("--height", options->height, "Pixels, 64 to 4096").show_default().range(64, 4096);
+  command
+      .add_option("--cover", options->sizes.cover,
+                  "Area of a splat over that of the surface which its sample stands for, 0.05 to 16")
+      .show_default()
+      .range(0.05, 16.0);
+  command.add_flag("--round", options->sizes.round, "Discs, also of anisotropic samples");
+  command.add_option("--memory", options->memory, "Limit of the memory for samples and a picture")
+      .show_default();
+  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  add_trust_option(command, options->check);
+  return [options] { return render_turntable(*options); };
+}
+
+}  // namespace meander

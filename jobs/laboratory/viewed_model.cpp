@@ -1,0 +1,68 @@
+#include "jobs/laboratory/viewed_model.h"
+
+#include <algorithm>
+
+namespace meander {
+
+namespace {
+
+// Of the directions of view: that of the weight (twice with both sides) and of |n . v| of a sample.
+double mean_weight(const ViewDetailParameters& parameters) {
+  const double front = parameters.least + (1 - parameters.least) / 5;
+  return parameters.both_sides ? front : 0.5 * front;
+}
+double mean_facing(const ViewDetailParameters& parameters) { return parameters.both_sides ? 0.5 : 0.25; }
+
+}  // namespace
+
+ViewedModel::ViewedModel(const Row& row, const ViewDetailParameters& detail, std::uint32_t samples)
+    : row_(row), parameters_(detail), areas_(sample_areas(row, row.samples.count())) {
+  const std::size_t count = row.samples.count();
+  for (std::size_t i = 0; i < count; ++i) {
+    nx_.push_back(row.samples.normals[3 * i]);
+    ny_.push_back(row.samples.normals[3 * i + 1]);
+    nz_.push_back(row.samples.normals[3 * i + 2]);
+  }
+  double area = 0;
+  for (const float a : areas_) area += a;
+  const double wanted =
+      samples > 0 ? static_cast<double>(samples) : static_cast<double>(count) * mean_weight(detail);
+  parameters_.samples_per_area = wanted / std::max(area * mean_facing(detail), 1e-300);
+}
+
+ViewDetail ViewedModel::detail(Vector3 towards) const {
+  return view_detail({nx_, ny_, nz_, areas_}, towards, parameters_);
+}
+
+RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const {
+  const Samples& samples = row_.samples;
+  std::vector<float> areas(areas_);
+  for (const std::uint32_t i : kept.kept) {
+    const double weight = view_weight({nx_[i], ny_[i], nz_[i]}, view.back, parameters_);
+    areas[i] /= static_cast<float>(std::clamp(kept.share * weight, 1e-6, 1.0));
+  }
+  const std::vector<float> all_axes = splat_half_axes(row_, areas, sizes);
+  std::vector<float> centres, normals, directions, half_axes;
+  for (const std::uint32_t i : kept.kept) {
+    for (std::size_t k = 3 * std::size_t{i}; k < 3 * std::size_t{i} + 3; ++k) {
+      centres.push_back(samples.points[k]);
+      normals.push_back(samples.normals[k]);
+      if (!samples.tensor_direction.empty()) directions.push_back(samples.tensor_direction[k]);
+    }
+    half_axes.push_back(all_axes[2 * std::size_t{i}]);
+    half_axes.push_back(all_axes[2 * std::size_t{i} + 1]);
+  }
+  limit_overlap(half_axes, view);
+  return draw_splats({centres, normals, directions, half_axes, {&splat_colour, 1}}, view,
+                     {.backs = parameters_.both_sides})
+      .image;
+}
+
+void turn(SplatView& view, Vector3 towards, Vector3 up) {
+  view.back = (1 / norm(towards)) * towards;
+  view.right = cross(up, view.back);
+  view.right = (1 / norm(view.right)) * view.right;
+  view.down = -1.0 * cross(view.back, view.right);
+}
+
+}  // namespace meander

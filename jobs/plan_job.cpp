@@ -1,0 +1,228 @@
+// meander plan: divides a run among many processes.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+
+#include "io/archive/model_bytes.h"
+#include "io/json_writer.h"
+#include "jobs/array_plan.h"
+#include "jobs/exit_status.h"
+#include "jobs/input_options.h"
+#include "jobs/jobs.h"
+#include "jobs/laboratory.h"
+#include "jobs/memory_budget.h"
+#include "jobs/output_guard.h"
+#include "jobs/plan_options.h"
+#include "jobs/run_header.h"
+#include "jobs/store_update.h"
+#include "jobs/units.h"
+#include "kernels/core/parallel.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The text of a script whose words $STORE and $LAST are replaced.
+std::string filled(std::string text, const std::string& store, std::size_t shards) {
+  const auto replace = [&](std::string_view word, const std::string& value) {
+    for (std::size_t at; (at = text.find(word)) != std::string::npos;) text.replace(at, word.size(), value);
+  };
+  replace("@STORE@", store);
+  replace("@SHARDS@", std::to_string(shards));
+  replace("@LAST@", std::to_string(shards - 1));
+  return text;
+}
+
+// The signal at the limit goes to the shell, which hands it on; a command in the foreground would be
+// orphaned. Exit code 75: again; everything else is final.
+constexpr const char* slurm_script = R"(#!/bin/bash
+#SBATCH --job-name=meander
+#SBATCH --array=0-@LAST@
+#SBATCH --requeue --open-mode=append
+#SBATCH --signal=B:TERM@60
+store='@STORE@'
+trap 'kill -TERM $pid 2>/dev/null' TERM
+meander run "$store.run" --progress plain & pid=$!
+wait $pid; rc=$?
+while [ $rc -gt 128 ] && kill -0 $pid 2>/dev/null; do wait $pid; rc=$?; done
+if [ $rc = 75 ] || [ $rc -gt 128 ]; then
+  [ "${SLURM_RESTART_COUNT:-0}" -lt 3 ] && scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+fi
+exit $rc
+)";
+
+constexpr const char* parallel_script = R"(#!/bin/sh
+# One task at a time on each machine; `--sshloginfile hosts.txt` uses several. Run it again to continue.
+store='@STORE@'
+seq 0 @LAST@ | parallel --jobs 1 --retries 3 meander run "$store.run" --shard '{}/@SHARDS@' --progress none &&
+  meander merge "$store.run"
+)";
+
+constexpr const char* kubernetes_script = R"(apiVersion: batch/v1
+kind: Job
+metadata:
+  name: meander
+spec:
+  completions: @SHARDS@
+  parallelism: 16
+  completionMode: Indexed
+  backoffLimit: 100
+  template:
+    spec:
+      restartPolicy: OnFailure
+      terminationGracePeriodSeconds: 60
+      containers:
+        - name: meander
+          image: meander
+          command: ["meander", "run", "@STORE@.run", "--progress", "plain"]
+          volumeMounts:
+            - {name: data, mountPath: /data}
+      volumes:
+        - name: data
+          persistentVolumeClaim: {claimName: data}
+)";
+
+class PlanJob {
+ public:
+  PlanJob(PlanOptions& options, std::vector<std::string> arguments, const Laboratory* laboratory)
+      : options_(options), run_(options.run), arguments_(std::move(arguments)), laboratory_(laboratory) {}
+
+  int run() {
+    const auto listed = std::chrono::system_clock::now() - std::chrono::seconds(2);
+    Inputs inputs = collect_inputs(run_.inputs, run_.collect);
+    print_unread(inputs.notes);
+    plan_tensor_files(run_.sample.tensor, inputs.items);
+    if (inputs.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    const StoreHeader header = run_header(run_, inputs, laboratory_);
+    check_outputs(inputs);
+    if (run_.fresh) discard_run(run_.store);
+    if (read_run_plan(run_.store))
+      throw UsageError(
+          fmt::format("`{}.run` holds an unfinished run of one process: the command that began "
+                      "it continues it, --fresh discards it",
+                      run_.store));
+    if (read_run_array(run_.store))
+      throw UsageError(fmt::format(
+          "`{}.run` is planned already: `meander status` tells how far it is, --fresh discards it",
+          run_.store));
+    const std::vector<double> costs = costs_of(inputs.items);
+    RunArray array{arguments_, fs::current_path().string(),
+                   std::chrono::nanoseconds(listed.time_since_epoch()).count(), inputs.items.size(),
+                   cut_into_shards(costs, shards(costs))};
+    create_run_array(run_.store, array, {header, purpose_sample, inputs.root.string()},
+                     [&](std::size_t s, const fs::path& folder) {
+                       write_shard_items(
+                           folder,
+                           std::span(inputs.items).subspan(array.shards[s].begin, array.shards[s].rows()));
+                     });
+    report(array, costs);
+    return inputs.notes.unread.empty() ? exit_done : exit_some_failed;
+  }
+
+ private:
+  void check_outputs(const Inputs& inputs) const {
+    std::vector<fs::path> read = input_files(run_.inputs, inputs.items);
+    if (!run_.collect.labels.empty()) read.emplace_back(run_.collect.labels);
+    check_run_outputs(run_.store, run_.fresh, read);
+    if (!run_.fresh && fs::exists(run_.store))
+      throw UsageError(fmt::format(
+          "`{}` exists: `meander run` with these inputs brings it up to date, --fresh replaces it",
+          run_.store));
+  }
+
+  std::vector<double> costs_of(const std::vector<PlanItem>& items) const {
+    std::vector<double> costs(items.size());
+    parallel_tasks(items.size(), [&](std::size_t i) {
+      std::error_code none;
+      const std::uint64_t bytes =
+          items[i].packed ? items[i].packed.facts().bytes : fs::file_size(items[i].path, none);
+      costs[i] = estimated_seconds(none ? 0 : bytes, run_.sample);
+    });
+    return costs;
+  }
+
+  std::size_t shards(std::span<const double> costs) const {
+    if (options_.shards == "auto")
+      return shards_of_minutes(costs, options_.minutes_per_shard, std::max(1, run_.threads));
+    std::size_t count = 0;
+    const char* const end = options_.shards.data() + options_.shards.size();
+    if (std::from_chars(options_.shards.data(), end, count).ptr != end || count < 1 || count > 1000000)
+      throw UsageError(
+          fmt::format("--shards: `{}` is neither `auto` nor a number from 1 to 1000000", options_.shards));
+    return count;
+  }
+
+  void report(const RunArray& array, std::span<const double> costs) const {
+    const std::size_t count = array.shards.size();
+    const std::string store = fs::absolute(run_.store).string();
+    if (options_.emit == "slurm") fmt::print("{}", filled(slurm_script, store, count));
+    if (options_.emit == "parallel") fmt::print("{}", filled(parallel_script, store, count));
+    if (options_.emit == "kubernetes") fmt::print("{}", filled(kubernetes_script, store, count));
+    if (!options_.emit.empty()) return;
+    const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
+    if (run_.json) {
+      JsonWriter json;
+      json.begin_object();
+      json.member("run", run_.store + ".run");
+      json.member("rows", array.rows);
+      json.member("shards", std::uint64_t{count});
+      json.member("array", fmt::format("0-{}", count - 1));
+      json.member("estimated_processor_seconds", total);
+      json.member("largest_shard_seconds", array.shards.front().cost);
+      json.end_object();
+      fmt::print("{}\n", json.text());
+      return;
+    }
+    fmt::print("{}.run: {} models in {} shards, about {:.0f} processor seconds, the largest shard {:.1f}\n",
+               run_.store, array.rows, count, total, array.shards.front().cost);
+    fmt::print("work on shard i:  meander run {}.run --shard i/{}    or as an array of tasks: --array=0-{}\n",
+               run_.store, count, count - 1);
+    fmt::print("when all have ended with 0:  meander merge {}.run\n", run_.store);
+  }
+
+  PlanOptions& options_;
+  RunOptions& run_;
+  const std::vector<std::string> arguments_;
+  const Laboratory* laboratory_;
+};
+
+}  // namespace
+
+void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts) {
+  Command command = program.add_subcommand("plan", "Divide a run among many processes or machines");
+  add_store_options(command, options.run, texts);
+  Command array = command.under("Array");
+  array.add_option("--shards", options.shards, "How many tasks: a number, or auto").show_default();
+  array
+      .add_option("--per-shard-minutes", options.minutes_per_shard,
+                  "What auto aims at, on the threads of -j (default 1), 0.01 to 10000")
+      .show_default()
+      .range(0.01, 10000.0);
+  array.add_option("--emit", options.emit, "Print a script that runs the array")
+      .one_of({"slurm", "parallel", "kubernetes"});
+  Command running = command.under("Running");
+  add_budget_options(running, options.run, texts);
+  add_older_store_options(running, options.run);
+  add_progress_options(command.under("Report"), options.run);
+}
+
+JobFunction add_plan_job(Command& program, const Laboratory* laboratory, std::vector<std::string> arguments) {
+  auto options = std::make_shared<PlanOptions>();
+  auto texts = std::make_shared<RunOptionTexts>();
+  add_plan_command(program, *options, *texts);
+  return [options, texts, laboratory, arguments = std::move(arguments)] {
+    if (options->run.store.empty()) throw UsageError("--output is required");
+    const int threads = options->run.threads;
+    resolve_run_options(options->run, *texts, laboratory);
+    options->run.threads = threads;  // of a task, not of this command
+    return PlanJob(*options, arguments, laboratory).run();
+  };
+}
+
+}  // namespace meander

@@ -1,0 +1,20 @@
+// The options of `meander plan`: those of `meander run` that decide the rows, and how they are divided.
+#pragma once
+
+#include <string>
+
+#include "jobs/run_options.h"
+
+namespace meander {
+
+struct PlanOptions {
+  RunOptions run;
+  std::string shards = "auto";  // a number, or auto: of minutes_per_shard
+  double minutes_per_shard = 5;
+  std::string emit;  // slurm|parallel|kubernetes: a script on standard output; empty: none
+};
+
+// Adds the subcommand with its options.
+void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& texts);
+
+}  // namespace meander

@@ -1,0 +1,258 @@
+#include "jobs/shard_run.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "io/digest.h"
+#include "io/file/atomic_file.h"
+#include "io/file/folder_lock.h"
+#include "jobs/array_plan.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/laboratory.h"
+#include "jobs/memory_budget.h"
+#include "jobs/planned_run.h"
+#include "jobs/reusable_rows.h"
+#include "jobs/units.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::uint64_t> number_in(std::string_view text) {
+  std::uint64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stopped != end || text.empty()) return std::nullopt;
+  return value;
+}
+
+// "3/64" of an array of 64.
+std::size_t shard_in(const std::string& text, std::size_t shards) {
+  const std::size_t slash = text.find('/');
+  const auto index = number_in(std::string_view(text).substr(0, slash));
+  const auto count = slash == std::string::npos ? std::nullopt : number_in(text.substr(slash + 1));
+  if (!index || !count)
+    throw UsageError(fmt::format("--shard: `{}` is not i/n, for example 0/{}", text, shards));
+  if (*count != shards)
+    throw UsageError(fmt::format("--shard: the plan has {} shards, not {}", shards, *count));
+  if (*index >= shards)
+    throw UsageError(
+        fmt::format("--shard: shards are numbered from 0 to {}: {} is not one", shards - 1, *index));
+  return static_cast<std::size_t>(*index);
+}
+
+void copy_file(const fs::path& from, const fs::path& to) {
+  const FileDescriptor source = open_file(from, O_RDONLY);
+  AtomicFile copy(to, FullDisk::stops_run);
+  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  for (std::uint64_t at = 0;;) {
+    const std::size_t count = read_at(source, buffer, at, from);
+    if (count == 0) break;
+    copy.append(std::span<const std::byte>(buffer).first(count));
+    at += count;
+  }
+  copy.commit();
+}
+
+// One shard on its way. Its lock is held from the start, so that no second copy works on it.
+class ShardRun {
+ public:
+  ShardRun(const std::string& store, const RunArray& array, std::size_t number, const RunOptions& given,
+           const std::string& scratch, const Laboratory* laboratory, const StageHook& hook)
+      : store_(store),
+        array_(array),
+        number_(number),
+        laboratory_(laboratory),
+        hook_(hook),
+        result_(shard_store(store, number).string()),
+        lock_(lock_folder(shard_folder(store, number), "lock", false)) {
+    if (is_done()) return;
+    plan_ = read_shard_plan(store, number);
+    options_ = planned_options(array, plan_.header, laboratory);
+    options_.store = scratch.empty() ? result_ : scratch_store(scratch);
+    options_.fresh = options_.json = false;
+    options_.threads = given.threads;
+    options_.memory_bytes = given.memory_bytes;
+    options_.progress = given.progress;
+    options_.max_failures = given.max_failures;
+    options_.model_bytes =
+        memory_for_models(options_.memory_bytes, plan_.header, options_.sample, options_.threads, 0);
+    planned_ =
+        planned_store(plan_, read_shard_items(shard_folder(store, number), plan_.header), nullptr, {}, {});
+    stages_ = [this](GraphStages& stages) {
+      if (options_.certify) laboratory_->add_certificate_stage(stages);
+      if (hook_) hook_(stages);
+    };
+  }
+  ShardRun(const ShardRun&) = delete;
+  ShardRun& operator=(const ShardRun&) = delete;
+
+  bool is_done() const { return array_.shards[number_].rows() == 0 || fs::exists(result_); }
+
+  // What may have killed an earlier process, before this one starts a thread.
+  void try_earlier_suspects() {
+    if (!is_done() && read_run_plan(options_.store)) try_suspects(planned_, {options_, stages_, {}, nullptr});
+  }
+
+  // False when it was stopped.
+  bool run(bool json) {
+    const std::uint64_t rows = array_.shards[number_].rows();
+    if (is_done()) {
+      say(json, rows, read_shard_report(store_, number_).value_or(report_of(rows, 0)), true);
+      return true;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    std::unique_ptr<ReusableRows> reusable;
+    PlannedRunParameters parameters{options_, stages_, {}, nullptr};
+    if (!options_.reuse.empty()) {
+      reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, plan_.header);
+      parameters.reuse = [&](const auto& content, Row& row) { return reusable->find(content, row); };
+    }
+    RunOutcome outcome;
+    // A copy in the scratch folder that is finished was not handed over.
+    if (!fs::exists(options_.store) && !make_planned_store(planned_, parameters, outcome)) return false;
+    ShardReport report = report_of(rows, summarise(StoreReader(options_.store)).failed());
+    if (options_.store != result_) {
+      copy_file(options_.store, result_);
+      fs::remove(options_.store);
+    }
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.threads = options_.threads;
+    report.ended_unix_time = std::time(nullptr);
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
+    write_shard_report(store_, number_, report);
+    say(json, rows, report, false);
+    return true;
+  }
+
+ private:
+  static ShardReport report_of(std::uint64_t rows, std::uint64_t failed) {
+    ShardReport report;
+    report.rows = rows;
+    report.failed = failed;
+    return report;
+  }
+
+  // A name that no other array has.
+  std::string scratch_store(const std::string& folder) const {
+    const std::string path = fs::weakly_canonical(result_).string();
+    const auto digest = sha256(std::as_bytes(std::span(path)));
+    std::string name;
+    for (std::size_t i = 0; i < 8; ++i) name += fmt::format("{:02x}", digest[i]);
+    return (fs::path(folder) / fmt::format("meander-{}-shard-{:06}.h5", name, number_)).string();
+  }
+
+  void say(bool json, std::uint64_t rows, const ShardReport& report, bool before) const {
+    if (json) {
+      fmt::print(
+          "{{\"shard\":{},\"shards\":{},\"rows\":{},\"failed\":{},\"seconds\":{:.3f},\"done_before\":{}}}\n",
+          number_, array_.shards.size(), rows, report.failed, report.seconds, before);
+      return;
+    }
+    fmt::print("shard {} of {}: {} models, {} failed{}\n", number_, array_.shards.size(), rows, report.failed,
+               before ? ", done before" : fmt::format(", {:.2f} s", report.seconds));
+  }
+
+  const std::string store_;
+  const RunArray& array_;
+  const std::size_t number_;
+  const Laboratory* laboratory_;
+  const StageHook& hook_;
+  const std::string result_;
+  FileDescriptor lock_;
+  RunPlan plan_;
+  RunOptions options_;
+  PlannedStore planned_;
+  StageHook stages_;
+};
+
+// What a task may be told; everything else the plan has decided.
+void refuse_other_options(const Command& command, const std::string& run_folder) {
+  constexpr std::array<std::string_view, 10> allowed = {
+      "INPUT",    "--shard",    "--shard-offset", "--shards-per-task", "--scratch", "--threads",
+      "--memory", "--progress", "--json",         "--max-failures"};
+  for (const std::string& name : command.all_given())
+    if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
+      throw UsageError(fmt::format("{}: the plan of `{}` has decided this: leave it out", name, run_folder));
+}
+
+std::vector<std::size_t> shards_of_task(const ShardOptions& which, std::size_t shards) {
+  if (!which.shard.empty()) {
+    if (which.offset != 0 || which.shards_a_task != 1)
+      throw UsageError(
+          "--shard names one shard: --shard-offset and --shards-per-task are for arrays of tasks");
+    return {shard_in(which.shard, shards)};
+  }
+  const TaskNumber task = task_of_environment();
+  if (task.variable.empty())
+    throw UsageError(fmt::format(
+        "which of the {} shards? Give --shard i/{}, or start this as an array of tasks", shards, shards));
+  const std::uint64_t first = (task.number + which.offset) * which.shards_a_task;
+  fmt::print(stderr, "meander: {} is {}: shard{} {}{} of {}\n", task.variable, task.number,
+             which.shards_a_task > 1 ? "s" : "", first,
+             which.shards_a_task > 1 ? fmt::format(" to {}", first + which.shards_a_task - 1) : "", shards);
+  if (first >= shards)
+    throw UsageError(fmt::format("{} is {}, but the {} shards are numbered from 0: there is no shard {}",
+                                 task.variable, task.number, shards, first));
+  std::vector<std::size_t> numbers;
+  for (std::uint64_t s = first; s < std::min<std::uint64_t>(first + which.shards_a_task, shards); ++s)
+    numbers.push_back(static_cast<std::size_t>(s));
+  return numbers;
+}
+
+}  // namespace
+
+TaskNumber task_of_environment() {
+  constexpr std::array<const char*, 9> variables = {"SLURM_ARRAY_TASK_ID",
+                                                    "PBS_ARRAY_INDEX",
+                                                    "PBS_ARRAYID",
+                                                    "SGE_TASK_ID",
+                                                    "LSB_JOBINDEX",
+                                                    "JOB_COMPLETION_INDEX",
+                                                    "AWS_BATCH_JOB_ARRAY_INDEX",
+                                                    "SLURM_PROCID",
+                                                    "OMPI_COMM_WORLD_RANK"};
+  for (const char* name : variables) {
+    const char* const text = std::getenv(name);
+    if (text == nullptr) continue;
+    // Outside of an array, SGE says "undefined" and LSF 0, where its arrays begin at 1.
+    const auto number = number_in(text);
+    if (!number || (std::string_view(name) == "LSB_JOBINDEX" && *number == 0)) continue;
+    return {*number, name};
+  }
+  return {};
+}
+
+int run_shards(const RunOptions& given, const RunOptionTexts& texts, const ShardOptions& which,
+               const Command& command, const Laboratory* laboratory, const StageHook& hook) {
+  const std::string store = store_of_array(given.inputs.front());
+  refuse_other_options(command, given.inputs.front());
+  RunOptions budgets = given;
+  resolve_budget_options(budgets, texts);
+  const RunArray array = *read_run_array(store);
+  std::vector<std::unique_ptr<ShardRun>> shards;
+  for (const std::size_t number : shards_of_task(which, array.shards.size()))
+    shards.push_back(
+        std::make_unique<ShardRun>(store, array, number, budgets, which.scratch, laboratory, hook));
+  for (const auto& shard : shards) shard->try_earlier_suspects();
+  for (const auto& shard : shards)
+    if (!shard->run(given.json)) return exit_stopped;
+  return exit_done;
+}
+
+}  // namespace meander
