@@ -40,7 +40,7 @@ struct MeshEstimate {
 // file's size allows. Exact for binary files that are whole and for text up to 256 KiB; larger OBJ text is
 // sampled and raised by a fifth, so that the estimate is rarely too small. A guess (half to twice the truth)
 // for binary polygons that are cut. Never throws for a malformed file (an upper bound from the size stands
-// in); throws ItemError(unreadable) when it cannot be opened.
+// in; of glTF what its JSON may take); throws ItemError(unreadable) when it cannot be opened.
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 // The same for bytes that may be anywhere. They are read in ascending order, but for the first 64 KiB.
 MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
