@@ -180,6 +180,15 @@ bool is_json(std::string_view text) {
                                : inside.find_first_of("\"{[]-0123456789") == 0;
 }
 
+// Members of the outermost object, which programs write in any order.
+bool is_gltf(std::string_view json) {
+  int members = 0;
+  for (const std::string_view name :
+       {R"("asset")"sv, R"("accessors")"sv, R"("bufferViews")"sv, R"("scenes")"sv})
+    members += json.find(name) != std::string_view::npos ? 1 : 0;
+  return json.starts_with('{') && members >= 2;
+}
+
 FileKind text_kind(const Head& head) {
   const std::string_view text = without_blanks(head.bytes);
   if (text.starts_with('<')) {
@@ -187,7 +196,7 @@ FileKind text_kind(const Head& head) {
     if (start.starts_with("<!doctype html") || start.starts_with("<html")) return FileKind::html;
     return start.find("<svg") != std::string::npos ? FileKind::svg : FileKind::text;
   }
-  if (is_json(text)) return FileKind::json;
+  if (is_json(text)) return is_gltf(text) ? FileKind::gltf_mesh : FileKind::json;
   const auto lines = lines_of(head);
   if (is_csv(head)) return FileKind::csv;
   if (text.starts_with("solid")) return FileKind::stl_mesh;
@@ -245,6 +254,7 @@ std::string_view describe(FileKind kind) {
                                 "an OFF mesh"sv,
                                 "an OBJ mesh"sv,
                                 "an STL mesh"sv,
+                                "a glTF mesh"sv,
                                 "an fbin file"sv,
                                 "a numpy array"sv,
                                 "a matrix of distances"sv,
@@ -262,6 +272,7 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   if (is_hdf5(bytes)) return FileKind::hdf5;
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
   if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;
+  if (bytes.starts_with("glTF"sv)) return FileKind::gltf_mesh;
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_kind(bytes);
   if (const auto off = off_kind(head)) return *off;
   return is_text(head) ? text_kind(head) : binary_kind(head);

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "jobs/inputs.h"
@@ -39,28 +38,33 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
   const PlanItem& plan = *item.plan;
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "`" + plan.path.string() + "` is no mesh file");
-  MeshEstimate estimate;
+  MeshEstimate actual;
+  const auto admit = [&](MeshEstimate needs) {
+    needs.file_bytes = actual.file_bytes;
+    needs.packed_bytes = actual.packed_bytes;
+    const std::uint64_t needed =
+        estimate_bytes(needs, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
+    if (needed > describer.memory_bytes && !describer.allow_oversize)
+      throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
+                                                     "(raise it, or --allow-oversize)",
+                                                     needed >> 20, describer.memory_bytes >> 20));
+    if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+  };
   PolygonMesh& mesh = item.model.file;
   {
-    const ModelBytes file(plan.path, plan.packed,
+    const ModelBytes file(plan.path, plan.packed, plan.format,
                           describer.allow_oversize ? ~std::uint64_t{0} : describer.memory_bytes);
-    if (sha256(file.bytes()) != item.model.row.report.content_sha256)
+    if (file.content_sha256() != item.model.row.report.content_sha256)
       throw ItemError(Status::unreadable,
                       "`" + plan.path.string() + "` is not the file that was sampled: its SHA-256 differs");
-    mesh = read_mesh(file.bytes(), plan.format, item.model.cancel);
-    item.file_bytes = estimate.file_bytes = file.bytes().size();
-    estimate.packed_bytes = file.packed_bytes();
+    item.file_bytes = actual.file_bytes = file.file_bytes();
+    actual.packed_bytes = file.packed_bytes();
+    mesh = file.mesh(item.model.cancel, admit);
   }
-  estimate.vertices = mesh.vertex_count();
+  actual.vertices = mesh.vertex_count();
   const std::size_t corners = mesh.corners.size(), polygons = mesh.polygon_count();
-  estimate.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
-  const std::uint64_t needed =
-      estimate_bytes(estimate, describer.meshes, oneapi::tbb::this_task_arena::max_concurrency());
-  if (needed > describer.memory_bytes && !describer.allow_oversize)
-    throw ItemError(Status::too_large, fmt::format("needs about {} MiB, --memory leaves {} MiB for models "
-                                                   "(raise it, or --allow-oversize)",
-                                                   needed >> 20, describer.memory_bytes >> 20));
-  if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+  actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  admit(actual);
 }
 
 void prepare(GraphItem& item) {

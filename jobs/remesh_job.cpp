@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/archive/model_bytes.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
 #include "io/mesh/mesh_writer.h"
@@ -51,15 +52,30 @@ FileKind kind_of(MeshFormat format) {
 
 constexpr double much_of_area = 0.1;  // dropped: more than this is worth a line of its own
 
-InputStamp stamp_of(const PlanItem& item) {
+InputStamp stamp_of_file(const fs::path& file) {
   std::error_code none;
-  const fs::path& file = file_of(item);
   const auto modified = fs::last_write_time(file, none);
   if (none) return {};
   const auto bytes = fs::file_size(file, none);
   if (none) return {};
   return {static_cast<std::int64_t>(bytes),
           std::chrono::duration_cast<std::chrono::nanoseconds>(modified.time_since_epoch()).count()};
+}
+
+// Of glTF with the files that it names.
+InputStamp stamp_of(const PlanItem& item) {
+  InputStamp stamp = stamp_of_file(file_of(item));
+  if (!item.known_format || item.format != MeshFormat::gltf || stamp == InputStamp{}) return stamp;
+  try {
+    const MeshEstimate peeked = peek_model(item.path, item.packed, item.format);
+    for (const fs::path& file : companion_files(peeked, item.path, item.packed)) {
+      const InputStamp beside = stamp_of_file(file);
+      stamp.bytes += beside.bytes;
+      stamp.modified = std::max(stamp.modified, beside.modified);
+    }
+  } catch (const ItemError&) {  // reading it says why
+  }
+  return stamp;
 }
 
 // Logs the items that are begun; the meshes are no rows.
@@ -85,7 +101,8 @@ class RemeshJob {
     inputs_ = collect_inputs(run_.inputs, run_.collect);
     print_unread(inputs_.notes);
     plan_tensor_files(run_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    if (inputs_.items.empty())
+      throw UsageError("no mesh file (.off, .obj, .ply, .stl, .gltf, .glb) in the input");
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes = memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads);
     names_ = remesh_names(inputs_.items, extension_of(options_.format));

@@ -15,7 +15,7 @@ namespace meander {
 
 // By which a changed input is known.
 struct InputStamp {
-  std::int64_t bytes = -1;     // of the file, or of the archive that it is in; -1: not known
+  std::int64_t bytes = -1;     // of its files, or of the archive that it is in; -1: not known
   std::int64_t modified = -1;  // nanoseconds of the system's file clock
   bool operator==(const InputStamp&) const = default;
 };

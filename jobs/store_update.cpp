@@ -8,7 +8,6 @@
 #include <set>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
 #include "jobs/run_report.h"
 #include "kernels/core/parallel.h"
 
@@ -39,6 +38,18 @@ bool can_be_read(const PlanItem& item) {
   }
 }
 
+// Of a model that may name other files: whether all have the size that they had together, and none was
+// changed since then. Throws ItemError when the model's own file cannot be read.
+bool files_are_as_old(const PlanItem& item, const ItemReport& report, TimePoint since) {
+  const MeshEstimate now = peek_model(item.path, item.packed, item.format);
+  if (now.file_bytes != report.file_bytes) return false;
+  const std::vector<std::filesystem::path> files = companion_files(now, item.path, item.packed);
+  return std::none_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
+    struct stat facts {};
+    return ::stat(file.c_str(), &facts) == 0 && modification_time(facts) >= since;
+  });
+}
+
 // Whether the file has other bytes than those that the row came from.
 bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since) {
   struct stat facts {};
@@ -51,10 +62,12 @@ bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since
   const std::uint64_t size = !item.packed                                       ? facts.st_size
                              : item.packed.archive->kind() == ArchiveKind::gzip ? report.file_bytes
                                                                                 : item.packed.facts().bytes;
-  if (report.file_bytes != 0 && report.file_bytes != size) return true;
-  if (modification_time(facts) < since) return false;
+  const bool may_name_files = item.format == MeshFormat::gltf;
+  if (!may_name_files && report.file_bytes != 0 && report.file_bytes != size) return true;
   try {
-    return sha256(ModelBytes(item.path, item.packed).bytes()) != report.content_sha256;
+    const bool is_as_old = modification_time(facts) < since;
+    if (is_as_old && (!may_name_files || files_are_as_old(item, report, since))) return false;
+    return ModelBytes(item.path, item.packed, item.format).content_sha256() != report.content_sha256;
   } catch (const ItemError&) {
     return true;  // it can no longer be read
   }

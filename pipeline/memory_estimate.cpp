@@ -87,7 +87,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const SamplingMethod& method = method_of(parameters);
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
   const auto samples = static_cast<double>(parameters.place.samples);
-  const double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes) +
+  const double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
                       vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
   const double prepared =
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));

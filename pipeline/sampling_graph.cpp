@@ -12,7 +12,6 @@
 #include <tuple>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
 #include "io/mesh/tensor_table.h"
 #include "io/store/tensor_dataset.h"
 #include "kernels/core/failure.h"
@@ -367,7 +366,7 @@ TensorTable read_tensors(const PlanItem& plan, const Model& model) {
 // What unpacks to more than is reserved needs a larger reservation first.
 ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes) {
   try {
-    return ModelBytes(plan.path, plan.packed, reserved_bytes);
+    return ModelBytes(plan.path, plan.packed, plan.format, reserved_bytes);
   } catch (const ItemError& error) {
     if (error.status() != Status::too_large) throw;
     throw NeedsMoreMemory(2 * reserved_bytes);
@@ -380,28 +379,31 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     throw ItemError(Status::unreadable, "the run was begun with this item, and no input has its id any more");
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
-                                                    "` is none of .off, .obj, .ply, .stl");
+                                                    "` is none of .off, .obj, .ply, .stl, .gltf, .glb");
   const ModelBytes file = open_model(plan, item.reserved_bytes);
-  item.file_bytes = file.bytes().size();
+  item.file_bytes = file.file_bytes();
   Row& row = item.model.row;
   row.report.file_bytes = item.file_bytes;
-  row.report.content_sha256 = sha256(file.bytes());
+  row.report.content_sha256 = file.content_sha256();
   if (reuse && reuse(row.report.content_sha256, row)) {
     row.report.file_bytes = item.file_bytes;  // absent from stores of format version 1
     item.reused = true;
     return;
   }
   item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
-  item.model.file = read_mesh(file.bytes(), plan.format, item.model.cancel);
+  const auto admit = [&](MeshEstimate needs) {
+    needs.file_bytes = item.file_bytes;
+    needs.packed_bytes = file.packed_bytes();
+    const std::uint64_t needed =
+        estimate_bytes(needs, parameters, oneapi::tbb::this_task_arena::max_concurrency());
+    if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+  };
+  item.model.file = file.mesh(item.model.cancel, admit);
   MeshEstimate actual;
-  actual.file_bytes = item.file_bytes;
-  actual.packed_bytes = file.packed_bytes();
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
-  const std::uint64_t needed =
-      estimate_bytes(actual, parameters, oneapi::tbb::this_task_arena::max_concurrency());
-  if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
+  admit(actual);
   if (!plan.tensor_path.empty())
     item.model.tensor_table = std::make_shared<const TensorTable>(read_tensors(plan, item.model));
 }

@@ -1,5 +1,9 @@
 #include "io/archive/model_bytes.h"
 
+#include <utility>
+
+#include "io/digest.h"
+
 namespace meander {
 
 namespace fs = std::filesystem;
@@ -10,27 +14,115 @@ std::uint64_t packed_bytes_of(const PackedFile& packed) {
   return packed && packed.facts().deflated ? packed.facts().packed_bytes : 0;
 }
 
-}  // namespace
+bool is_member(const PackedFile& packed) { return packed && packed.archive->kind() != ArchiveKind::gzip; }
 
-ModelBytes::ModelBytes(const fs::path& path, const PackedFile& packed, std::uint64_t most_unpacked)
-    : packed_bytes_(packed_bytes_of(packed)) {
-  if (packed)
-    unpacked_ = packed.archive->unpack(packed.member, most_unpacked);
-  else
-    mapped_.emplace(path);
+// A file that a member of an archive names; none where the archive has no such member.
+PackedFile member_beside(const PackedFile& packed, const std::string& path) {
+  const fs::path name = fs::path(packed.facts().name).parent_path() / path;
+  const auto member = packed.archive->find(name.generic_string());
+  return member ? PackedFile{packed.archive, *member} : PackedFile{};
 }
 
-std::span<const std::byte> ModelBytes::bytes() const {
-  return mapped_ ? mapped_->bytes() : std::as_bytes(std::span<const char>(unpacked_));
+// Of a model that is no member of an archive.
+fs::path folder_of_model(const fs::path& path, const PackedFile& packed) {
+  const fs::path folder = (packed ? packed.archive->path() : path).parent_path();
+  return folder.empty() ? "." : folder;
+}
+
+}  // namespace
+
+std::span<const std::byte> ModelBytes::File::bytes() const {
+  return mapped ? mapped->bytes() : std::as_bytes(std::span<const char>(unpacked));
+}
+
+ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed) {
+  File file;
+  if (!packed) {
+    file.mapped.emplace(path);
+    return file;
+  }
+  packed_bytes_ += packed_bytes_of(packed);
+  file.unpacked = packed.archive->unpack(packed.member, may_unpack_);
+  may_unpack_ -= file.unpacked.size();
+  return file;
+}
+
+ModelBytes::ModelBytes(const fs::path& path, const PackedFile& packed, MeshFormat format,
+                       std::uint64_t most_unpacked)
+    : format_(format), may_unpack_(most_unpacked), own_(open(path, packed)) {
+  for (std::string& name : companion_paths(own_.bytes(), format_))
+    companions_.push_back({std::move(name), {}, {}});
+  beside_.reserve(companions_.size());
+  for (CompanionFile& companion : companions_) open_companion(path, packed, companion);
+}
+
+void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, CompanionFile& companion) {
+  try {
+    if (is_member(packed)) {
+      const PackedFile member = member_beside(packed, companion.path);
+      if (!member) throw ItemError(Status::unreadable, "the archive has no such member");
+      beside_.push_back(open({}, member));
+    } else {
+      beside_.push_back(open(folder_of_model(path, packed) / companion.path, {}));
+    }
+    companion.bytes = beside_.back().bytes();
+  } catch (const ItemError& error) {
+    if (error.status() == Status::too_large) throw;
+    companion.problem = error.what();
+  }
+}
+
+std::uint64_t ModelBytes::file_bytes() const {
+  std::uint64_t bytes = own_.bytes().size();
+  for (const CompanionFile& companion : companions_) bytes += companion.bytes.size();
+  return bytes;
+}
+
+std::array<std::uint8_t, 32> ModelBytes::content_sha256() const {
+  const std::array<std::uint8_t, 32> own = sha256(own_.bytes());
+  if (companions_.empty()) return own;
+  std::vector<std::uint8_t> digests(own.begin(), own.end());
+  for (const CompanionFile& companion : companions_) {
+    std::array<std::uint8_t, 32> digest{};
+    if (companion.problem.empty()) digest = sha256(companion.bytes);
+    digests.insert(digests.end(), digest.begin(), digest.end());
+  }
+  return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
+}
+
+PolygonMesh ModelBytes::mesh(const CancelToken& cancel,
+                             const std::function<void(const MeshEstimate&)>& admit) const {
+  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit});
 }
 
 MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {
-  if (!packed) return peek_mesh(path, format);
   MeshEstimate estimate;
-  packed.archive->look_at(packed.member,
-                          [&](const ByteSource& content) { estimate = peek_mesh(content, format); });
+  if (packed)
+    packed.archive->look_at(packed.member,
+                            [&](const ByteSource& content) { estimate = peek_mesh(content, format); });
+  else
+    estimate = peek_mesh(path, format);
   estimate.packed_bytes = packed_bytes_of(packed);
+  if (is_member(packed))
+    for (const std::string& name : estimate.companions) {
+      const PackedFile member = member_beside(packed, name);
+      if (member) estimate.file_bytes += member.facts().bytes;
+      estimate.packed_bytes += packed_bytes_of(member);
+    }
+  for (const fs::path& file : companion_files(estimate, path, packed)) {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(file, error);
+    if (!error) estimate.file_bytes += bytes;
+  }
   return estimate;
+}
+
+std::vector<fs::path> companion_files(const MeshEstimate& peeked, const fs::path& path,
+                                      const PackedFile& packed) {
+  std::vector<fs::path> files;
+  if (is_member(packed)) return files;
+  for (const std::string& name : peeked.companions) files.push_back(folder_of_model(path, packed) / name);
+  return files;
 }
 
 fs::path archive_in_path(const fs::path& path) {

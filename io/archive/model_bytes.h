@@ -1,12 +1,17 @@
-// The bytes of a model, wherever they are: in a file of its own or in an archive.
+// The bytes of a model, wherever they are: in a file of its own or in an archive, and in the files that it
+// names (the buffers of glTF), which lie below the model's folder, in the same archive if the model is in
+// one.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/archive/archive.h"
 #include "io/file/mapped_file.h"
@@ -17,21 +22,48 @@ namespace meander {
 // Mapped where the model has a file of its own (`packed` is none), else unpacked into memory.
 class ModelBytes {
  public:
-  // Throws ItemError as MappedFile and Archive::unpack do.
-  ModelBytes(const std::filesystem::path& path, const PackedFile& packed,
+  // Throws ItemError as MappedFile and Archive::unpack do, and too_large when all that has to be unpacked is
+  // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
+  // reading the mesh fails where it is needed.
+  ModelBytes(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format,
              std::uint64_t most_unpacked = ~std::uint64_t{0});
-  std::span<const std::byte> bytes() const;
+  ModelBytes(const ModelBytes&) = delete;
+  ModelBytes& operator=(const ModelBytes&) = delete;
+
+  std::uint64_t file_bytes() const;  // of all files
   // What the bytes took beside themselves while they were unpacked.
   std::uint64_t packed_bytes() const { return packed_bytes_; }
+  // The content of the model: the SHA-256 of its file; of a model that names other files, of the digests of
+  // its file and of these in the order in which it names them (zeros for one that cannot be read).
+  std::array<std::uint8_t, 32> content_sha256() const;
+  // See read_mesh and MeshSurroundings::admit.
+  PolygonMesh mesh(const CancelToken& cancel = {},
+                   const std::function<void(const MeshEstimate&)>& admit = {}) const;
 
  private:
-  std::optional<MappedFile> mapped_;
-  std::string unpacked_;
-  std::uint64_t packed_bytes_ = 0;
+  // The bytes of one file. Moved only before they are looked at.
+  struct File {
+    std::optional<MappedFile> mapped;
+    std::string unpacked;
+    std::span<const std::byte> bytes() const;
+  };
+  File open(const std::filesystem::path& path, const PackedFile& packed);
+  void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion);
+
+  MeshFormat format_;
+  std::uint64_t packed_bytes_ = 0, may_unpack_ = 0;
+  File own_;
+  std::vector<File> beside_;
+  std::vector<CompanionFile> companions_;
 };
 
-// See peek_mesh. Cost for a member of an archive: its unpacking.
+// See peek_mesh; file_bytes counts the other files too. Cost for a member of an archive: its unpacking.
 MeshEstimate peek_model(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format);
+// The files on disk that a peeked model names; none for a member of an archive, which has them in its
+// archive.
+std::vector<std::filesystem::path> companion_files(const MeshEstimate& peeked,
+                                                   const std::filesystem::path& path,
+                                                   const PackedFile& packed);
 
 // The archive member that a path names: MESH.gz, or ARCHIVE/MEMBER for a member of an archive; none for every
 // other path, and where there is no such member. Throws ItemError when the archive cannot be read.

@@ -20,11 +20,18 @@ inline constexpr std::size_t rows_between_checks = 65536;
 PolygonMesh read_off(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PolygonMesh read_ply(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around);
 PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 
 // read_mesh with block sizes of the caller's choice.
 PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat format,
-                                const CancelToken& cancel, const BlockRule& rule);
+                                const CancelToken& cancel, const BlockRule& rule,
+                                const MeshSurroundings& around = {});
+
+// Reads the JSON, all of it up to this size; beyond that the size of the file stands in. Throws
+// nothing for a file that cannot be read.
+inline constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
+MeshEstimate peek_gltf(const ByteSource& file);
 
 // The same for point sets; each throws ItemError as read_points does. Of OFF the vertices and normals are
 // read, the faces are not: the mesh has none.

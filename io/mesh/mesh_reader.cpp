@@ -15,8 +15,8 @@ namespace meander {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> format_names = {"an OFF file", "an OBJ file", "a PLY file",
-                                                          "an STL file"};
+constexpr std::array<std::string_view, 5> format_names = {"an OFF file", "an OBJ file", "a PLY file",
+                                                          "an STL file", "a glTF file"};
 std::string_view name_of(MeshFormat format) { return format_names[static_cast<std::size_t>(format)]; }
 
 void append_utf8(std::string& out, std::uint32_t code) {
@@ -106,6 +106,7 @@ PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelTo
     case MeshFormat::ply:
       return read_ply(content, cancel, rule);
     case MeshFormat::stl:
+    case MeshFormat::gltf:
       break;
   }
   return read_stl(content, cancel, rule);
@@ -153,11 +154,13 @@ std::string foreign_content(std::string_view content, std::optional<MeshFormat> 
 }
 
 bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format) {
-  static constexpr std::array<std::pair<std::string_view, MeshFormat>, 4> extensions = {
+  static constexpr std::array<std::pair<std::string_view, MeshFormat>, 6> extensions = {
       {{".off", MeshFormat::off},
        {".obj", MeshFormat::obj},
        {".ply", MeshFormat::ply},
-       {".stl", MeshFormat::stl}}};
+       {".stl", MeshFormat::stl},
+       {".gltf", MeshFormat::gltf},
+       {".glb", MeshFormat::gltf}}};
   const std::string extension = path.extension().string();
   for (const auto& [name, value] : extensions) {
     if (!text::same_word(extension, name)) continue;
@@ -168,10 +171,12 @@ bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format) {
 }
 
 PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat format,
-                                const CancelToken& cancel, const BlockRule& rule) {
+                                const CancelToken& cancel, const BlockRule& rule,
+                                const MeshSurroundings& around) {
   cancel.check();
   if (bytes.empty()) throw ItemError(Status::empty, "the file is empty");
   std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (format == MeshFormat::gltf) return read_gltf(content, cancel, around);
   if (format == MeshFormat::stl && is_exact_binary_stl(content)) return read_stl(content, cancel, rule);
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
@@ -179,8 +184,9 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   return dispatch(content, format, cancel, rule);
 }
 
-PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel) {
-  return read_mesh_in_blocks(bytes, format, cancel, BlockRule{});
+PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel,
+                      const MeshSurroundings& around) {
+  return read_mesh_in_blocks(bytes, format, cancel, BlockRule{}, around);
 }
 
 }  // namespace meander

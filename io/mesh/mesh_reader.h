@@ -1,12 +1,15 @@
-// Reading OFF, OBJ, PLY and STL files: lenient about what files in the wild look like, exact about what they
-// say.
+// Reading OFF, OBJ, PLY, STL and glTF files: lenient about what files in the wild look like, exact about what
+// they say.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/file/byte_source.h"
 #include "io/file/mapped_file.h"
@@ -15,7 +18,7 @@
 
 namespace meander {
 
-enum class MeshFormat : std::uint8_t { off, obj, ply, stl };
+enum class MeshFormat : std::uint8_t { off, obj, ply, stl, gltf };
 
 // By extension, case-insensitive; false for any other extension.
 bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format);
@@ -28,15 +31,38 @@ struct MeshEstimate {
   std::uint64_t triangles = 0;
   std::uint64_t packed_bytes =
       0;  // of a member of an archive, in memory beside the file while it is unpacked
+  std::uint64_t decoding_bytes = 0;  // what the reader takes beside the mesh and the file (glTF)
+  // The other files that the model consists of: the paths below its own folder, in the order in which it
+  // names them, each once. Their bytes are not in file_bytes.
+  std::vector<std::string> companions = {};
 };
-// Reads at most 256 KiB of the file. Headers are believed only as far as the file's size allows. Exact for
-// binary files that are whole and for text up to 256 KiB; larger OBJ text is sampled and raised by a fifth,
-// so that the estimate is rarely too small. A guess (half to twice the truth) for binary polygons that are
-// cut. Never throws for a malformed file (an upper bound from the size stands in); throws
-// ItemError(unreadable) when it cannot be opened.
+// Reads at most 256 KiB of the file, of glTF all JSON up to 16 MiB. Headers are believed only as far as the
+// file's size allows. Exact for binary files that are whole and for text up to 256 KiB; larger OBJ text is
+// sampled and raised by a fifth, so that the estimate is rarely too small. A guess (half to twice the truth)
+// for binary polygons that are cut. Never throws for a malformed file (an upper bound from the size stands
+// in; of glTF what its JSON may take); throws ItemError(unreadable) when it cannot be opened.
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 // The same for bytes that may be anywhere. They are read in ascending order, but for the first 64 KiB.
 MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
+
+// A file that a model needs beside its own, by its path below the model's folder.
+struct CompanionFile {
+  std::string path;
+  std::span<const std::byte> bytes;
+  std::string problem;  // why it could not be read; empty: it was
+};
+
+// What a reader may need beside the bytes of the file. Only glTF does.
+struct MeshSurroundings {
+  std::span<const CompanionFile> companions;
+  // Called before memory is taken for more than the file's own bytes account for, with what the file states
+  // (file_bytes is 0); may throw.
+  std::function<void(const MeshEstimate&)> admit;
+};
+
+// The paths of the files that a model needs beside its own, below the model's folder, in the order in which
+// it names them, each once. None for the formats that are one file, and for a file that cannot be read.
+std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra
@@ -60,7 +86,14 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
 // * STL: the size decides if it is binary. Facet f has the vertices 3 f .. 3 f + 2 of its own; facet normals
 //   are ignored. A count of 0 or 2^32 - 1 in a binary file with facets means that it was never filled in.
 // * PLY: the triangles of `tristrips` follow the faces, numbered strip by strip.
+// * glTF 2.0, .gltf and .glb (the content decides which of the two): the triangles, strips and fans of all
+//   meshes of the scene, transformed by their nodes and, in rest pose, by their skins, in the order of the
+//   scene; the first scene where none is chosen, all roots where there is none. A transform that mirrors
+//   turns its faces, so that the outside stays outside. The face attribute `part` numbers the primitives from
+//   0 in this order. Points and lines are left out and counted as short_faces. Morph targets and normals are
+//   not read. An index that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
-PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {});
+PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
+                      const MeshSurroundings& around = {});
 
 }  // namespace meander

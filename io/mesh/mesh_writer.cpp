@@ -70,7 +70,8 @@ class MeshFile {
 void write_mesh(const std::filesystem::path& path, MeshFormat format, std::span<const double> x,
                 std::span<const double> y, std::span<const double> z,
                 std::span<const std::uint32_t> triangles) {
-  if (format == MeshFormat::stl) throw std::invalid_argument("meshes are not written as STL");
+  if (format == MeshFormat::stl || format == MeshFormat::gltf)
+    throw std::invalid_argument("meshes are not written as STL or glTF");
   if (y.size() != x.size() || z.size() != x.size() || triangles.size() % 3 != 0)
     throw std::invalid_argument("the arrays of a mesh differ in length");
   MeshFile file(path, format);

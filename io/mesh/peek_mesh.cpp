@@ -339,6 +339,7 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
   if (file.bytes() == 0) return {};
   if (format == MeshFormat::ply)
     if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);
+  if (format == MeshFormat::gltf) return peek_gltf(file);
   Peek peek(file);
   const bool utf16 = peek.head.starts_with("\xFF\xFE") || peek.head.starts_with("\xFE\xFF");
   if (utf16) return peek.whole ? from_reader(peek, format) : from_size(file.bytes() / 2);
@@ -353,6 +354,8 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
         return peek_ply(peek);
       case MeshFormat::stl:
         return peek_stl(peek);
+      case MeshFormat::gltf:
+        break;
     }
   } catch (const ItemError&) {
     // The header cannot be read: neither will the mesh be.

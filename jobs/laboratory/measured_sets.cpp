@@ -196,8 +196,8 @@ PolygonMesh read_model_mesh(const std::string& path) {
     const PackedFile packed = find_packed(path);
     MeshFormat format{};
     if (!mesh_format_of(packed ? packed.facts().name : path, format))
-      throw UsageError("`" + path + "` is no .off, .obj, .ply or .stl file");
-    return read_mesh(ModelBytes(path, packed).bytes(), format);
+      throw UsageError("`" + path + "` is no .off, .obj, .ply, .stl, .gltf or .glb file");
+    return ModelBytes(path, packed, format).mesh();
   });
 }
 

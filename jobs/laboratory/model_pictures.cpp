@@ -10,7 +10,6 @@
 #include <span>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
 #include "io/mesh/mesh_reader.h"
 #include "jobs/laboratory/picture_options.h"
 #include "kernels/core/parallel.h"
@@ -141,9 +140,9 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "no mesh in the INPUT";
   try {
-    const ModelBytes file(model.file->path, model.file->packed);
-    if (model.in_store && sha256(file.bytes()) != row.report.content_sha256) return "the mesh has changed";
-    mesh = read_mesh(file.bytes(), model.file->format);
+    const ModelBytes file(model.file->path, model.file->packed, model.file->format);
+    if (model.in_store && file.content_sha256() != row.report.content_sha256) return "the mesh has changed";
+    mesh = file.mesh();
   } catch (const ItemError& error) {
     return error.what();
   }
@@ -197,7 +196,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
   if (!model.file || !model.file->known_format) return bytes;
   try {
     const MeshEstimate mesh = peek_model(model.file->path, model.file->packed, model.file->format);
-    bytes += mesh.file_bytes + mesh.triangles * bytes_per_triangle;
+    bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
   } catch (const ItemError&) {  // read_surface says so
   }
   return bytes;

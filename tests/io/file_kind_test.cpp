@@ -47,6 +47,8 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of(csv_text(Table{{{"name"}, {"value"}}, {}})) == FileKind::csv);
   CHECK(kind_of("f / sqrt(n),mean\n0.1,2\n") == FileKind::csv);
   CHECK(kind_of("{\"store\":\"s.h5\"}\n") == FileKind::json);
+  CHECK(kind_of(R"({"accessors":[],"asset":{"version":"2.0"}})") == FileKind::gltf_mesh);
+  CHECK(kind_of(std::string("glTF\2\0\0\0", 8)) == FileKind::gltf_mesh);
   CHECK(kind_of("[\"a.off\",\"b.off\"]\n") == FileKind::json);
   CHECK(kind_of("# a.off: empty: no face\nin/a.off\n") == FileKind::item_list);
   CHECK(kind_of("ply\nformat ascii 1.0\nelement vertex 2\nend_header\n") == FileKind::ply_points);

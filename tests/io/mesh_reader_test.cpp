@@ -65,18 +65,17 @@ struct CommaPoint : std::numpunct<char> {
 }  // namespace
 
 TEST_CASE("mesh_format_of: extensions in any case") {
-  const std::map<std::string, MeshFormat> known = {{"a.off", MeshFormat::off},
-                                                   {"a.OFF", MeshFormat::off},
-                                                   {"b/a.Obj", MeshFormat::obj},
-                                                   {"a.b.ply", MeshFormat::ply},
-                                                   {"a.STL", MeshFormat::stl}};
+  const std::map<std::string, MeshFormat> known = {{"a.off", MeshFormat::off},   {"a.OFF", MeshFormat::off},
+                                                   {"b/a.Obj", MeshFormat::obj}, {"a.b.ply", MeshFormat::ply},
+                                                   {"a.STL", MeshFormat::stl},   {"a.gltf", MeshFormat::gltf},
+                                                   {"a.GLB", MeshFormat::gltf}};
   for (const auto& [path, expected] : known) {
     MeshFormat format{};
     REQUIRE(mesh_format_of(path, format));
     REQUIRE(format == expected);
   }
   MeshFormat format{};
-  for (const char* const path : {"a", "a.glb", "off", ".off", "a.off.gz", "a.obj~", ""})
+  for (const char* const path : {"a", "a.gl", "off", ".off", "a.off.gz", "a.obj~", ""})
     REQUIRE_FALSE(mesh_format_of(path, format));
 }
 
@@ -243,7 +242,8 @@ TEST_CASE("read_mesh: random bytes are refused or read in any format") {
     std::vector<char> bytes(philox4x32({round, 0, 0, 0}, {5, 6})[0] % 400);
     for (std::size_t k = 0; k < bytes.size(); ++k)
       bytes[k] = static_cast<char>(philox4x32({round, static_cast<std::uint32_t>(k), 1, 0}, {5, 6})[0]);
-    for (const MeshFormat format : {MeshFormat::off, MeshFormat::obj, MeshFormat::ply, MeshFormat::stl})
+    for (const MeshFormat format :
+         {MeshFormat::off, MeshFormat::obj, MeshFormat::ply, MeshFormat::stl, MeshFormat::gltf})
       check_outcome({bytes.data(), bytes.size()}, format);
   }
 }

@@ -1,9 +1,11 @@
 // Archives as inputs of a run, as a user sees them.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/gltf_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/sanitized.h"
@@ -193,6 +195,72 @@ TEST_CASE("run, measure: members named one by one, lists of archives, equal ids"
   // The archive is an input: nothing writes over it.
   const ProcessResult over = run({zip}, zip);
   CHECK(over.exit_code == 2);
+}
+
+TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change of a buffer") {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch / "folder/set";
+  fs::create_directories(folder / "parts/more");
+  GltfFile file;
+  file.add_points(gltf_cube_points);
+  file.add_indices(gltf_cube_indices);
+  const std::string scene =
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"nodes":[{"mesh":0}])";
+  write_file(folder / "whole.glb", file.glb(scene));
+  write_file(folder / "parts/a.gltf", file.json(scene, "more/cube%20a.bin"));
+  write_file(folder / "parts/lost.GLTF", file.json(scene, "lost.bin"));
+  write_file(folder / "parts/out.gltf", file.json(scene, "../cube.bin"));
+  write_file(folder / "parts/needs.gltf",
+             file.with_data_uri(scene + R"(,"extensionsRequired":["ACME_curves"])"));
+  write_file(folder / "parts/more/cube a.bin", file.binary);
+  write_file(folder / "cube.bin", file.binary);
+  const ProcessResult first = run({folder}, scratch / "s.h5");
+  INFO(first.err << first.out);
+  REQUIRE(first.exit_code == 3);
+  REQUIRE(ids_of(scratch / "s.h5") ==
+          Ids{"parts/a.gltf", "parts/lost.GLTF", "parts/needs.gltf", "parts/out.gltf", "whole.glb"});
+  const auto report = [&](const fs::path& store, std::uint64_t row) {
+    return StoreReader(store).report(row);
+  };
+  CHECK(report(scratch / "s.h5", 0).status == Status::ok);
+  CHECK(report(scratch / "s.h5", 0).file_bytes ==
+        fs::file_size(folder / "parts/a.gltf") + file.binary.size());
+  CHECK_THAT(report(scratch / "s.h5", 1).reason, Contains("`lost.bin`"));
+  CHECK(report(scratch / "s.h5", 2).status == Status::unsupported_format);
+  CHECK_THAT(report(scratch / "s.h5", 2).reason, Contains("ACME_curves"));
+  CHECK_THAT(report(scratch / "s.h5", 3).reason, Contains("leads out of the model's folder"));
+  CHECK(report(scratch / "s.h5", 4).status == Status::ok);
+  // The same in archives: the same rows but for the sentence of what is missing.
+  for (const char* kind : {"zip", "tgz"}) fs::create_directories(scratch / kind);
+  write_file(scratch / "zip/set.zip", zip_bytes(entries_of(folder)));
+  write_file(scratch / "tgz/set.tar.gz", gzip_bytes(tar_bytes(entries_of(folder, "set/"))));
+  for (const char* archive : {"zip/set.zip", "tgz/set.tar.gz"}) {
+    INFO(archive);
+    const ProcessResult again = run({scratch / archive}, scratch / "s.h5", {"--json"});
+    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK(run({scratch / archive}, scratch / "archive.h5", {"--fresh"}).exit_code == 3);
+    for (const std::uint64_t row : {0, 2, 3, 4}) {
+      CHECK(report(scratch / "archive.h5", row).content_sha256 ==
+            report(scratch / "s.h5", row).content_sha256);
+      CHECK(report(scratch / "archive.h5", row).points_crc32c == report(scratch / "s.h5", row).points_crc32c);
+    }
+    CHECK(report(scratch / "archive.h5", 1).status == Status::unreadable);
+  }
+  // A buffer that changes is a change of its model alone.
+  std::string other = file.binary;
+  other[14] = '\x00';
+  other[15] = '\x40';  // x of the second corner: 2
+  write_file(folder / "parts/more/cube a.bin", other);
+  CHECK_THAT(run({folder}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[\"parts/a.gltf\"]"));
+  const ProcessResult retried = run({folder}, scratch / "s.h5", {"--retry", "changed", "--json"});
+  INFO(retried.err << retried.out);
+  CHECK(run({folder}, scratch / "f.h5").exit_code == 3);
+  CHECK(read_file(scratch / "s.h5") == read_file(scratch / "f.h5"));
+  CHECK(run({folder}, scratch / "r.h5", {"--reuse", (scratch / "s.h5").string()}).exit_code == 3);
+  CHECK(read_file(scratch / "r.h5") == read_file(scratch / "f.h5"));
+  // A buffer that appears makes its model readable.
+  write_file(folder / "parts/lost.bin", file.binary);
+  CHECK_THAT(run({folder}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[\"parts/lost.GLTF\"]"));
 }
 
 TEST_CASE("run: unpacking stays within --memory") {

@@ -1,0 +1,155 @@
+// Internal to io/mesh: what the JSON of a glTF 2.0 file says of its geometry, as plain structs.
+//
+// Types are checked when the JSON is read; what names what (an accessor its buffer view) when it is used, so
+// that a broken texture does not cost a model.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/json/json_tree.h"
+#include "io/mesh/mesh_reader.h"
+#include "kernels/mesh/count_limit.h"
+
+namespace meander {
+
+// Row-major 3 x 4: a linear map and a translation.
+using AffineMap = std::array<double, 12>;
+// b first, then a.
+AffineMap product(const AffineMap& a, const AffineMap& b);
+inline constexpr AffineMap identity_map = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+// As the format numbers them.
+enum class GltfComponent : std::uint16_t {
+  int8 = 5120,
+  uint8 = 5121,
+  int16 = 5122,
+  uint16 = 5123,
+  uint32 = 5125,
+  float32 = 5126
+};
+constexpr std::uint64_t bytes_of(GltfComponent component) {
+  return component <= GltfComponent::uint8 ? 1 : component <= GltfComponent::uint16 ? 2 : 4;
+}
+constexpr bool is_index(GltfComponent component) {
+  return component == GltfComponent::uint8 || component == GltfComponent::uint16 ||
+         component == GltfComponent::uint32;
+}
+
+// A part of a buffer; of a compressed view where the stream is, and what it unpacks to.
+struct GltfView {
+  enum class Packing : std::uint8_t { none, attributes, triangles, indices };
+  enum class Filter : std::uint8_t { none, octahedral, quaternion, exponential };
+  std::uint32_t buffer = no_index;
+  std::uint64_t offset = 0, bytes = 0, stride = 0;  // stride 0: elements follow each other
+  Packing packing = Packing::none;
+  Filter filter = Filter::none;
+  std::uint64_t count = 0;  // unpacked elements of `stride` bytes
+};
+
+struct GltfAccessor {
+  std::uint32_t view = no_index;  // none: zeros
+  std::uint64_t offset = 0, count = 0;
+  GltfComponent component = GltfComponent::float32;
+  std::uint32_t width = 0;  // components of an element; 0: a matrix of 2 or 3, which no geometry has
+  bool normalized = false;
+  std::uint64_t sparse_count = 0;
+  std::uint32_t sparse_numbers = no_index, sparse_values = no_index;  // views
+  std::uint64_t sparse_numbers_offset = 0, sparse_values_offset = 0;
+  GltfComponent sparse_component = GltfComponent::uint32;
+};
+
+// The attributes are accessors or, in a Draco stream, ids.
+struct GltfAttributes {
+  std::uint32_t positions = no_index;
+  std::vector<std::uint32_t> joints, weights;  // sets of four
+  auto operator<=>(const GltfAttributes&) const = default;
+};
+
+struct GltfPrimitive {
+  GltfAttributes attributes;
+  std::uint32_t indices = no_index;
+  std::uint32_t mode = 4;  // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
+  std::uint32_t draco_view = no_index;
+  GltfAttributes draco_ids;
+};
+
+struct GltfNode {
+  AffineMap local = identity_map;
+  std::uint32_t mesh = no_index, skin = no_index;
+  std::vector<std::uint32_t> children;
+};
+
+struct GltfSkin {
+  std::uint32_t inverse_binds = no_index;
+  std::vector<std::uint32_t> joints;
+};
+
+struct GltfDocument {
+  std::vector<std::optional<std::string_view>> buffer_uris;  // none: the binary chunk, if it is the first
+  std::vector<GltfView> views;
+  std::vector<GltfAccessor> accessors;
+  std::vector<std::vector<GltfPrimitive>> meshes;
+  std::vector<GltfNode> nodes;
+  std::vector<GltfSkin> skins;
+  bool has_scenes = false;
+  std::vector<std::uint32_t> scene_nodes;  // of the scene to be shown
+};
+
+// The texts in a file: JSON and the binary chunk of a GLB file.
+struct GltfChunks {
+  std::uint64_t json_begin = 0, json_bytes = 0;
+  std::uint64_t binary_begin = 0, binary_bytes = 0;
+  bool has_binary = false;
+  std::uint64_t extra_bytes = 0;  // behind the end that the file states
+};
+
+// Where they are, of a file of which `head` is the beginning (all of it, or at least the first 20 bytes).
+// Throws ItemError(unreadable, or unsupported_format for other versions) when the container is damaged or
+// cut. A head that is shorter than the file finds no binary chunk.
+GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes);
+
+// Throws ItemError: unsupported_format for glTF 1.0 and for required extensions that are unknown, which it
+// names; unreadable when a value has another type than the format says. O(values).
+GltfDocument parse_gltf(const JsonTree& json);
+
+// "accessors[3]: `what`".
+[[noreturn]] void fail_in(std::string_view list, std::uint64_t index, const std::string& what);
+
+// The path of an external buffer relative to the model's folder, percent-decoded; empty with the reason set
+// where it is none that may be opened: absolute, leading upwards, a URL.
+std::string companion_path(std::string_view uri, std::string& reason);
+constexpr bool is_data_uri(std::string_view uri) { return uri.starts_with("data:"); }
+
+// Mesh `mesh` of node `node` (no_index: without a node, in a file without nodes).
+struct GltfPart {
+  std::uint32_t node = no_index, mesh = 0;
+};
+
+// What stands in the scene, in its order: nodes before their children. Throws ItemError(unreadable) when the
+// nodes are no trees.
+struct GltfScene {
+  std::vector<AffineMap> world;  // of all nodes
+  std::vector<GltfPart> parts;
+};
+GltfScene arrange_scene(const GltfDocument& document, const CancelToken& cancel);
+
+// Faces and the like that a primitive has.
+struct GltfCounts {
+  std::uint64_t vertices = 0, corners = 0, triangles = 0, left_out = 0;
+};
+// Throws ItemError(unreadable) when it names accessors that are not there or of another kind.
+GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& primitive);
+
+// The external buffers, see companion_paths. Throws ItemError(unsupported_format) for more than a thousand.
+std::vector<std::string> companions_of(const GltfDocument& document);
+
+// What reading takes: vertices, triangles, the memory beside them; not the files. Throws as count_primitive,
+// and ItemError(unsupported_format) when there is more than 32 bits can number.
+MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel);
+
+}  // namespace meander

@@ -1,0 +1,316 @@
+// glTF 2.0, as JSON with buffers beside it and as one binary file (GLB): all meshes of the scene where it
+// puts them, as one mesh.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "io/mesh/format_readers.h"
+#include "io/mesh/gltf_data.h"
+#include "io/mesh/gltf_document.h"
+#include "io/mesh/gltf_draco.h"
+#include "io/mesh/text_cursor.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::uint32_t joints_per_set = 4;
+constexpr std::size_t vertices_between_checks = 65536;
+// Files may hold more inverse bind matrices than a skin has joints, but they are no place for data.
+constexpr std::uint64_t most_spare_matrices = 65536;
+
+// The vertices of a primitive before they are placed.
+struct VertexValues {
+  std::vector<double> positions;                     // three each
+  std::vector<std::vector<double>> joints, weights;  // sets of four each
+  std::size_t count() const { return positions.size() / 3; }
+};
+
+// Vertices in the mesh. Of a skin, vertices whose joints turn space inside out are marked one by one.
+struct VertexBlock {
+  std::uint32_t first = 0, count = 0;
+  bool is_mirrored = false;
+  std::vector<bool> mirrored;
+
+  bool mirrors(std::uint32_t vertex) const {
+    return mirrored.empty() ? is_mirrored : vertex < count && mirrored[vertex];
+  }
+};
+
+double determinant(const AffineMap& m) {
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+         m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+// The corners of triangle t of a list, strip or fan, as positions in its list of corners.
+std::array<std::size_t, 3> triangle_corners(std::uint32_t mode, std::size_t t) {
+  if (mode == 4) return {3 * t, 3 * t + 1, 3 * t + 2};
+  if (mode == 5) return {t, t + 1 + t % 2, t + 2 - t % 2};
+  return {t + 1, t + 2, 0};
+}
+
+class SceneReader {
+ public:
+  SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
+              const CancelToken& cancel)
+      : document_(document), scene_(scene), data_(data), cancel_(cancel), skins_(document.skins.size()) {
+    for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
+    mesh_.corners.reserve(3 * total.triangles);
+    part_.reserve(total.triangles);
+  }
+
+  PolygonMesh read() {
+    for (const GltfPart& part : scene_.parts) {
+      cancel_.check();
+      blocks_.clear();
+      for (const GltfPrimitive& primitive : document_.meshes[part.mesh]) read_primitive(part, primitive);
+    }
+    if (part_.empty())
+      throw ItemError(Status::empty,
+                      left_out_ == 0
+                          ? std::string("the scene holds no triangles")
+                          : fmt::format("the scene holds no triangles, but {} points and lines", left_out_));
+    mesh_.repairs[Repair::short_faces] = saturated(left_out_);
+    std::vector<std::uint32_t> corners = std::move(mesh_.corners);
+    number_triangles(part_.size(), mesh_);
+    mesh_.corners = std::move(corners);
+    mesh_.face_attributes.push_back({"part", std::move(part_)});
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_primitive(const GltfPart& part, const GltfPrimitive& primitive) {
+    const auto number = static_cast<double>(next_part_++);
+    const GltfCounts counts = count_primitive(document_, primitive);
+    left_out_ += counts.left_out;
+    if (counts.triangles == 0) return;
+    if (primitive.draco_view != no_index) return read_draco(part, primitive, counts, number);
+    auto block = blocks_.find(primitive.attributes);
+    if (block == blocks_.end())
+      block = blocks_.emplace(primitive.attributes, place(part, values_of(primitive.attributes))).first;
+    std::vector<std::uint32_t> indices;
+    if (primitive.indices != no_index) indices = data_.indices(primitive.indices, cancel_);
+    add_triangles(primitive.mode, counts.triangles, indices, block->second, number);
+  }
+
+  void read_draco(const GltfPart& part, const GltfPrimitive& primitive, const GltfCounts& counts,
+                  double number) {
+    const GltfAttributes& ids = primitive.draco_ids;
+    if (ids.positions == no_index)
+      fail_in("bufferViews", primitive.draco_view, "its Draco stream has no positions");
+    const std::size_t sets = is_skinned(part) ? std::min(ids.joints.size(), ids.weights.size()) : 0;
+    std::vector<DracoAttribute> wanted = {{ids.positions, 3}};
+    for (std::size_t s = 0; s < sets; ++s) {
+      wanted.push_back({ids.joints[s], joints_per_set});
+      wanted.push_back({ids.weights[s], joints_per_set});
+    }
+    DracoMesh decoded =
+        decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
+    VertexValues values;
+    values.positions = std::move(decoded.values[0]);
+    for (std::size_t s = 0; s < sets; ++s) {
+      values.joints.push_back(std::move(decoded.values[1 + 2 * s]));
+      values.weights.push_back(std::move(decoded.values[2 + 2 * s]));
+    }
+    const VertexBlock block = place(part, values);
+    if (!decoded.corners.empty())
+      add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number);
+  }
+
+  bool is_skinned(const GltfPart& part) const {
+    return part.node != no_index && document_.nodes[part.node].skin != no_index;
+  }
+
+  VertexValues values_of(const GltfAttributes& attributes) {
+    VertexValues values;
+    const std::uint64_t count = document_.accessors[attributes.positions].count;
+    values.positions = data_.numbers(attributes.positions, 3, cancel_);
+    const auto read_sets = [&](const std::vector<std::uint32_t>& accessors,
+                               std::vector<std::vector<double>>& sets) {
+      for (const std::uint32_t accessor : accessors) {
+        if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count)
+          fail_in("accessors", accessor, fmt::format("joints or weights of other than {} vertices", count));
+        sets.push_back(data_.numbers(accessor, joints_per_set, cancel_));
+      }
+    };
+    read_sets(attributes.joints, values.joints);
+    read_sets(attributes.weights, values.weights);
+    return values;
+  }
+
+  VertexBlock place(const GltfPart& part, const VertexValues& values) {
+    VertexBlock block;
+    check_count(mesh_.vertex_count() + values.count(), "vertices");
+    block.first = static_cast<std::uint32_t>(mesh_.vertex_count());
+    block.count = static_cast<std::uint32_t>(values.count());
+    const bool bends = is_skinned(part) && !values.joints.empty();
+    const AffineMap& own = part.node == no_index ? identity_map : scene_.world[part.node];
+    const std::vector<AffineMap>* const joints =
+        bends ? &joints_of(document_.nodes[part.node].skin) : nullptr;
+    block.is_mirrored = determinant(own) < 0;
+    if (bends) block.mirrored.resize(block.count);
+    for (std::size_t v = 0; v < values.count(); ++v) {
+      if (v % vertices_between_checks == 0) cancel_.check();
+      const AffineMap blended = bends ? blend(values, v, *joints) : own;
+      if (bends) block.mirrored[v] = determinant(blended) < 0;
+      add_vertex(blended, values.positions.data() + 3 * v);
+    }
+    return block;
+  }
+
+  void add_vertex(const AffineMap& m, const double* p) {
+    mesh_.x.push_back(m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3]);
+    mesh_.y.push_back(m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7]);
+    mesh_.z.push_back(m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]);
+  }
+
+  // From the space of the mesh to that of the scene, for every joint of a skin where it stands.
+  const std::vector<AffineMap>& joints_of(std::uint32_t number) {
+    if (number >= document_.skins.size())
+      throw ItemError(Status::unreadable, fmt::format("there is no skin {}", number));
+    const GltfSkin& skin = document_.skins[number];
+    std::vector<AffineMap>& maps = skins_[number];
+    if (!maps.empty() || skin.joints.empty()) return maps;
+    std::vector<double> binds;
+    if (skin.inverse_binds != no_index) {
+      const std::uint64_t count =
+          skin.inverse_binds < document_.accessors.size() ? document_.accessors[skin.inverse_binds].count : 0;
+      if (count < skin.joints.size() || count > skin.joints.size() + most_spare_matrices)
+        fail_in("skins", number, fmt::format("{} matrices for {} joints", count, skin.joints.size()));
+      binds = data_.numbers(skin.inverse_binds, 16, cancel_);
+    }
+    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+      if (skin.joints[j] >= scene_.world.size())
+        fail_in("skins", number, fmt::format("there is no node {}", skin.joints[j]));
+      AffineMap bind = identity_map;
+      if (!binds.empty())
+        for (std::size_t k = 0; k < 12; ++k) bind[k] = binds[16 * j + 4 * (k % 4) + k / 4];
+      maps.push_back(product(scene_.world[skin.joints[j]], bind));
+    }
+    return maps;
+  }
+
+  // Weights are taken as shares of their sum; without any the first joint has all.
+  AffineMap blend(const VertexValues& values, std::size_t v, const std::vector<AffineMap>& joints) const {
+    AffineMap sum{};
+    double total = 0;
+    const auto add = [&](double joint, double weight) {
+      if (!(joint >= 0 && joint < static_cast<double>(joints.size())))
+        throw ItemError(Status::unreadable, fmt::format("vertex {}: its skin has no joint {}", v, joint));
+      const AffineMap& map = joints[static_cast<std::size_t>(joint)];
+      for (std::size_t k = 0; k < 12; ++k) sum[k] += weight * map[k];
+      total += weight;
+    };
+    for (std::size_t s = 0; s < values.joints.size(); ++s)
+      for (std::size_t k = joints_per_set * v; k < joints_per_set * (v + 1); ++k)
+        if (values.weights[s][k] != 0) add(values.joints[s][k], values.weights[s][k]);
+    if (total == 0) {
+      sum = {};
+      add(values.joints[0][joints_per_set * v], 1);
+      return sum;
+    }
+    for (double& value : sum) value /= total;
+    return sum;
+  }
+
+  // Without indices the corners are the vertices in order.
+  void add_triangles(std::uint32_t mode, std::size_t triangles, const std::vector<std::uint32_t>& indices,
+                     const VertexBlock& block, double number) {
+    check_count(mesh_.corners.size() + 3 * std::uint64_t{triangles}, "corners");
+    for (std::size_t t = 0; t < triangles; ++t) {
+      std::array<std::uint32_t, 3> corners{};
+      const std::array<std::size_t, 3> places = triangle_corners(mode, t);
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[k] = indices.empty() ? static_cast<std::uint32_t>(places[k]) : indices[places[k]];
+      if (block.mirrors(corners[0])) std::swap(corners[1], corners[2]);
+      for (const std::uint32_t corner : corners)
+        mesh_.corners.push_back(corner < block.count ? block.first + corner : no_index);
+    }
+    part_.insert(part_.end(), triangles, number);
+  }
+
+  const GltfDocument& document_;
+  const GltfScene& scene_;
+  GltfData& data_;
+  const CancelToken& cancel_;
+  std::vector<std::vector<AffineMap>> skins_;     // of joints, once they are asked for
+  std::map<GltfAttributes, VertexBlock> blocks_;  // of the mesh that is being placed
+  PolygonMesh mesh_;
+  std::vector<double> part_;  // of every triangle
+  std::uint64_t next_part_ = 0, left_out_ = 0;
+};
+
+void check_content(std::string_view content) {
+  const std::size_t first = content.find_first_not_of(" \t\r\n\0");
+  if (first == std::string_view::npos) throw ItemError(Status::empty, "the file holds nothing but blanks");
+  if (content.starts_with("glTF") || content[first] == '{') return;
+  const std::string other = foreign_content(content, MeshFormat::gltf);
+  throw ItemError(Status::unreadable, "by its name this is a glTF file, by its content it is " +
+                                          (other.empty() ? "neither binary glTF nor JSON" : other));
+}
+
+std::string_view part_of(std::string_view content, std::uint64_t begin, std::uint64_t bytes) {
+  return content.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(bytes));
+}
+
+}  // namespace
+
+PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around) {
+  const bool is_marked = content.starts_with("\xEF\xBB\xBF");
+  check_content(is_marked ? content.substr(3) : content);
+  const GltfChunks chunks = gltf_chunks(content, content.size());
+  const JsonTree json(part_of(content, chunks.json_begin, chunks.json_bytes));
+  const GltfDocument document = parse_gltf(json);
+  const GltfScene scene = arrange_scene(document, cancel);
+  MeshEstimate total = count_scene(document, scene, cancel);
+  total.companions = companions_of(document);
+  total.decoding_bytes += json.memory_bytes();
+  if (around.admit) around.admit(total);
+  std::optional<std::string_view> binary;
+  if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
+  GltfData data(document, binary, around.companions);
+  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel).read();
+  mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
+  return mesh;
+}
+
+std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format) {
+  const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (format != MeshFormat::gltf || content.empty()) return {};
+  try {
+    const GltfChunks chunks = gltf_chunks(content, content.size());
+    const std::string_view text = part_of(content, chunks.json_begin, chunks.json_bytes);
+    // Most binary files hold all that they need, and need not be parsed twice.
+    if (text.find("\"uri\"") == std::string_view::npos) return {};
+    return companions_of(parse_gltf(JsonTree(text)));
+  } catch (const ItemError&) {
+    return {};
+  }
+}
+
+MeshEstimate peek_gltf(const ByteSource& file) try {
+  constexpr std::size_t most_header = 32;
+  const GltfChunks chunks = gltf_chunks(file.read(0, most_header), file.bytes());
+  // In base64 a vertex takes 16 characters.
+  MeshEstimate estimate{file.bytes(), file.bytes() / 16 + 1, file.bytes() / 16 + 1};
+  if (chunks.json_bytes > most_peeked_json) {
+    estimate.decoding_bytes = chunks.json_bytes * JsonTree::most_bytes_per_character;
+    return estimate;
+  }
+  const JsonTree json(file.read(chunks.json_begin, static_cast<std::size_t>(chunks.json_bytes)));
+  const GltfDocument document = parse_gltf(json);
+  estimate = count_scene(document, arrange_scene(document, {}), {});
+  estimate.companions = companions_of(document);
+  estimate.file_bytes = file.bytes();
+  estimate.decoding_bytes += json.memory_bytes();
+  return estimate;
+} catch (const ItemError&) {  // reading it ends in the same way, before there is a mesh
+  MeshEstimate estimate{file.bytes(), 0, 0};
+  estimate.decoding_bytes = std::min(file.bytes(), most_peeked_json) * JsonTree::most_bytes_per_character;
+  return estimate;
+}
+
+}  // namespace meander

@@ -1,0 +1,390 @@
+// Compressed geometry, and files that are damaged, hostile or of others.
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+#include <fmt/format.h>
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "gltf_reading.h"
+#include "io/archive/model_bytes.h"
+#include "kernels/core/random.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A grid of n x n vertices that is bent, so that no coordinate is constant.
+struct Grid {
+  std::vector<float> points;
+  std::vector<std::uint32_t> indices;
+  explicit Grid(std::uint32_t n) {
+    for (std::uint32_t i = 0; i < n * n; ++i) {
+      const auto x = static_cast<float>(i % n), y = static_cast<float>(i / n);
+      points.insert(points.end(), {x, y, std::round(8 * std::sin(x + 2 * y)) / 8 + 0.0F});
+    }
+    for (std::uint32_t i = 0; i + n + 1 < n * n; ++i)
+      if (i % n + 1 < n) indices.insert(indices.end(), {i, i + 1, i + n, i + 1, i + n + 1, i + n});
+  }
+};
+
+// Triangles as positions, in an order of their own.
+std::multiset<std::vector<double>> triangle_set(const PolygonMesh& m) {
+  std::multiset<std::vector<double>> set;
+  for (std::size_t c = 0; c + 2 < m.corners.size(); c += 3) {
+    std::size_t first = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (point(m, m.corners[c + k]) < point(m, m.corners[c + first])) first = k;
+    std::vector<double> values;
+    for (std::size_t k = 0; k < 3; ++k)
+      for (const double value : point(m, m.corners[c + (first + k) % 3])) values.push_back(value);
+    set.insert(values);
+  }
+  return set;
+}
+
+PolygonMesh plain_grid(const Grid& grid) {
+  GltfFile file;
+  file.add_points(grid.points);
+  file.add_indices(grid.indices);
+  return read_gltf_file(file.glb(primitive_of(",\"indices\":1")));
+}
+
+std::string draco_stream(const Grid& grid, int method) {
+  draco::TriangleSoupMeshBuilder builder;
+  const auto faces = static_cast<int>(grid.indices.size() / 3);
+  builder.Start(faces);
+  const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  for (int f = 0; f < faces; ++f) {
+    const auto at = [&](std::size_t k) {
+      return grid.points.data() + 3 * grid.indices[3 * static_cast<std::size_t>(f) + k];
+    };
+    builder.SetAttributeValuesForFace(position, draco::FaceIndex(static_cast<std::uint32_t>(f)), at(0), at(1),
+                                      at(2));
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(method);
+  draco::EncoderBuffer buffer;
+  REQUIRE(encoder.EncodeToBuffer(&buffer).ok());
+  return {buffer.data(), buffer.size()};
+}
+
+std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices, int id = 0) {
+  GltfFile file;
+  file.add_view(stream);
+  file.add_accessor(-1, 5126, vertices, "VEC3");
+  file.add_accessor(-1, 5125, indices, "SCALAR");
+  return file.glb(
+      primitive_of(fmt::format(
+          R"(,"indices":1,"extensions":{{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":{{"POSITION":{}}}}}}})",
+          id)) +
+      R"(,"extensionsRequired":["KHR_draco_mesh_compression"])");
+}
+
+// A view that is compressed; the view itself is the fallback, which holds nothing.
+int add_packed(GltfFile& file, const std::vector<unsigned char>& stream, std::size_t count,
+               std::size_t stride, const std::string& mode, const std::string& filter = "NONE") {
+  const int plain = file.add_view(stream);
+  const std::size_t offset = file.binary.size() - stream.size();
+  file.views += fmt::format(
+      R"(,{{"buffer":1,"byteLength":{},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{},"byteLength":{},"byteStride":{},"count":{},"mode":"{}","filter":"{}"}}}}}})",
+      count * stride, offset, stream.size(), stride, count, mode, filter);
+  ++file.view_count;
+  return plain + 1;
+}
+
+std::vector<unsigned char> packed_vertices(const void* data, std::size_t count, std::size_t stride) {
+  std::vector<unsigned char> out(meshopt_encodeVertexBufferBound(count, stride));
+  out.resize(meshopt_encodeVertexBuffer(out.data(), out.size(), data, count, stride));
+  return out;
+}
+
+std::string meshopt_file(const Grid& grid, bool sequence = false, bool exponential = false) {
+  GltfFile file;
+  const std::size_t count = grid.points.size() / 3;
+  std::vector<float> points = grid.points;
+  if (exponential) meshopt_encodeFilterExp(points.data(), count, 12, 24, grid.points.data());
+  const int vertices = add_packed(file, packed_vertices(points.data(), count, 12), count, 12, "ATTRIBUTES",
+                                  exponential ? "EXPONENTIAL" : "NONE");
+  std::vector<unsigned char> packed(std::max(meshopt_encodeIndexBufferBound(grid.indices.size(), count),
+                                             meshopt_encodeIndexSequenceBound(grid.indices.size(), count)));
+  packed.resize(sequence ? meshopt_encodeIndexSequence(packed.data(), packed.size(), grid.indices.data(),
+                                                       grid.indices.size())
+                         : meshopt_encodeIndexBuffer(packed.data(), packed.size(), grid.indices.data(),
+                                                     grid.indices.size()));
+  const int indices = add_packed(file, packed, grid.indices.size(), 4, sequence ? "INDICES" : "TRIANGLES");
+  file.add_accessor(vertices, 5126, count, "VEC3");
+  file.add_accessor(indices, 5125, grid.indices.size(), "SCALAR");
+  return file.glb(primitive_of(",\"indices\":1") + R"(,"extensionsRequired":["EXT_meshopt_compression"])");
+}
+
+// Whatever becomes of it: a mesh that holds together, or a status with a sentence.
+void check_answer(const std::string& content) {
+  try {
+    check_consistent(read_gltf_file(content));
+  } catch (const ItemError& error) {
+    const bool is_known = error.status() == Status::unreadable || error.status() == Status::empty ||
+                          error.status() == Status::unsupported_format;
+    INFO(error.what());
+    REQUIRE(is_known);
+    REQUIRE(std::strlen(error.what()) > 5);
+  }
+}
+
+void check_cuts_and_flips(const std::string& content) {
+  // What claims more than this is refused before memory is taken.
+  for (std::size_t bytes = 0; bytes < content.size(); ++bytes) {
+    const std::optional<ItemError> error =
+        failure(std::string_view(content).substr(0, bytes), MeshFormat::gltf);
+    REQUIRE(error);
+    REQUIRE((error->status() == Status::unreadable || error->status() == Status::empty));
+  }
+  const MeshSurroundings around{{}, [](const MeshEstimate& needs) {
+                                  if (needs.vertices + needs.triangles + needs.decoding_bytes > (1 << 24))
+                                    throw ItemError(Status::unreadable, "more than there is room for");
+                                }};
+  for (std::size_t at = 0; at < content.size(); ++at)
+    for (const int flip : {0x01, 0x80, 0xFF}) {
+      std::string damaged = content;
+      damaged[at] = static_cast<char>(damaged[at] ^ flip);
+      try {
+        check_consistent(read_gltf_file(damaged, around));
+      } catch (const ItemError& error) {
+        if (std::strlen(error.what()) < 6) FAIL("byte " << at << ": no sentence");
+      }
+    }
+}
+
+using Case = std::pair<std::string, std::string>;  // a file, and what is said of it
+
+std::vector<Case> odd_documents() {
+  const auto glb = [](const std::string& rest) { return cube_file().glb(rest); };
+  const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+  return {
+      {glb(plain_cube + R"(,"extensionsRequired":["KHR_texture_transform","ACME_curves","ACME_wheels"])"),
+       "unsupported_format: it requires extensions that are not read: ACME_curves, ACME_wheels"},
+      {R"({"asset":{"version":"1.0"}})", "unsupported_format: glTF 1.0"},
+      {R"({"asset":{"version":"3.1"}})", "unsupported_format: glTF 3.1"},
+      {R"({"accessors":{}})", "unsupported_format: glTF 1.0"},
+      {std::string("glTF\1\0\0\0", 8) + std::string(12, '\0'),
+       "unsupported_format: binary glTF of version 1"},
+      {R"({})", "unreadable: not a glTF file: it lacks `asset`"},
+      {"[1,2]", "unreadable: by its name this is a glTF file"},
+      {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "by its content it is an OFF file"},
+      {" \n ", "empty: the file holds nothing but blanks"},
+      {R"({"asset":{"version":"2.0"},"extras":)" + deep + "}", "nests deeper than 200 levels"},
+      {R"({"asset":{"version":"2.0"},"x":1e999})", "unreadable: not valid JSON"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":0,"children":[1]},{"children":[0]}])"),
+       "nodes[0]: it is below itself"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"children":[0]}])"), "nodes[0]: it is below itself"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"children":[2]},{"children":[2]},{"mesh":0}])"),
+       "nodes[2]: it is reached twice"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":0}],"scenes":[{"nodes":[0,0]}])"),
+       "nodes[0]: it is reached twice"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"children":[7]}])"), "nodes[7]: there is no such node"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":3}])"), "nodes[0]: there is no mesh 3"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":-1}])"), "nodes[0]: `mesh` is not the number of an entry"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":0,"matrix":[1,2]}])"),
+       "`matrix` is not a list of 16 numbers"},
+      {glb("," + cube_mesh + R"(,"nodes":[{"mesh":0}],"scene":4)"), "`scene` is 4, and there are 0 scenes"},
+      {glb(plain_cube + R"(,"skins":7)"), "`skins` is not a list"}};
+}
+
+std::vector<Case> odd_buffers() {
+  const auto views = [](const std::string& view, const std::string& accessor) {
+    return GltfFile::glb_of(R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":64}],"bufferViews":[)" +
+                                view + R"(],"accessors":[)" + accessor +
+                                R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]})",
+                            std::string(64, '\0'));
+  };
+  const std::string vec3 = R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})";
+  return {
+      {views(R"({"buffer":0,"byteLength":65})", vec3), "bytes 0 to 65 of a buffer that has 64"},
+      {views(R"({"buffer":0,"byteOffset":9007199254740992,"byteLength":64})", vec3),
+       "of a buffer that has 64"},
+      {views(R"({"buffer":4,"byteLength":64})", vec3), "there is no buffer 4"},
+      {views(R"({"buffer":0,"byteLength":1e300})", vec3), "`byteLength` is not a whole number"},
+      {views(R"({"buffer":0,"byteLength":64,"byteStride":70000})", vec3), "a `byteStride` of 70000 is none"},
+      {views(R"({"buffer":0,"byteLength":64,"byteStride":40})", vec3), "3 elements of 12 bytes, 40 apart"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":0,"componentType":5126,"count":4294967290,"type":"VEC3"})"),
+       "4294967290 elements"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":0,"componentType":5126,"count":9007199254740992,"type":"VEC3"})"),
+       "unsupported_format: 9007199254740992 elements of an accessor are more than 32 bits can number"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":0,"byteOffset":60,"componentType":5126,"count":1,"type":"VEC3"})"),
+       "from byte 60"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":9,"componentType":5126,"count":3,"type":"VEC3"})"),
+       "there is no buffer view 9"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":0,"componentType":5130,"count":3,"type":"VEC3"})"),
+       "`componentType` is 5130, which is no type"},
+      {views(R"({"buffer":0,"byteLength":64})",
+             R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"})"),
+       "positions are three numbers"},
+      {views(
+           R"({"buffer":0,"byteLength":64,"extensions":{"EXT_meshopt_compression":{"buffer":0,"byteLength":64,"byteStride":256,"count":4000000000,"mode":"ATTRIBUTES"}}})",
+           vec3),
+       "64 bytes cannot unpack to 1024000000000"},
+      {views(
+           R"({"buffer":0,"byteLength":64,"extensions":{"EXT_meshopt_compression":{"buffer":0,"byteLength":64,"byteStride":12,"count":3,"mode":"ATTRIBUTES"}}})",
+           vec3),
+       "its compressed data are damaged"},
+  };
+}
+
+}  // namespace
+
+TEST_CASE("glTF: Draco streams") {
+  const Grid grid(9);
+  const std::size_t vertices = grid.points.size() / 3, indices = grid.indices.size();
+  const auto expected = triangle_set(plain_grid(grid));
+  for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
+    const std::string stream = draco_stream(grid, method);
+    const PolygonMesh mesh = read_gltf_file(draco_file(stream, vertices, indices));
+    check_consistent(mesh);
+    CHECK(triangle_set(mesh) == expected);
+    CHECK_THAT(gltf_outcome(draco_file(stream, vertices - 1, indices)),
+               Contains("unreadable: the Draco stream"));
+    CHECK_THAT(gltf_outcome(draco_file(stream, vertices, indices - 3)), Contains("triangles, its accessors"));
+    CHECK_THAT(gltf_outcome(draco_file(stream, vertices, indices, 7)), Contains("it has no attribute 7"));
+    check_cuts_and_flips(draco_file(stream, vertices, indices));
+  }
+  CHECK_THAT(gltf_outcome(draco_file("DRACO", vertices, indices)), Contains("has no header of Draco"));
+  CHECK_THAT(gltf_outcome(draco_file("DRACO", 1 << 30, 3 << 20)), Contains("5 bytes of Draco cannot hold"));
+}
+
+TEST_CASE("glTF: meshopt streams") {
+  const Grid grid(9);
+  const PolygonMesh expected = plain_grid(grid);
+  CHECK(triangle_set(read_gltf_file(meshopt_file(grid))) == triangle_set(expected));
+  const PolygonMesh sequence = read_gltf_file(meshopt_file(grid, true));
+  CHECK(same_mesh(sequence, expected));
+  CHECK(same_mesh(read_gltf_file(meshopt_file(grid, true, true)), expected));
+  check_cuts_and_flips(meshopt_file(Grid(4)));
+}
+
+TEST_CASE("glTF: cut and damaged files have a status") {
+  check_cuts_and_flips(cube_file().glb(plain_cube));
+  const std::string text = cube_file().with_data_uri(plain_cube);
+  for (std::size_t bytes = 0; bytes < text.size(); ++bytes)
+    REQUIRE(failure(text.substr(0, bytes), MeshFormat::gltf));
+  // A file with bytes behind its end is whole.
+  const PolygonMesh mesh = read_gltf_file(cube_file().glb(plain_cube) + "xyz");
+  CHECK(mesh.repairs[Repair::extra_data] == 3);
+}
+
+TEST_CASE("glTF: hostile and odd files have a status and a sentence") {
+  for (const std::vector<Case>& cases : {odd_documents(), odd_buffers()})
+    for (const auto& [content, expected] : cases) {
+      INFO(content.substr(0, 400));
+      CHECK_THAT(gltf_outcome(content), Contains(expected));
+      check_answer(content);
+    }
+}
+
+TEST_CASE("glTF: what is stated is known before memory is taken") {
+  // A hundred copies of one mesh of a million zeros, in 5 kB.
+  std::string nodes = R"({"mesh":0})";
+  for (int i = 1; i < 100; ++i) nodes += R"(,{"mesh":0})";
+  GltfFile file;
+  file.add_accessor(-1, 5126, 1000000, "VEC3");
+  const std::string content = file.glb(
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":5}]}],"nodes":[)" + nodes + "]");
+  MeshEstimate stated;
+  const MeshSurroundings around{{}, [&](const MeshEstimate& needs) {
+                                  stated = needs;
+                                  throw ItemError(Status::too_large, "enough");
+                                }};
+  CHECK_THROWS_WITH(read_gltf_file(content, around), "enough");
+  CHECK(stated.vertices == 100000000);
+  CHECK(stated.triangles == 99999800);
+  const MeshEstimate peeked = peek_mesh(MemorySource(content), MeshFormat::gltf);
+  CHECK(peeked.vertices == stated.vertices);
+  CHECK(peeked.triangles == stated.triangles);
+  const Grid grid(9);
+  const std::string packed = draco_file(draco_stream(grid, draco::MESH_EDGEBREAKER_ENCODING), 81, 384);
+  for (const std::string& whole : {cube_file().glb(plain_cube), meshopt_file(grid), packed}) {
+    const PolygonMesh mesh = read_gltf_file(whole);
+    const MeshEstimate estimate = peek_mesh(MemorySource(whole), MeshFormat::gltf);
+    CHECK(estimate.file_bytes == whole.size());
+    CHECK(estimate.vertices == mesh.vertex_count());
+    CHECK(estimate.triangles == mesh.polygon_count());
+    CHECK(estimate.companions.empty());
+  }
+}
+
+TEST_CASE("glTF: the models of a distribution package") {
+  const fs::path folder = "/usr/share/assimp/models";
+  if (!fs::exists(folder / "glTF2")) {
+    WARN("skipped: the package assimp-testmodels is not installed");
+    return;
+  }
+  std::map<std::string, Status> expected = {{"glTF2/MissingBin/BoxTextured.gltf", Status::unreadable},
+                                            {"glTF2/RecursiveNodes/RecursiveNodes.gltf", Status::unreadable},
+                                            {"glTF2/SchemaFailures/sceneWrongType.gltf", Status::unreadable},
+                                            {"glTF2/TestNoRootNode/NoScene.gltf", Status::unreadable},
+                                            {"glTF2/TestNoRootNode/SceneWithoutNodes.gltf", Status::empty},
+                                            {"glTF2/wrongTypes/badArray.gltf", Status::unreadable}};
+  for (const char* const lines : {"00", "01", "02", "03", "07", "08", "09", "10"})  // and points
+    expected[fmt::format("glTF2/glTF-Asset-Generator/Mesh_PrimitiveMode/Mesh_PrimitiveMode_{}.gltf", lines)] =
+        Status::empty;
+  std::map<std::string, Status> found;
+  std::map<std::string, PolygonMesh> meshes;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    MeshFormat format{};
+    if (!mesh_format_of(entry.path(), format) || format != MeshFormat::gltf) continue;
+    const std::string name = entry.path().lexically_relative(folder).generic_string();
+    if (name.starts_with("glTF/")) expected[name] = Status::unsupported_format;  // glTF 1.0
+    try {
+      const ModelBytes model(entry.path(), {}, format);
+      PolygonMesh mesh = model.mesh();
+      check_consistent(mesh);
+      const MeshEstimate estimate = peek_model(entry.path(), {}, format);
+      CHECK(estimate.file_bytes == model.file_bytes());
+      CHECK(estimate.vertices == mesh.vertex_count());
+      meshes.emplace(name, std::move(mesh));
+    } catch (const ItemError& error) {
+      UNSCOPED_INFO(name << " " << name_of(error.status()) << ": " << error.what());
+      found.emplace(name, error.status());
+    }
+  }
+  CHECK((found == expected));
+  CHECK(meshes.size() >= 20);
+  // The same engine as it is and as Draco has it, quantised.
+  const PolygonMesh& plain = meshes.at("glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
+  const PolygonMesh& packed = meshes.at("glTF2/draco/2CylinderEngine.gltf");
+  CHECK(packed.polygon_count() == plain.polygon_count());
+  const Box box = box_of(plain), packed_box = box_of(packed);
+  for (std::size_t k = 0; k < 6; ++k) CHECK(packed_box[k] == Approx(box[k]).margin(0.2));
+}
+
+TEST_CASE("glTF: streams that are damaged at random places", "[slow]") {
+  const Grid grid(9);
+  const std::string files[] = {draco_file(draco_stream(grid, draco::MESH_SEQUENTIAL_ENCODING), 81, 384),
+                               draco_file(draco_stream(grid, draco::MESH_EDGEBREAKER_ENCODING), 81, 384),
+                               meshopt_file(grid), meshopt_file(grid, true, true)};
+  for (std::uint32_t round = 0; round < 100000; ++round) {
+    std::string damaged = files[round % 4];
+    const std::size_t data = damaged.find("BIN") + 4;
+    for (std::uint32_t k = 0; k <= round / 4 % 4; ++k) {
+      const auto random = philox4x32({round, k, 0, 0}, {7, 8});
+      damaged[data + random[0] % (damaged.size() - data)] = static_cast<char>(random[1]);
+    }
+    check_answer(damaged);
+  }
+}
