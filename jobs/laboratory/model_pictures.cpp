@@ -12,6 +12,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/digest.h"
 #include "io/mesh/mesh_reader.h"
+#include "jobs/laboratory/picture_options.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/render/sampled_surface.h"
@@ -255,10 +256,8 @@ std::uint64_t sheet_bytes(const SheetLook& sheet, std::size_t models) {
 }
 
 void look_along(const std::string& up, ModelLook& look) {
-  look.up = named_axis(up);
-  look.view = up == "y"   ? Vector3{0.55, 0.42, 1}
-              : up == "z" ? Vector3{0.55, -1, 0.42}
-                          : Vector3{0.42, 0.55, 1};
+  look.up = axis_of(up);
+  look.view = view_of({}, up);
 }
 
 std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook& look) {

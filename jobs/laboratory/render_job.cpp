@@ -4,8 +4,6 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -19,6 +17,8 @@
 #include "jobs/inputs.h"
 #include "jobs/laboratory/commands.h"
 #include "jobs/laboratory/model_pictures.h"
+#include "jobs/laboratory/picture_options.h"
+#include "jobs/laboratory/render_strokes.h"
 #include "jobs/laboratory/turntable_job.h"
 #include "jobs/output_guard.h"
 #include "jobs/store_items.h"
@@ -41,28 +41,6 @@ struct RenderOptions {
   StoreCheck check = StoreCheck::every_byte;
 };
 
-// "x,y,z": three numbers.
-Vector3 parse_direction(const std::string& text) {
-  std::array<double, 3> value{};
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::size_t used = 0;
-    try {
-      value[k] = std::stod(text.substr(at), &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    at += used;
-    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
-    if (used == 0 || !ends || !std::isfinite(value[k]))
-      throw UsageError(
-          fmt::format("--view: `{}` is not a direction: give three numbers, like 0.55,0.42,1", text));
-    ++at;
-  }
-  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
-  return {value[0] / largest, value[1] / largest, value[2] / largest};
-}
-
 ModelLook look_of(const RenderOptions& options) {
   ModelLook look = options.look;
   const auto named =
@@ -70,10 +48,8 @@ ModelLook look_of(const RenderOptions& options) {
   look.colour = static_cast<SampleColour>(named - std::begin(sample_colour_names));
   look.size = options.sheet.cell;
   look.surfaces = !options.inputs.empty();
-  look_along(options.up, look);
-  if (!options.view.empty()) look.view = parse_direction(options.view);
-  if (!(norm(cross(look.view, look.up)) > 1e-6 * norm(look.view)))
-    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
+  look.up = axis_of(options.up);
+  look.view = view_of(options.view, options.up);
   return look;
 }
 
@@ -236,6 +212,7 @@ JobFunction add_render_job(Command& program) {
   std::vector<std::pair<std::string, JobFunction>> jobs;
   for (const StyleWords& words : styles) jobs.emplace_back(words.name, add_pictures(command, words));
   jobs.emplace_back("turntable", add_turntable(command));
+  jobs.emplace_back("strokes", add_strokes(command));
   return [command, jobs] {
     for (const auto& [name, job] : jobs)
       if (command.chose(name)) return job();

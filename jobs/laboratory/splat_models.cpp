@@ -8,10 +8,6 @@
 
 namespace meander {
 
-Vector3 named_axis(std::string_view name) {
-  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
-}
-
 std::vector<float> sample_areas(const Row& row, std::size_t count) {
   const Samples& samples = row.samples;
   const double scale = row.report.scale, all = static_cast<double>(samples.count()),

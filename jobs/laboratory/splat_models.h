@@ -20,9 +20,6 @@ struct SplatSizes {
   bool round = false;  // discs, whatever tensors the samples carry
 };
 
-// The unit vector of the axis x, y or z.
-Vector3 named_axis(std::string_view name);
-
 // The area of the surface that each of the first `count` samples stands for, in units of the stored points
 // squared: the reciprocal of the density, or s1 s2 of its tensor, of a set of `count`. No more than 64 times
 // the mean: what is sparser than that would hide the shape. Finite and positive. O(count).

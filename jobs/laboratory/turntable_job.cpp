@@ -144,7 +144,7 @@ int render_turntable(const TurntableOptions& options) {
   ViewDetailParameters detail;
   detail.both_sides = options.both_sides;
   const ViewedModel model(row, detail, options.samples);
-  const Vector3 up = named_axis(options.up);
+  const Vector3 up = axis_of(options.up);
   SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,
                                 options.width, options.height);
   FrameCounts counts;

@@ -3,28 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/parallel.h"
+
 namespace meander {
 
 namespace {
 
-// Mean over a square window of 2 reach + 1, along one axis, with running sums; the border repeats. `lines` of
-// `size` values `step` apart begin `line` apart.
-void blur(std::vector<float>& values, std::int64_t size, std::int64_t lines, std::int64_t reach,
-          std::int64_t step, std::int64_t line) {
-  std::vector<float> row(static_cast<std::size_t>(size));
-  const float share = 1.0f / static_cast<float>(2 * reach + 1);
-  for (std::int64_t l = 0; l < lines; ++l) {
-    const auto at = [&](std::int64_t i) -> float& {
-      return values[static_cast<std::size_t>(l * line + std::clamp<std::int64_t>(i, 0, size - 1) * step)];
-    };
-    double sum = 0;
-    for (std::int64_t i = -reach; i <= reach; ++i) sum += at(i);
-    for (std::int64_t i = 0; i < size; ++i) {
-      row[static_cast<std::size_t>(i)] = static_cast<float>(sum) * share;
-      sum += at(i + reach + 1) - at(i - reach);
+// Along each of `lines` lines of `length` values, with running sums; the ends repeat.
+void blur_lines(std::vector<float>& values, std::int64_t lines, std::int64_t length, std::int64_t line_step,
+                std::int64_t value_step, std::int64_t reach) {
+  const double share = 1.0 / static_cast<double>(2 * reach + 1);
+  parallel_tasks(static_cast<std::size_t>((lines + 63) / 64), [&](std::size_t block) {
+    std::vector<float> line(static_cast<std::size_t>(length));
+    const auto begin = static_cast<std::int64_t>(64 * block);
+    for (std::int64_t l = begin; l < std::min(lines, begin + 64); ++l) {
+      float* const first = values.data() + l * line_step;
+      const auto at = [&](std::int64_t i) -> float& {
+        return first[std::clamp<std::int64_t>(i, 0, length - 1) * value_step];
+      };
+      double sum = 0;
+      for (std::int64_t i = -reach; i <= reach; ++i) sum += double{at(i)};
+      for (std::int64_t i = 0; i < length; ++i) {
+        line[static_cast<std::size_t>(i)] = static_cast<float>(sum * share);
+        sum += double{at(i + reach + 1)} - double{at(i - reach)};
+      }
+      for (std::int64_t i = 0; i < length; ++i) first[i * value_step] = line[static_cast<std::size_t>(i)];
     }
-    for (std::int64_t i = 0; i < size; ++i) at(i) = row[static_cast<std::size_t>(i)];
-  }
+  });
 }
 
 }  // namespace
@@ -35,22 +40,27 @@ float light_on(Vector3 normal) {
   return static_cast<float>(lit);
 }
 
+void blur(std::vector<float>& values, std::int64_t width, std::int64_t height, std::int64_t reach) {
+  blur_lines(values, height, width, width, 1, reach);
+  blur_lines(values, width, height, 1, width, reach);
+}
+
+std::vector<float> hollowness(const std::vector<float>& depth, std::int64_t width, std::int64_t height,
+                              float background) {
+  std::vector<float> hollow(depth.size());
+  for (std::size_t i = 0; i < hollow.size(); ++i) hollow[i] = depth[i] == empty_depth ? background : depth[i];
+  const std::int64_t size = std::max(width, height), reach = std::max<std::int64_t>(1, size / 40);
+  for (int pass = 0; pass < 2; ++pass) blur(hollow, width, height, reach);
+  const float unit = static_cast<float>(size) * 0.05f;
+  for (std::size_t i = 0; i < hollow.size(); ++i)
+    hollow[i] = depth[i] == empty_depth ? 0 : std::clamp((hollow[i] - depth[i]) / unit, 0.0f, 1.0f);
+  return hollow;
+}
+
 void darken_hollows(const std::vector<float>& depth, std::vector<float>& light, std::int64_t width,
                     std::int64_t height, float background) {
-  const std::int64_t size = std::max(width, height);
-  std::vector<float> smooth(depth.size());
-  for (std::size_t i = 0; i < smooth.size(); ++i) smooth[i] = depth[i] == empty_depth ? background : depth[i];
-  const std::int64_t reach = std::max<std::int64_t>(1, size / 40);
-  for (int pass = 0; pass < 2; ++pass) {
-    blur(smooth, width, height, reach, 1, width);
-    blur(smooth, height, width, reach, width, 1);
-  }
-  const float unit_depth = static_cast<float>(size) * 0.05f;
-  for (std::size_t i = 0; i < smooth.size(); ++i) {
-    if (depth[i] == empty_depth) continue;
-    const float hollow = std::clamp((smooth[i] - depth[i]) / unit_depth, 0.0f, 1.0f);
-    light[i] *= 1 - 0.55f * hollow;
-  }
+  const std::vector<float> hollow = hollowness(depth, width, height, background);
+  for (std::size_t i = 0; i < light.size(); ++i) light[i] *= 1 - 0.55f * hollow[i];
 }
 
 std::uint8_t srgb_byte(float linear) {

@@ -57,6 +57,33 @@ FigureMesh sphere_mesh(std::uint32_t rings) {
 
 namespace {
 
+// A tube around a closed curve that is never vertical. around, across >= 3.
+template <class Curve>
+FigureMesh tube_mesh(const char* name, std::uint32_t around, std::uint32_t across, double radius,
+                     const Curve& curve) {
+  FigureMesh mesh;
+  mesh.name = name;
+  for (std::uint32_t i = 0; i < around; ++i) {
+    const double t = 2 * std::numbers::pi * i / around, step = 1e-4;
+    const Vector3 centre = curve(t), along = curve(t + step) - curve(t - step);
+    const Vector3 side = cross(along, {0, 1, 0}), above = cross(side, along);
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const double a = 2 * std::numbers::pi * j / across;
+      const Vector3 p =
+          centre + (radius * std::cos(a) / norm(side)) * side + (radius * std::sin(a) / norm(above)) * above;
+      mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
+    }
+  }
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const std::uint32_t next_i = (i + 1) % around, next_j = (j + 1) % across;
+      const std::uint32_t a = i * across + j, b = next_i * across + j, c = next_i * across + next_j,
+                          d = i * across + next_j;
+      mesh.faces.insert(mesh.faces.end(), {a, c, b, a, d, c});
+    }
+  return mesh;
+}
+
 // A square of the given corner and sides, which shares no vertices with others.
 void add_square(FigureMesh& mesh, Vector3 corner, Vector3 u, Vector3 v, std::uint32_t side) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
@@ -73,6 +100,19 @@ void add_square(FigureMesh& mesh, Vector3 corner, Vector3 u, Vector3 v, std::uin
 }
 
 }  // namespace
+
+FigureMesh knot_mesh(std::uint32_t around, std::uint32_t across) {
+  return tube_mesh("knot", around, across, 0.42, [](double t) {
+    return Vector3{std::sin(t) + 2 * std::sin(2 * t), -0.9 * std::sin(3 * t),
+                   std::cos(t) - 2 * std::cos(2 * t)};
+  });
+}
+
+FigureMesh eight_mesh(std::uint32_t around, std::uint32_t across) {
+  return tube_mesh("eight", around, across, 0.3, [](double t) {
+    return Vector3{2 * std::sin(t), 0.45 * std::cos(t), 1.5 * std::sin(t) * std::cos(t)};
+  });
+}
 
 FigureMesh square_mesh(std::uint32_t side) {
   FigureMesh mesh;

@@ -11,6 +11,7 @@
 #include "io/plot/html_page.h"
 #include "io/plot/svg_plot.h"
 #include "io/plot/svg_points.h"
+#include "kernels/core/vector3.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/render/rgb_image.h"
 
@@ -54,6 +55,7 @@ class FigureSet {
   void attempt(const std::string& mesh, const std::function<void()>& draw);
 
   FigurePage page;
+  Vector3 up{0, 1, 0}, view{0.55, 0.42, 1};  // of the meshes in pictures that are painted
 
  private:
   std::filesystem::path file(const std::string& name) const;
@@ -83,6 +85,7 @@ void draw_tensor_discrepancy(FigureSet& figures);    // figure 15
 void draw_tensor_differences(FigureSet& figures);    // figure 16, anisotropic samples
 void draw_spectra(FigureSet& figures);               // figure 16
 void draw_tensor_splats(FigureSet& figures);         // figure 17
+void draw_strokes(FigureSet& figures);               // figures 18 to 20
 void draw_mesh_distances(FigureSet& figures);        // figure 21
 void draw_remeshed(FigureSet& figures);              // the survey's Metro table
 void draw_distance_histograms(FigureSet& figures);   // figures 22 to 24 and table 1

@@ -15,6 +15,7 @@
 #include "jobs/laboratory/figures/figure_models.h"
 #include "jobs/laboratory/figures/figure_set.h"
 #include "jobs/laboratory/measured_sets.h"
+#include "jobs/laboratory/picture_options.h"
 #include "jobs/output_guard.h"
 #include "meander_version.h"
 
@@ -28,6 +29,7 @@ struct FiguresOptions {
   std::string folder;
   std::vector<std::string> models;
   std::vector<std::string> only;
+  std::string up = "y", view;
   std::uint64_t seed = 1;
   int threads = 0;
   bool quick = false;
@@ -58,6 +60,7 @@ constexpr FigureName figure_names[] = {
     {"16", draw_spectra},
     {"16-tensor", draw_tensor_differences},
     {"17", draw_tensor_splats},
+    {"18-20", draw_strokes},
     {"21", draw_mesh_distances},
     {"metro", draw_remeshed},
     {"22-24", draw_distance_histograms},
@@ -98,6 +101,7 @@ void check_outputs(const FiguresOptions& options) {
 }
 
 int draw_figures(const FiguresOptions& options) {
+  const Vector3 view = view_of(options.view, options.up);
   check_outputs(options);
   std::vector<FigureMesh> meshes;
   for (const std::string& model : options.models) {
@@ -118,6 +122,8 @@ int draw_figures(const FiguresOptions& options) {
   };
   FigureSet figures(options.folder, options.quick, options.seed, std::move(meshes),
                     [&](const std::string& text) { fmt::print(stderr, "{:7.1f} s  {}\n", seconds(), text); });
+  figures.up = axis_of(options.up);
+  figures.view = view;
   figures.page.title = "The survey's figures, measured again";
   figures.page.introduction = {{"",
                                 "Figures of the survey \"Fast Low-discrepancy Sampling of Parametric "
@@ -146,12 +152,19 @@ JobFunction add_figures_job(Command& program) {
   command.add_option("-o,--output", options->folder, "Output folder, created if missing").required();
   command.add_option(
       "--models", options->models,
-      "Triangle meshes for figures 4, 7, 9 to 14, 16, 17, 22 to 26, of spaced samples and remeshed "
+      "Triangle meshes for figures 4, 7, 9 to 14, 16, 17, 20, 22 to 26, of spaced samples and remeshed "
       "surfaces (default: a "
       "generated torus)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
   command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);
+  command.add_option("--up", options->up, "Figure 20: the axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option(
+      "--view", options->view,
+      "Figure 20: direction from the model towards the eye, X,Y,Z (default: from the front, right and "
+      "above)");
   command.add_option("--seed", options->seed, "Seed, 0 to 2^64 - 1").show_default().whole_number();
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()

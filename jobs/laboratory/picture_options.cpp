@@ -1,0 +1,50 @@
+#include "jobs/laboratory/picture_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "jobs/inputs.h"
+
+namespace meander {
+
+Vector3 parse_direction(const std::string& option, const std::string& text) {
+  std::array<double, 3> value{};
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t used = 0;
+    try {
+      value[k] = std::stod(text.substr(at), &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    at += used;
+    const bool ends = k == 2 ? at == text.size() : at < text.size() && text[at] == ',';
+    if (used == 0 || !ends || !std::isfinite(value[k]))
+      throw UsageError(
+          fmt::format("{}: `{}` is not a direction: give three numbers, like 0.55,0.42,1", option, text));
+    ++at;
+  }
+  const double largest = std::max({std::abs(value[0]), std::abs(value[1]), std::abs(value[2]), 1e-300});
+  return {value[0] / largest, value[1] / largest, value[2] / largest};
+}
+
+Vector3 axis_of(const std::string& name) {
+  return {name == "x" ? 1.0 : 0.0, name == "y" ? 1.0 : 0.0, name == "z" ? 1.0 : 0.0};
+}
+
+Vector3 view_of(const std::string& text, const std::string& up) {
+  // Turned with the axis, so that the default view is from the front, the right and above for each.
+  Vector3 view = up == "y"   ? Vector3{0.55, 0.42, 1}
+                 : up == "z" ? Vector3{0.55, -1, 0.42}
+                             : Vector3{0.42, 0.55, 1};
+  if (!text.empty()) view = parse_direction("--view", text);
+  if (!(norm(cross(view, axis_of(up))) > 1e-6 * norm(view)))
+    throw UsageError("--view must not lie along the axis of --up, nor be 0,0,0");
+  return view;
+}
+
+}  // namespace meander

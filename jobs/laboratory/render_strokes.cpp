@@ -1,0 +1,377 @@
+#include "jobs/laboratory/render_strokes.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <memory>
+#include <optional>
+
+#include "io/archive/model_bytes.h"
+#include "io/file_kind.h"
+#include "io/plot/picture_sheet.h"
+#include "io/plot/png_writer.h"
+#include "jobs/command_line.h"
+#include "jobs/described_meshes.h"
+#include "jobs/exit_status.h"
+#include "jobs/input_options.h"
+#include "jobs/laboratory/painted_model.h"
+#include "jobs/laboratory/picture_options.h"
+#include "jobs/output_guard.h"
+#include "jobs/store_items.h"
+#include "jobs/units.h"
+#include "kernels/core/failure.h"
+#include "pipeline/memory_estimate.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t most_pictures = 400;
+constexpr std::uint32_t sampled_strokes = 20000;
+
+struct StrokesOptions {
+  std::vector<std::string> inputs, items, media = {"oil"};
+  std::string output, tones = "one", palette, size = "1080", up = "y", view, light, memory = "4G";
+  std::uint32_t strokes = 0, columns = 0;
+  int threads = 0;
+  InputOptions collect;
+  StrokePictureParameters look;
+  StoreCheck check = StoreCheck::every_byte;
+};
+
+template <class Names>
+std::size_t position_of(const Names& names, const std::string& word) {
+  return static_cast<std::size_t>(std::find(std::begin(names), std::end(names), word) - std::begin(names));
+}
+
+// "1080" or "1920x1080".
+void parse_picture_size(const std::string& text, StrokePictureParameters& look) {
+  const std::size_t cross = text.find('x');
+  const auto side = [&](const std::string& digits) {
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size() || value < 64 || value > 8192)
+      throw UsageError(fmt::format(
+          "--size: `{}` is not a size: give the pixels of a side, or WIDTHxHEIGHT, each 64 to 8192", text));
+    return value;
+  };
+  look.width = side(text.substr(0, cross));
+  look.height = cross == std::string::npos ? look.width : side(text.substr(cross + 1));
+}
+
+StrokePictureParameters strokes_look(const StrokesOptions& options) {
+  StrokePictureParameters look = options.look;
+  parse_picture_size(options.size, look);
+  if (!options.palette.empty())
+    look.palette = static_cast<StrokePalette>(position_of(stroke_palette_names, options.palette));
+  look.up = axis_of(options.up);
+  look.view = view_of(options.view, options.up);
+  if (!options.light.empty()) look.light = parse_direction("--light", options.light);
+  if (!(norm(look.light) > 0)) throw UsageError("--light must not be 0,0,0");
+  return look;
+}
+
+std::vector<StrokeMedium> media_of(const StrokesOptions& options) {
+  std::vector<StrokeMedium> media;
+  for (const std::string& word : options.media) {
+    const std::size_t at = position_of(stroke_medium_names, word);
+    if (at < stroke_medium_names.size()) {
+      media.push_back(static_cast<StrokeMedium>(at));
+      continue;
+    }
+    for (std::size_t k = 0; k < stroke_medium_names.size(); ++k)
+      media.push_back(static_cast<StrokeMedium>(k));
+  }
+  if (options.tones == "multi" && std::none_of(media.begin(), media.end(), has_tones))
+    throw UsageError("--tones: only ink and pencil have several tones");
+  return media;
+}
+
+// The models of the arguments: files, or rows of a store with their files where they are.
+class Subjects {
+ public:
+  Subjects(const StrokesOptions& options, OutputGuard& guard) {
+    if (options.inputs.front() != "-" && is_store(options.inputs.front())) {
+      open_store(options, guard);
+      return;
+    }
+    if (!options.items.empty())
+      throw UsageError(
+          fmt::format("--item: `{}` is no store; models of a store have items", options.inputs.front()));
+    Inputs inputs = collect_inputs(options.inputs, options.collect);
+    print_unread(inputs.notes);
+    guard.protect(input_files(options.inputs, inputs.items));
+    folders_unread_ = !inputs.notes.unread.empty();
+    for (PlanItem& item : inputs.items) {
+      names_.push_back(item.id);
+      files_.push_back(std::move(item));
+    }
+    if (names_.empty()) throw UsageError("there is no model in the INPUT");
+  }
+
+  std::size_t count() const { return names_.size(); }
+  const std::string& name(std::size_t i) const { return names_[i]; }
+  bool stored() const { return store_ != nullptr; }
+  bool folders_unread() const { return folders_unread_; }
+  const std::optional<PlanItem>& file(std::size_t i) const { return files_[i]; }
+  Row row(std::size_t i) const { return store_->read_row(rows_[i]); }
+  std::uint32_t samples() const { return store_->samples(); }
+
+ private:
+  static bool is_store(const std::string& path) {
+    std::error_code none;
+    return std::filesystem::is_regular_file(path, none) && kind_of_file(path) == FileKind::store;
+  }
+
+  void open_store(const StrokesOptions& options, OutputGuard& guard) {
+    const std::string& path = options.inputs.front();
+    guard.protect(path, "the store itself");
+    store_ = std::make_unique<StoreReader>(path, options.check);
+    if (store_->content() != StoreContent::anisotropic_meshes)
+      throw UsageError(fmt::format(
+          "`{}` has no directions for strokes: make it with `meander run --method anisotropic`, or give the "
+          "meshes instead of it",
+          path));
+    for (const std::string& item : options.items) rows_.push_back(find_item(*store_, item));
+    if (options.items.empty())
+      for (std::uint64_t row = 0; row < std::min<std::uint64_t>(store_->rows(), most_pictures + 1); ++row)
+        rows_.push_back(row);
+    if (rows_.empty()) throw UsageError(fmt::format("`{}` has no rows", path));
+    for (const std::uint64_t row : rows_) names_.push_back(store_->id(row));
+    files_.resize(rows_.size());
+    const std::vector<std::string> inputs(options.inputs.begin() + 1, options.inputs.end());
+    if (inputs.empty()) return;
+    std::vector<std::string> ids;
+    for (std::uint64_t row = 0; row < store_->rows(); ++row) ids.push_back(store_->id(row));
+    const DescribedMeshes meshes(path, ids, inputs, options.collect);
+    guard.protect(meshes.files_read());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      PlanItem item;
+      item.row = rows_[i];
+      if (meshes.add_file(item)) files_[i] = std::move(item);
+    }
+  }
+
+  std::unique_ptr<StoreReader> store_;
+  std::vector<std::uint64_t> rows_;
+  std::vector<std::string> names_;
+  std::vector<std::optional<PlanItem>> files_;
+  bool folders_unread_ = false;
+};
+
+// One model after the other, each in all media: the loops inside are parallel.
+class Paintings {
+ public:
+  Paintings(const StrokesOptions& options, const Subjects& subjects, std::uint64_t memory)
+      : options_(options),
+        subjects_(subjects),
+        look_(strokes_look(options)),
+        media_(media_of(options)),
+        memory_(memory),
+        sampling_(painted_samples(options.strokes > 0 ? options.strokes : sampled_strokes, look_.seed)) {}
+
+  std::vector<SheetCell> paint() {
+    std::vector<SheetCell> cells;
+    for (std::size_t i = 0; i < subjects_.count(); ++i) paint_model(i, cells);
+    return cells;
+  }
+
+  std::size_t failed() const { return failed_; }
+  std::size_t lacking() const { return lacking_; }
+
+ private:
+  void paint_model(std::size_t i, std::vector<SheetCell>& cells) {
+    std::string note, failure;
+    PaintedModel model;
+    try {
+      model = read(i, note);
+    } catch (const UsageError&) {
+      throw;
+    } catch (...) {
+      const Failure reason = current_failure("strokes");
+      failure = fmt::format("{}: {}", name_of(reason.status), reason.reason);
+      ++failed_;
+    }
+    lacking_ += !note.empty();
+    for (const StrokeMedium medium : media_) {
+      SheetCell cell;
+      cell.title = subjects_.name(i);
+      cell.note =
+          media_.size() > 1 ? std::string(stroke_medium_names[static_cast<std::size_t>(medium)]) : note;
+      cell.failure = failure;
+      if (failure.empty()) {
+        StrokePictureParameters look = look_;
+        look.medium = medium;
+        look.many_tones = options_.tones == "multi" && has_tones(medium);
+        cell.picture = stroke_picture(model.spans(), look);
+      }
+      cells.push_back(std::move(cell));
+    }
+  }
+
+  PaintedModel read(std::size_t i, std::string& note) {
+    require_memory(i);
+    if (subjects_.stored()) {
+      PaintedModel model = stored_model(subjects_.row(i), subjects_.file(i), options_.strokes, note);
+      if (!note.empty()) note = "on discs: " + note;
+      return model;
+    }
+    if (!device_) device_.emplace();
+    return sampled_file(*subjects_.file(i), sampling_, *device_);
+  }
+
+  void require_memory(std::size_t i) const {
+    std::uint64_t bytes = 0;
+    const std::optional<PlanItem>& file = subjects_.file(i);
+    SampleParameters sampling = sampling_;
+    if (subjects_.stored()) set_samples(sampling, subjects_.samples());
+    MeshEstimate mesh;
+    if (file && file->known_format) {
+      mesh = peek_model(file->path, file->packed, file->format);
+      bytes += estimate_bytes(mesh, sampling, std::max(1, options_.threads));
+    }
+    bytes += stroke_picture_bytes(sampling.place.samples, look_.width, look_.height);
+    if (bytes > memory_)
+      throw ItemError(Status::too_large, fmt::format("it needs {}M beside the pictures; --memory leaves {}M",
+                                                     bytes >> 20, memory_ >> 20));
+  }
+
+  const StrokesOptions& options_;
+  const Subjects& subjects_;
+  StrokePictureParameters look_;
+  std::vector<StrokeMedium> media_;
+  std::uint64_t memory_;
+  SampleParameters sampling_;
+  std::optional<EmbreeDevice> device_;
+  std::size_t failed_ = 0, lacking_ = 0;
+};
+
+// What --memory leaves beside the finished pictures and their sheet.
+std::uint64_t memory_beside_pictures(const StrokesOptions& options, const StrokePictureParameters& look,
+                                     std::size_t pictures) {
+  const std::uint64_t memory = parse_bytes(options.memory),
+                      finished = std::uint64_t{look.width} * look.height * 6 * pictures,
+                      least = finished + stroke_picture_bytes(1, look.width, look.height);
+  if (memory < least)
+    throw UsageError(
+        fmt::format("--memory: pictures ({}) of {} x {} pixels need {}M or more: give it, or lower --size",
+                    pictures, look.width, look.height, (least >> 20) + 1));
+  return memory - finished;
+}
+
+void write_pictures(const StrokesOptions& options, const StrokePictureParameters& look,
+                    std::vector<SheetCell>& cells) {
+  if (cells.size() == 1) {
+    write_png(options.output, cells.front().picture);
+    return;
+  }
+  SheetLook sheet;
+  sheet.cell = look.width;
+  sheet.columns = options.columns;
+  write_png(options.output, picture_sheet(cells, {}, sheet));
+}
+
+int render_strokes(const StrokesOptions& options) {
+  const StrokePictureParameters look = strokes_look(options);
+  if (std::filesystem::path(options.output).extension() != ".png")
+    throw UsageError(fmt::format("-o: `{}` should end in .png, the format of pictures", options.output));
+  OutputGuard guard;
+  const Subjects subjects(options, guard);
+  const std::size_t pictures = subjects.count() * media_of(options).size();
+  if (pictures > most_pictures)
+    throw UsageError(fmt::format("{} pictures are too many for a sheet, which holds {}: name fewer models{}",
+                                 pictures, most_pictures, subjects.stored() ? " with --item" : ""));
+  if (pictures > 1 && (look.width != look.height || look.width > 2048))
+    throw UsageError("--size: several pictures are put on a sheet, and need a square of at most 2048 pixels");
+  if (pictures == 1 && options.columns > 0)
+    throw UsageError("--columns is for several pictures, and this is one");
+  const std::uint64_t memory = memory_beside_pictures(options, look, pictures);
+  guard.check(options.output, {FileKind::png}, "-o");
+  const int threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  Paintings paintings(options, subjects, memory);
+  std::vector<SheetCell> cells = paintings.paint();
+  if (cells.size() == 1 && !cells.front().failure.empty()) {
+    fmt::print(stderr, "meander: {}: {}; no picture was written\n", cells.front().title,
+               cells.front().failure);
+    return exit_some_failed;
+  }
+  write_pictures(options, look, cells);
+  fmt::print("{}: {} picture{} of {} model{}", options.output, cells.size(), cells.size() == 1 ? "" : "s",
+             subjects.count(), subjects.count() == 1 ? "" : "s");
+  if (paintings.lacking() > 0) fmt::print(", {} without a surface", paintings.lacking());
+  if (paintings.failed() > 0) fmt::print(", {} failed", paintings.failed());
+  fmt::print("\n");
+  return paintings.failed() > 0 || subjects.folders_unread() ? exit_some_failed : exit_done;
+}
+
+void add_look_options(Command& command, StrokesOptions& options) {
+  std::vector<std::string> media(stroke_medium_names.begin(), stroke_medium_names.end());
+  media.emplace_back("all");
+  command
+      .add_option("--medium", options.media, "What is painted with, several separated by commas for a sheet")
+      .show_default("oil")
+      .separator(',')
+      .one_of(media);
+  command.add_option("--tones", options.tones, "Ink and pencil: one tone, or three (multi)")
+      .show_default()
+      .one_of({"one", "multi"});
+  command.add_option("--palette", options.palette, "Colours (default: those of the medium)")
+      .one_of({stroke_palette_names.begin(), stroke_palette_names.end()});
+  command
+      .add_option("--strokes", options.strokes,
+                  "Samples to paint, 1 to 10000000 (default: 20000 of a mesh, all of a store)")
+      .range(1, 10000000);
+  command.add_option("--size", options.size, "Pixels: SIDE or WIDTHxHEIGHT, 64 to 8192 each").show_default();
+  command
+      .add_option("--columns", options.columns,
+                  "Several pictures: so many in a row (default: a sheet of about 4 : 3)")
+      .range(1, static_cast<int>(most_pictures));
+  command.add_option("--up", options.up, "The axis of the models that points up")
+      .show_default()
+      .one_of({"x", "y", "z"});
+  command.add_option(
+      "--view", options.view,
+      "Direction from the model towards the eye, X,Y,Z (default: from the front, right and above)");
+  command.add_option(
+      "--light", options.light,
+      "Direction towards the light, as the eye sees it: RIGHT,UP,NEAR (default: -0.6,0.62,0.5)");
+  command.add_option("--margin", options.look.margin, "Unpainted border, share of the smaller side, 0 to 0.3")
+      .show_default()
+      .range(0.0, 0.3);
+  command
+      .add_option("--seed", options.look.seed,
+                  "Seed of the samples of meshes and of the brushes, 0 to 2^64 - 1")
+      .show_default()
+      .whole_number();
+}
+
+}  // namespace
+
+JobFunction add_strokes(Command& render) {
+  Command command = render.add_subcommand("strokes", "PNG pictures of models painted in brush strokes");
+  auto options = std::make_shared<StrokesOptions>();
+  command
+      .add_option("INPUT", options->inputs,
+                  "Meshes, which are sampled first; or a store of `run --method anisotropic`, and behind it "
+                  "where its meshes are (default: strokes without surfaces)")
+      .required();
+  command.add_option("-o,--output", options->output, "The picture, a .png file").required();
+  command.add_option("--item", options->items, "Ids or row numbers of models of the store (default: all)");
+  add_look_options(command, *options);
+  command.add_option("--memory", options->memory, "Limit of the memory for pictures and meshes")
+      .show_default();
+  command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
+      .show_default()
+      .range(0, 1024);
+  add_list_options(command, options->collect);
+  add_trust_option(command, options->check);
+  return [options] { return render_strokes(*options); };
+}
+
+}  // namespace meander

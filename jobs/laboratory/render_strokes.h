@@ -1,0 +1,10 @@
+// meander render strokes: models painted in strokes.
+#pragma once
+
+#include "jobs/jobs.h"
+
+namespace meander {
+
+JobFunction add_strokes(Command& render);
+
+}  // namespace meander
