@@ -28,9 +28,9 @@ std::vector<double> spherical_harmonics(Vector3 direction, std::uint32_t degree)
 //   sqrt(4 pi sum over m of (sum over the points of weight / n x Y_lm)^2),
 //
 // the mass of the shell for l = 0, and at most sqrt(2 l + 1) times that mass for others. The values change
-// neither with place, direction or size of the whole nor with a reflection, but for rounding, and steadily
-// with every point. Points that all coincide have their whole mass in degree 0 of the first shell and 0
-// elsewhere.
+// neither with place, direction or size of the whole nor with a reflection, but for rounding, and
+// continuously with every point. Points that all coincide have their whole mass in degree 0 of the first
+// shell and 0 elsewhere.
 //
 // Independent points of a uniform density have values near sqrt((2 l + 1) mass / n), not 0. Cost: O(n
 // degree^2), see bench/describe_bench.cpp. Serial, in the order of the points; memory 20 KiB. Throws

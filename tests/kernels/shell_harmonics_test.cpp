@@ -191,7 +191,7 @@ TEST_CASE("harmonics on shells do not change with place, direction, size, reflec
   CHECK(largest_difference(shell_harmonics(flat), reference) > 0.05);
 }
 
-TEST_CASE("harmonics on shells change steadily where a point crosses a shell") {
+TEST_CASE("harmonics on shells change continuously where a point crosses a shell") {
   // Six points fix centroid and nearly the mean; two opposite ones cross shell 4 (at 1.25 x the mean).
   const auto with = [](double radius) {
     std::vector<float> points;
