@@ -15,6 +15,7 @@
 #include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_functions.h"
 #include "kernels/describe/shape_moments.h"
+#include "kernels/describe/shell_harmonics.h"
 
 namespace meander::bench {
 
@@ -107,6 +108,18 @@ void shape_functions(benchmark::State& state) {
   check_sum(state, name_of(function).data(), histogram.shares);
 }
 BENCHMARK(shape_functions)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
+
+void harmonics_on_shells(benchmark::State& state) {
+  const std::vector<float> points = points_of(state.range(0));
+  std::vector<float> values;
+  for ([[maybe_unused]] auto _ : state) {
+    values = shell_harmonics(points);
+    benchmark::DoNotOptimize(values.data());
+  }
+  count_items(state, "point", static_cast<double>(state.range(0)));
+  check_sum(state, "harmonics", values);
+}
+BENCHMARK(harmonics_on_shells)->Arg(1024)->Arg(8192)->Unit(benchmark::kMillisecond);
 
 void moments(benchmark::State& state) {
   const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;

@@ -11,6 +11,7 @@ set(included_headers
   cut/cut_to_disk.h
   density/density.h
   describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_moments.h
+  describe/shell_harmonics.h
   flatten/flatten_chart.h
   locate/chart_places.h locate/elements.h locate/embree_locator.h
   mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h

@@ -91,6 +91,10 @@ std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input) {
               .roots};
 }
 
+std::vector<std::vector<float>> harmonics(const DescriptorInput& input) {
+  return {shell_harmonics(input.samples.points)};
+}
+
 }  // namespace descriptor_makers
 
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,

@@ -12,6 +12,7 @@
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_moments.h"
+#include "kernels/describe/shell_harmonics.h"
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/sample/samples.h"
 
@@ -20,8 +21,20 @@ namespace meander {
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
 // histogram. pairs: distances and angles of all pairs of samples with outward normals; pairs_unsigned: with
-// the stored normals, whatever their sense. The numbers are places in descriptor_groups.
-enum class Descriptor : std::uint8_t { d2, a3, d1, d3, d4, geodesic, basics, pairs, pairs_unsigned };
+// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. The numbers
+// are places in descriptor_groups.
+enum class Descriptor : std::uint8_t {
+  d2,
+  a3,
+  d1,
+  d3,
+  d4,
+  geodesic,
+  basics,
+  pairs,
+  pairs_unsigned,
+  harmonics
+};
 
 // basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
 // has is 0 where it is not; the volume has no sign (the model turned inside out is the same solid).
@@ -93,6 +106,7 @@ std::vector<std::vector<float>> geodesic(const DescriptorInput& input);
 std::vector<std::vector<float>> basics(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input);
+std::vector<std::vector<float>> harmonics(const DescriptorInput& input);
 }  // namespace descriptor_makers
 
 inline constexpr std::array<std::string_view, 1> disconnected_columns = {"share"};
@@ -175,7 +189,18 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
            "count in the last) x 4 of the lesser and 4 of the greater angle with the line (edges 36, "
            "60, 84 degrees) x 4 of the angle between the normals (33, 57, 83), the last fastest",
            4},
-      .make = descriptor_makers::pairs_unsigned}});
+      .make = descriptor_makers::pairs_unsigned},
+     {.descriptor = Descriptor::harmonics,
+      .name = "harmonics",
+      .value = "norms of the spherical harmonics of the samples on shells around their centroid (Kazhdan, "
+               "Funkhouser and Rusinkiewicz 2003)",
+      .has_bins = false,
+      .fixed_bins =
+          {shell_harmonic_values,
+           "8 shells of equal steps of radius up to 2.5 x the mean distance from the centroid (linear "
+           "weights; larger distances are in the last) x degrees 0 to 16, the last fastest",
+           2},
+      .make = descriptor_makers::harmonics}});
 
 static_assert([] {
   for (std::size_t i = 0; i < descriptor_groups.size(); ++i)
@@ -214,10 +239,10 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
                                             const Samples& samples);
 
 // The rows of the descriptors asked for, in that order, each followed by its companions: basics; a histogram
-// of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); or, of pairs, the roots of
-// shares. The mesh may be empty unless a descriptor needs_mesh; some need Samples::triangle too. Randomness
-// is a pure function of the key. Cost: see the kernels. Needs at least 4 samples. Throws what they throw;
-// deterministic for every thread count.
+// of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); of pairs, the roots of
+// shares; or the norms of harmonics. The mesh may be empty unless a descriptor needs_mesh; some need
+// Samples::triangle too. Randomness is a pure function of the key. Cost: see the kernels. Needs at least 4
+// samples. Throws what they throw; deterministic for every thread count.
 std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,
                                             const DescribeParameters& parameters,
                                             const CancelToken& cancel = {});

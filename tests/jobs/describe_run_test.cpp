@@ -1,9 +1,11 @@
 // run --describe: descriptors in the same pass.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <numeric>
 
 #include "io/store/store.h"
+#include "kernels/describe/shell_harmonics.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -91,4 +93,59 @@ TEST_CASE("run --describe: mistakes are usage errors") {
   CHECK(few.exit_code == 2);
   CHECK(few.err.find("at least 4 samples") != std::string::npos);
   CHECK(error_of({"--density-floor", "0.1"}).find("curvature") != std::string::npos);
+}
+
+TEST_CASE("harmonics: kept by place, size, sense of faces, other triangles and samples; added to a store") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  const PolygonMesh block = two_sided_plate(2, 0.5);
+  write_mesh(scratch / "in/block.off", block);
+  write_mesh(scratch / "in/moved.off", moved(block, 7, 1, 2, 3));
+  write_mesh(scratch / "in/turned.off", inside_out(block));
+  write_mesh(scratch / "in/remeshed.off", two_sided_plate(7, 0.5));
+  write_mesh(scratch / "in/plate.off", two_sided_plate(2, 0.2));
+  const auto sample = [&](const char* store, std::vector<std::string> more) {
+    more.insert(more.end(), {"-n", "1024"});
+    const ProcessResult result = run(scratch, scratch / store, more);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  };
+  sample("a.h5", {"--describe", "d2,harmonics"});
+  sample("b.h5", {"--describe", "harmonics", "--seed", "2"});
+  sample("c.h5", {"--describe", "d2"});
+  const ProcessResult added =
+      run_process({program, "describe", scratch / "c.h5", "--descriptors", "harmonics"});
+  INFO(added.err);
+  REQUIRE(added.exit_code == 0);
+  const StoreReader store(scratch / "a.h5"), seeded(scratch / "b.h5"), later(scratch / "c.h5");
+  const auto values = [](const StoreReader& of, const char* id) {
+    for (const DescriptorRow& row : of.read_row(*of.find(id)).descriptors)
+      if (row.name == "harmonics") return row.values;
+    return std::vector<float>();
+  };
+  const std::vector<float> reference = values(store, "block.off");
+  REQUIRE(reference.size() == shell_harmonic_values);
+  const auto from_reference = [&](const std::vector<float>& other) {
+    REQUIRE(other.size() == reference.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < reference.size(); ++i)
+      sum += std::abs(double{reference[i]} - double{other[i]});
+    return sum;
+  };
+  for (const char* id : {"moved.off", "turned.off", "remeshed.off"}) {
+    INFO(id);
+    CHECK(from_reference(values(store, id)) < 0.6);
+    CHECK(from_reference(values(seeded, id)) < 0.6);
+  }
+  CHECK(from_reference(values(store, "plate.off")) > 2);
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    CHECK(values(later, store.id(row).c_str()) == values(store, store.id(row).c_str()));
+
+  const ProcessResult bins = run(scratch, scratch / "d.h5", {"--describe", "harmonics", "--bins", "64"});
+  CHECK(bins.exit_code == 2);
+  CHECK(bins.err.find("--bins applies to d2, a3, d1, d3, d4 and geodesic only") != std::string::npos);
+  const ProcessResult emd = run_process({program, "retrieve", "query", scratch / "a.h5", "0", "--descriptor",
+                                         "harmonics", "--distance", "emd"});
+  CHECK(emd.exit_code == 2);
+  CHECK(emd.err.find("emd measures along a line of bins") != std::string::npos);
 }
