@@ -5,8 +5,6 @@
 #include <stdexcept>
 
 #include "io/archive/model_bytes.h"
-#include "io/digest.h"
-#include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
 #include "kernels/sample/point_frames.h"
@@ -61,9 +59,9 @@ void keep_discs(PaintedModel& painted, const Row& row) {
 std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file, PolygonMesh& mesh) {
   if (!file) return "no mesh in the INPUT";
   try {
-    const ModelBytes bytes(file->path, file->packed);
-    if (sha256(bytes.bytes()) != row.report.content_sha256) return "the mesh has changed";
-    mesh = read_mesh(bytes.bytes(), file->format);
+    const ModelBytes bytes(file->path, file->packed, file->format);
+    if (bytes.content_sha256() != row.report.content_sha256) return "the mesh has changed";
+    mesh = bytes.mesh();
   } catch (const ItemError& error) {
     return error.what();
   }
@@ -95,9 +93,9 @@ PaintedModel sampled_file(const PlanItem& file, const SampleParameters& paramete
     throw ItemError(Status::unsupported_format, "the extension is not that of a known mesh format");
   Model model;
   {
-    const ModelBytes bytes(file.path, file.packed);
-    model.key = make_random_key(parameters.seed, sha256(bytes.bytes()));
-    model.file = read_mesh(bytes.bytes(), file.format);
+    const ModelBytes bytes(file.path, file.packed, file.format);
+    model.key = make_random_key(parameters.seed, bytes.content_sha256());
+    model.file = bytes.mesh();
   }
   run_stages(stages_of(parameters, &device), model);
   release_charts(model);

@@ -40,7 +40,7 @@ RgbImage splats_on(const Row& row, const SplatView& view, const SplatSizes& size
       .image;
 }
 
-SplatView view_of(const Row& row, Vector3 towards, std::uint32_t size) {
+SplatView fitted_row(const Row& row, Vector3 towards, std::uint32_t size) {
   return fitted_view(row.samples.points, towards, upwards, size, size);
 }
 
@@ -207,7 +207,7 @@ void draw_one_splatted(FigureSet& figures, const FigureMesh& mesh) {
     parameters.density.kind = density;
     const Row row = row_of(mesh, parameters, count, figures.seed);
     const char* const title = density == DensityKind::uniform ? "uniform" : "by mean curvature";
-    const SplatView view = view_of(row, front, size);
+    const SplatView view = fitted_row(row, front, size);
     cells.push_back({splats_on(row, view, {0.7, false}), title, fmt::format("{} splats, cover 0.7", count)});
     cells.push_back({splats_on(row, view, {}), title, fmt::format("{} splats, cover 4", count)});
   }
@@ -291,7 +291,7 @@ double mean_white_space(const FigureMesh& mesh, const Row& row, const SplatSizes
     positions[k] = (mesh.positions[k] - row.report.loc[k % 3]) / row.report.scale;
   double sum = 0;
   for (const Vector3& towards : white_space_views) {
-    const SplatView view = view_of(row, towards, size);
+    const SplatView view = fitted_row(row, towards, size);
     std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, row.samples.count()), sizes);
     const OrientedSplats splats = splats_of(row, half_axes, {&splat_colour, 1}, view);
     sum += white_space(splats, view, surface_depth(positions, mesh.faces, view)).share();
@@ -317,7 +317,7 @@ void draw_one_tensor(FigureSet& figures, const FigureMesh& mesh, Table& table) {
   for (const double cover : {0.8, 4.0})
     for (const char* method : {"conformal", "anisotropic"}) {
       const Row row = row_of(mesh, parameters_for(method), few, figures.seed);
-      cells.push_back({splats_on(row, view_of(row, front, size), {cover, false}),
+      cells.push_back({splats_on(row, fitted_row(row, front, size), {cover, false}),
                        std::string_view(method) == "conformal" ? "isotropic" : "anisotropic",
                        fmt::format("{} splats, cover {:g}", few, cover)});
     }
