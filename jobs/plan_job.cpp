@@ -28,15 +28,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The text of a script whose words $STORE and $LAST are replaced.
-std::string filled(std::string text, const std::string& store, std::size_t shards) {
+// The text of a script with the name of the store, as a string in the quotes that stand around it there, and
+// the number of shards.
+std::string filled(std::string text, const std::string& quoted_store, std::size_t shards) {
   const auto replace = [&](std::string_view word, const std::string& value) {
-    for (std::size_t at; (at = text.find(word)) != std::string::npos;) text.replace(at, word.size(), value);
+    for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += value.size())
+      text.replace(at, word.size(), value);
   };
-  replace("@STORE@", store);
+  replace("@STORE@", quoted_store);
   replace("@SHARDS@", std::to_string(shards));
   replace("@LAST@", std::to_string(shards - 1));
   return text;
+}
+
+// For the single quotes of a shell and the double quotes of YAML.
+std::string escaped(const std::string& text, std::string_view special, const std::string& before) {
+  std::string result;
+  for (const char c : text) {
+    if (special.find(c) != std::string_view::npos) result += before;
+    result += c;
+  }
+  return result;
 }
 
 // The signal at the limit goes to the shell, which hands it on; a command in the foreground would be
@@ -60,7 +72,7 @@ exit $rc
 constexpr const char* parallel_script = R"(#!/bin/sh
 # One task at a time on each machine; `--sshloginfile hosts.txt` uses several. Run it again to continue.
 store='@STORE@'
-seq 0 @LAST@ | parallel --jobs 1 --retries 3 meander run "$store.run" --shard '{}/@SHARDS@' --progress none &&
+seq 0 @LAST@ | parallel --quote --jobs 1 --retries 3 meander run "$store.run" --shard '{}/@SHARDS@' --progress none &&
   meander merge "$store.run"
 )";
 
@@ -161,9 +173,11 @@ class PlanJob {
   void report(const RunArray& array, std::span<const double> costs) const {
     const std::size_t count = array.shards.size();
     const std::string store = fs::absolute(run_.store).string();
-    if (options_.emit == "slurm") fmt::print("{}", filled(slurm_script, store, count));
-    if (options_.emit == "parallel") fmt::print("{}", filled(parallel_script, store, count));
-    if (options_.emit == "kubernetes") fmt::print("{}", filled(kubernetes_script, store, count));
+    const std::string in_shell = escaped(store, "'", "'\\'");
+    if (options_.emit == "slurm") fmt::print("{}", filled(slurm_script, in_shell, count));
+    if (options_.emit == "parallel") fmt::print("{}", filled(parallel_script, in_shell, count));
+    if (options_.emit == "kubernetes")
+      fmt::print("{}", filled(kubernetes_script, escaped(store, "\\\"", "\\"), count));
     if (!options_.emit.empty()) return;
     const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (run_.json) {

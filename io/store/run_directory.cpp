@@ -8,6 +8,7 @@
 #include "io/file/directory.h"
 #include "io/file/folder_lock.h"
 #include "io/store/journal.h"
+#include "io/store/run_array.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
 
@@ -277,7 +278,23 @@ void RunDirectory::finish() {
   remove_run_folder(state.store);
 }
 
+namespace {
+
+// Throws RunError(stopped) while a task of an array is at work. A description that cannot be read names none.
+void require_no_task(const fs::path& store) {
+  std::optional<RunArray> array;
+  try {
+    array = read_run_array(store);
+  } catch (const RunError&) {
+  }
+  for (std::size_t s = 0; array && s < array->shards.size(); ++s)
+    if (fs::exists(shard_folder(store, s) / lock_name)) lock_folder(shard_folder(store, s), lock_name, false);
+}
+
+}  // namespace
+
 void discard_run(const fs::path& store) {
+  require_no_task(store);
   const FileDescriptor lock = lock_folder(with_suffix(store, ".run"), lock_name, false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);

@@ -130,7 +130,7 @@ class RunDirectory {
 };
 
 // Removes STORE.run/ and what killed processes left beside it (for --fresh); a finished STORE stays until
-// another is renamed over it. Throws RunError(stopped) when another process holds the run.
+// another is renamed over it. Throws RunError(stopped) when another process holds the run, or a shard of it.
 void discard_run(const std::filesystem::path& store);
 
 // What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it

@@ -126,8 +126,11 @@ TEST_CASE("array: a task that another process works on ends with 75") {
     const ProcessResult status = meander_with({"status", scene.run, "--json"});
     CHECK(status.exit_code == 75);
     CHECK(JsonObject(status.out, "status").integer("shards_in_work") == 1);
+    // Nor is the plan discarded meanwhile.
+    CHECK(scene.plan(3, {"--fresh"}).exit_code == 75);
   }
   CHECK(scene.shard("1/2").exit_code == 0);
+  CHECK(scene.plan(3, {"--fresh"}).exit_code == 0);
 }
 
 TEST_CASE("array: asked to stop, a task ends with 75 and goes on later") {
@@ -346,7 +349,9 @@ TEST_CASE("array: the script for GNU parallel makes the store") {
     WARN("skipped: no GNU parallel here");
     return;
   }
-  const Scene scene;
+  Scene scene;
+  scene.store = scene.scratch / "it's.h5";
+  scene.run = scene.store.string() + ".run";
   const ProcessResult planned = scene.plan(5, {"--emit", "parallel"});
   REQUIRE(planned.exit_code == 0);
   const fs::path script = scene.scratch / "run.sh";
