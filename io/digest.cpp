@@ -15,4 +15,14 @@ std::array<std::uint8_t, 32> sha256(std::span<const std::byte> bytes) {
   return digest;
 }
 
+std::string hex_text(std::span<const std::uint8_t> bytes) {
+  constexpr char digits[] = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += digits[byte >> 4];
+    text += digits[byte & 15];
+  }
+  return text;
+}
+
 }  // namespace meander

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "io/digest.h"
 #include "io/json_writer.h"
 #include "io/store/run_array.h"
 #include "io/store/store.h"
@@ -28,12 +29,6 @@ struct InfoOptions {
   bool failed = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };
-
-std::string hex(const std::array<std::uint8_t, 32>& digest) {
-  std::string text;
-  for (const std::uint8_t byte : digest) text += fmt::format("{:02x}", byte);
-  return text;
-}
 
 int show_item(const StoreReader& store, const InfoOptions& options) {
   const std::uint64_t row = find_item(store, options.item);
@@ -68,7 +63,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("area_scale_range", r.area_scale_range);
     json.member("distortion", r.distortion);
     json.member("file_bytes", r.file_bytes);
-    json.member("content_sha256", hex(r.content_sha256));
+    json.member("content_sha256", hex_text(r.content_sha256));
     json.key("repairs");
     json.begin_object();
     for (std::size_t i = 0; i < repair_count; ++i)
@@ -100,7 +95,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
     if (descriptor.values.size() == 1)
       fmt::print("  {:<18}{:.4g}\n", descriptor.name, descriptor.values.front());
-  fmt::print("  content           {}\n", hex(r.content_sha256));
+  fmt::print("  content           {}\n", hex_text(r.content_sha256));
   return exit_done;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -32,8 +31,7 @@ fs::path shortened(const fs::path& path) {
     std::string name = part.string();
     if (name.size() > longest_part) {
       const auto digest = sha256(std::as_bytes(std::span(name)));
-      const std::string ending =
-          fmt::format("~{:02x}{}", fmt::join(std::span(digest).first(8), ""), part.extension().string());
+      const std::string ending = "~" + hex_text(std::span(digest).first(8)) + part.extension().string();
       std::size_t kept = longest_part - std::min(longest_part, ending.size());
       while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xC0) == 0x80) --kept;  // whole characters
       name = name.substr(0, kept) + ending;

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
 
 #include "io/digest.h"
 #include "io/file/atomic_file.h"
@@ -68,64 +70,71 @@ void copy_file(const fs::path& from, const fs::path& to) {
   copy.commit();
 }
 
+// What all shards of a task have in common.
+struct ArrayTask {
+  std::string store;
+  RunArray array;
+  RunOptions options;  // the plan's, with what the task was given
+  std::string scratch;
+  StageHook stages;                                  // changes them
+  std::unique_ptr<ReusableRows> reusable = nullptr;  // from the first shard on that asks for it
+};
+
+// Memory that the listings of the archives take.
+std::uint64_t index_bytes(std::span<const PlanItem> items) {
+  std::set<const Archive*> archives;
+  for (const PlanItem& item : items)
+    if (item.packed) archives.insert(item.packed.archive.get());
+  std::uint64_t bytes = 0;
+  for (const Archive* archive : archives) bytes += archive->index_bytes();
+  return bytes;
+}
+
 // One shard on its way. Its lock is held from the start, so that no second copy works on it.
 class ShardRun {
  public:
-  ShardRun(const std::string& store, const RunArray& array, std::size_t number, const RunOptions& given,
-           const std::string& scratch, const Laboratory* laboratory, const StageHook& hook)
-      : store_(store),
-        array_(array),
+  ShardRun(ArrayTask& task, std::size_t number)
+      : task_(task),
         number_(number),
-        laboratory_(laboratory),
-        hook_(hook),
-        result_(shard_store(store, number).string()),
-        lock_(lock_folder(shard_folder(store, number), "lock", false)) {
+        result_(shard_store(task.store, number).string()),
+        lock_(lock_folder(shard_folder(task.store, number), "lock", false)) {
     if (is_done()) return;
-    plan_ = read_shard_plan(store, number);
-    options_ = planned_options(array, plan_.header, laboratory);
-    options_.store = scratch.empty() ? result_ : scratch_store(scratch);
-    options_.fresh = options_.json = false;
-    options_.threads = given.threads;
-    options_.memory_bytes = given.memory_bytes;
-    options_.progress = given.progress;
-    options_.max_failures = given.max_failures;
-    options_.model_bytes =
-        memory_for_models(options_.memory_bytes, plan_.header, options_.sample, options_.threads, 0);
-    planned_ =
-        planned_store(plan_, read_shard_items(shard_folder(store, number), plan_.header), nullptr, {}, {});
-    stages_ = [this](GraphStages& stages) {
-      if (options_.certify) laboratory_->add_certificate_stage(stages);
-      if (hook_) hook_(stages);
-    };
+    RunPlan plan = read_shard_plan(task.store, number);
+    const std::vector<PlanItem> items = read_shard_items(shard_folder(task.store, number), plan.header);
+    options_ = task.options;
+    options_.store = task.scratch.empty() ? result_ : scratch_store(task.scratch);
+    options_.model_bytes = memory_for_models(options_.memory_bytes, plan.header, options_.sample,
+                                             options_.threads, index_bytes(items));
+    planned_ = planned_store(std::move(plan), items, nullptr, {}, {});
   }
   ShardRun(const ShardRun&) = delete;
   ShardRun& operator=(const ShardRun&) = delete;
 
-  bool is_done() const { return array_.shards[number_].rows() == 0 || fs::exists(result_); }
+  bool is_done() const { return rows() == 0 || fs::exists(result_); }
 
   // What may have killed an earlier process, before this one starts a thread.
   void try_earlier_suspects() {
-    if (!is_done() && read_run_plan(options_.store)) try_suspects(planned_, {options_, stages_, {}, nullptr});
+    if (!is_done() && read_run_plan(options_.store))
+      try_suspects(planned_, {options_, task_.stages, {}, nullptr});
   }
 
   // False when it was stopped.
   bool run(bool json) {
-    const std::uint64_t rows = array_.shards[number_].rows();
     if (is_done()) {
-      say(json, rows, read_shard_report(store_, number_).value_or(report_of(rows, 0)), true);
+      say(json, read_shard_report(task_.store, number_).value_or(report_of(rows(), 0)), true);
       return true;
     }
     const auto start = std::chrono::steady_clock::now();
-    std::unique_ptr<ReusableRows> reusable;
-    PlannedRunParameters parameters{options_, stages_, {}, nullptr};
+    PlannedRunParameters parameters{options_, task_.stages, {}, nullptr};
     if (!options_.reuse.empty()) {
-      reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, plan_.header);
-      parameters.reuse = [&](const auto& content, Row& row) { return reusable->find(content, row); };
+      if (!task_.reusable)
+        task_.reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, planned_.plan.header);
+      parameters.reuse = [this](const auto& content, Row& row) { return task_.reusable->find(content, row); };
     }
     RunOutcome outcome;
     // A copy in the scratch folder that is finished was not handed over.
     if (!fs::exists(options_.store) && !make_planned_store(planned_, parameters, outcome)) return false;
-    ShardReport report = report_of(rows, summarise(StoreReader(options_.store)).failed());
+    ShardReport report = report_of(rows(), summarise(StoreReader(options_.store)).failed());
     if (options_.store != result_) {
       copy_file(options_.store, result_);
       fs::remove(options_.store);
@@ -135,12 +144,14 @@ class ShardRun {
     report.ended_unix_time = std::time(nullptr);
     std::array<char, 256> host{};
     if (::gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
-    write_shard_report(store_, number_, report);
-    say(json, rows, report, false);
+    write_shard_report(task_.store, number_, report);
+    say(json, report, false);
     return true;
   }
 
  private:
+  std::uint64_t rows() const { return task_.array.shards[number_].rows(); }
+
   static ShardReport report_of(std::uint64_t rows, std::uint64_t failed) {
     ShardReport report;
     report.rows = rows;
@@ -152,33 +163,27 @@ class ShardRun {
   std::string scratch_store(const std::string& folder) const {
     const std::string path = fs::weakly_canonical(result_).string();
     const auto digest = sha256(std::as_bytes(std::span(path)));
-    std::string name;
-    for (std::size_t i = 0; i < 8; ++i) name += fmt::format("{:02x}", digest[i]);
+    const std::string name = hex_text(std::span(digest).first(8));
     return (fs::path(folder) / fmt::format("meander-{}-shard-{:06}.h5", name, number_)).string();
   }
 
-  void say(bool json, std::uint64_t rows, const ShardReport& report, bool before) const {
+  void say(bool json, const ShardReport& report, bool before) const {
     if (json) {
       fmt::print(
           "{{\"shard\":{},\"shards\":{},\"rows\":{},\"failed\":{},\"seconds\":{:.3f},\"done_before\":{}}}\n",
-          number_, array_.shards.size(), rows, report.failed, report.seconds, before);
+          number_, task_.array.shards.size(), rows(), report.failed, report.seconds, before);
       return;
     }
-    fmt::print("shard {} of {}: {} models, {} failed{}\n", number_, array_.shards.size(), rows, report.failed,
-               before ? ", done before" : fmt::format(", {:.2f} s", report.seconds));
+    fmt::print("shard {} of {}: {} models, {} failed{}\n", number_, task_.array.shards.size(), rows(),
+               report.failed, before ? ", done before" : fmt::format(", {:.2f} s", report.seconds));
   }
 
-  const std::string store_;
-  const RunArray& array_;
+  ArrayTask& task_;
   const std::size_t number_;
-  const Laboratory* laboratory_;
-  const StageHook& hook_;
   const std::string result_;
   FileDescriptor lock_;
-  RunPlan plan_;
   RunOptions options_;
   PlannedStore planned_;
-  StageHook stages_;
 };
 
 // What a task may be told; everything else the plan has decided.
@@ -244,11 +249,20 @@ int run_shards(const RunOptions& given, const RunOptionTexts& texts, const Shard
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
   resolve_budget_options(budgets, texts);
-  const RunArray array = *read_run_array(store);
+  ArrayTask task{store, *read_run_array(store), {}, which.scratch, {}};
+  const std::vector<std::size_t> numbers = shards_of_task(which, task.array.shards.size());
+  task.options = planned_options(task.array, read_shard_plan(store, numbers.front()).header, laboratory);
+  task.options.fresh = task.options.json = false;
+  task.options.threads = budgets.threads;
+  task.options.memory_bytes = budgets.memory_bytes;
+  task.options.progress = budgets.progress;
+  task.options.max_failures = budgets.max_failures;
+  task.stages = [&](GraphStages& stages) {
+    if (task.options.certify) laboratory->add_certificate_stage(stages);
+    if (hook) hook(stages);
+  };
   std::vector<std::unique_ptr<ShardRun>> shards;
-  for (const std::size_t number : shards_of_task(which, array.shards.size()))
-    shards.push_back(
-        std::make_unique<ShardRun>(store, array, number, budgets, which.scratch, laboratory, hook));
+  for (const std::size_t number : numbers) shards.push_back(std::make_unique<ShardRun>(task, number));
   for (const auto& shard : shards) shard->try_earlier_suspects();
   for (const auto& shard : shards)
     if (!shard->run(given.json)) return exit_stopped;

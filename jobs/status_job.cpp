@@ -1,7 +1,5 @@
 // meander status: how far an array is.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 
 #include <algorithm>
 #include <ctime>
@@ -9,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/file/file_descriptor.h"
+#include "io/file/folder_lock.h"
 #include "io/json_writer.h"
 #include "jobs/array_plan.h"
 #include "jobs/command_line.h"
@@ -33,9 +31,15 @@ enum class ShardState { done, in_work, interrupted, waiting };
 // The lock tells whether a process of this machine, or of one whose file system shares locks, works on it.
 ShardState state_of(const std::string& store, std::size_t shard) {
   if (fs::exists(shard_store(store, shard))) return ShardState::done;
-  const FileDescriptor lock = try_open(shard_folder(store, shard) / "lock", O_RDONLY);
-  if (!lock) return ShardState::waiting;
-  return ::flock(lock.get(), LOCK_SH | LOCK_NB) == 0 ? ShardState::interrupted : ShardState::in_work;
+  switch (lock_state(shard_folder(store, shard), "lock")) {
+    case LockState::absent:
+      return ShardState::waiting;
+    case LockState::free:
+      return ShardState::interrupted;
+    case LockState::held:
+      return ShardState::in_work;
+  }
+  return ShardState::waiting;
 }
 
 struct ArrayStatus {

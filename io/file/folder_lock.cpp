@@ -52,4 +52,10 @@ FileDescriptor lock_folder(const fs::path& folder, const std::string& name, bool
   }
 }
 
+LockState lock_state(const fs::path& folder, const std::string& name) {
+  const FileDescriptor file = try_open(folder / name, O_RDONLY);
+  if (!file) return LockState::absent;
+  return ::flock(file.get(), LOCK_SH | LOCK_NB) == 0 ? LockState::free : LockState::held;
+}
+
 }  // namespace meander

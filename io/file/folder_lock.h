@@ -14,4 +14,8 @@ namespace meander {
 // Throws RunError(stopped) while another process holds the lock, FileError when the system refuses.
 FileDescriptor lock_folder(const std::filesystem::path& folder, const std::string& name, bool create);
 
+// Whether the file FOLDER/NAME is there, and whether a process holds its lock.
+enum class LockState { absent, free, held };
+LockState lock_state(const std::filesystem::path& folder, const std::string& name);
+
 }  // namespace meander

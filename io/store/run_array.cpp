@@ -1,10 +1,8 @@
 #include "io/store/run_array.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <iterator>
 #include <map>
@@ -18,6 +16,7 @@
 #include "io/item_id.h"
 #include "io/json/json_reader.h"
 #include "io/json_writer.h"
+#include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
 
@@ -128,14 +127,16 @@ RunPlan plan_of_shard(const RunPlan& plan, const ArrayShard& shard) {
 
 }  // namespace
 
-fs::path array_folder(const fs::path& store) { return fs::path(store) += ".run"; }
+fs::path array_folder(const fs::path& store) { return with_suffix(store, ".run"); }
 
 fs::path shard_folder(const fs::path& store, std::size_t shard) {
   return array_folder(store) / "shards" / fmt::format("{:03}", shard / shards_of_folder) /
          fmt::format("shard-{:06}", shard);
 }
 
-fs::path shard_store(const fs::path& store, std::size_t shard) { return shard_folder(store, shard) += ".h5"; }
+fs::path shard_store(const fs::path& store, std::size_t shard) {
+  return with_suffix(shard_folder(store, shard), ".h5");
+}
 
 void create_run_array(const fs::path& store, const RunArray& array, const RunPlan& plan,
                       const std::function<void(std::size_t, const fs::path&)>& add) {
@@ -219,14 +220,11 @@ void merge_run_array(const fs::path& store, const RunArray& array) {
     append(whole.header.labels, part.header.labels);
     append(whole.header.splits, part.header.splits);
   }
-  const fs::path made = fs::path(store) += fmt::format(".part-{}", ::getpid());
+  remove_leftovers(store);
+  const fs::path made = part_of_store(store);
   merge_rows(made, whole.header, make_layout(whole.header), sources);
   rename_file(made, store);
-  const fs::path removed = fs::path(folder) += fmt::format(".removed-{}", ::getpid());
-  std::error_code ignored;
-  fs::remove_all(removed, ignored);
-  rename_file(folder, removed);
-  fs::remove_all(removed, ignored);
+  remove_run_folder(store);
 }
 
 }  // namespace meander

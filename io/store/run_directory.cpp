@@ -9,6 +9,7 @@
 #include "io/file/folder_lock.h"
 #include "io/store/journal.h"
 #include "io/store/run_array.h"
+#include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
 
@@ -21,39 +22,6 @@ namespace {
 
 constexpr std::uint8_t not_done = 0xFF;
 constexpr const char* lock_name = "lock";  // in STORE.run
-
-fs::path with_suffix(const fs::path& store, std::string_view suffix) {
-  fs::path path = store;
-  path += suffix;
-  return path;
-}
-
-// Files that a killed process may have left beside the store. Called with the lock of the run folder held.
-void remove_leftovers(const fs::path& store) {
-  const fs::path folder = store.parent_path().empty() ? fs::path(".") : store.parent_path();
-  const std::string name = store.filename().string();
-  std::error_code ignored;
-  std::vector<fs::path> leftovers;
-  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
-       entry.increment(ignored)) {
-    const std::string other = entry->path().filename().string();
-    // A process number and nothing behind it: NAME.part-1.off is a user's mesh.
-    for (const std::string& prefix : {name + ".part-", name + ".run.removed-"})
-      if (other.starts_with(prefix) &&
-          other.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
-        leftovers.push_back(entry->path());
-  }
-  for (const fs::path& path : leftovers) fs::remove_all(path, ignored);
-}
-
-// A folder half removed must not be taken for a run: it loses its name first.
-void remove_run_folder(const fs::path& store) {
-  const fs::path removed = with_suffix(store, fmt::format(".run.removed-{}", ::getpid()));
-  std::error_code ignored;
-  fs::remove_all(removed, ignored);
-  rename_file(with_suffix(store, ".run"), removed);
-  fs::remove_all(removed, ignored);
-}
 
 void check_header(const StoreHeader& header) {
   const auto refuse = [](const std::string& what) { throw ItemError(Status::internal, what); };
@@ -272,7 +240,7 @@ void RunDirectory::finish() {
     if (!state.sealed[shard]) state.seal(shard);
     shards.push_back({state.shard_path(shard), state.rows_of(shard)});
   }
-  const fs::path part = with_suffix(state.store, fmt::format(".part-{}", ::getpid()));
+  const fs::path part = part_of_store(state.store);
   merge_rows(part, state.header, state.layout, shards);
   rename_file(part, state.store);
   remove_run_folder(state.store);

@@ -1,12 +1,13 @@
 #include "io/store/run_plan.h"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <cstring>
+#include <span>
 #include <utility>
 
+#include "io/digest.h"
 #include "io/file/atomic_file.h"
 #include "io/file/read_file.h"
 #include "io/json_writer.h"
@@ -139,15 +140,6 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   return stored;
 }
 
-std::string sha256_hex(std::string_view text) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned length = 0;
-  EVP_Digest(text.data(), text.size(), digest, &length, EVP_sha256(), nullptr);
-  std::string hex;
-  for (unsigned i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
-}
-
 std::string run_json(const RunPlan& run, std::string_view plan) {
   const StoreHeader& header = run.header;
   JsonWriter json;
@@ -162,7 +154,7 @@ std::string run_json(const RunPlan& run, std::string_view plan) {
   json.member("seed", header.seed);
   json.member("order", header.order);
   json.member("compression", header.compression == Compression::standard ? "standard" : "none");
-  json.member("plan_sha256", sha256_hex(plan));
+  json.member("plan_sha256", hex_text(sha256(std::as_bytes(std::span(plan)))));
   std::string text = json.text();
   // The parameters are JSON already.
   if (!header.parameters_json.empty()) text += ",\"parameters\":" + header.parameters_json;

@@ -28,7 +28,7 @@ bool is_text(const DatasetLayout& dataset) {
 // An open source with the statuses of its rows.
 struct OpenSource {
   OpenSource(const MergeSource& source, const StoreLayout& layout, const StoreHeader& header)
-      : rows(source.rows), reader(source.path) {
+      : path(source.path), rows(source.rows), reader(source.path) {
     if (!reader.problems().empty()) refuse_source(source.path, reader.problems().front());
     const StoreFacts& facts = reader.facts();
     const bool same_rows = facts.shard ? facts.shard->begin == rows.begin && facts.shard->end == rows.end &&
@@ -42,6 +42,7 @@ struct OpenSource {
     reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
   }
 
+  fs::path path;
   RowRange rows;
   StoreFileReader reader;
   std::vector<std::byte> statuses;
@@ -123,14 +124,6 @@ class RowMerger {
   // The source of a row: one that is open.
   const OpenSource& source_of(std::uint64_t row) const { return *std::prev(open_.upper_bound(row))->second; }
 
-  fs::path path_of(const OpenSource& source) const {
-    return std::find_if(sources_.begin(), sources_.end(),
-                        [&](const MergeSource& s) {
-                          return s.rows.begin == source.rows.begin && s.rows.end == source.rows.end;
-                        })
-        ->path;
-  }
-
   void write_column(StoreFileWriter& store, std::size_t d, RowRange block) {
     const DatasetLayout& dataset = layout_.datasets[d];
     const bool always = dataset.spec.role != Role::samples && dataset.spec.role != Role::descriptor;
@@ -164,8 +157,7 @@ class RowMerger {
   void copy_chunk(StoreFileWriter& store, std::size_t d, std::uint64_t row) {
     const OpenSource& source = source_of(row);
     for (std::uint32_t part = 0; part < layout_.datasets[d].chunk.chunks_per_row; ++part) {
-      guarded(path_of(source),
-              [&] { source.reader.read_chunk(d, row - source.rows.begin, part, filtered_); });
+      guarded(source.path, [&] { source.reader.read_chunk(d, row - source.rows.begin, part, filtered_); });
       store.write_chunk(d, row, part, filtered_);
     }
   }
@@ -179,7 +171,7 @@ class RowMerger {
       const std::uint64_t count = std::min(rows.end, source.rows.end) - row;
       const std::uint64_t width = source.reader.layout().datasets[d].row_bytes;
       theirs.resize(count * width);
-      guarded(path_of(source), [&] { source.reader.read_rows(d, row - source.rows.begin, count, theirs); });
+      guarded(source.path, [&] { source.reader.read_rows(d, row - source.rows.begin, count, theirs); });
       // Texts are as wide as the longest of their file.
       for (std::uint64_t i = 0; i < count; ++i)
         std::memcpy(values.data() + (row - rows.begin + i) * dataset.row_bytes, theirs.data() + i * width,
@@ -202,7 +194,7 @@ class RowMerger {
       const std::string& id = header_.ids[row];
       const auto* found = reinterpret_cast<const char*>(values.data()) + (row - rows.begin) * width;
       if (std::string_view(found, ::strnlen(found, width)) != id)
-        refuse_source(path_of(source_of(row)), fmt::format("it lacks the item \"{}\"", id));
+        refuse_source(source_of(row).path, fmt::format("it lacks the item \"{}\"", id));
     }
   }
 

@@ -9,18 +9,17 @@
 
 namespace meander {
 
-namespace {
-
-void draw_depth(DepthPicture& picture, Vector3 a, Vector3 b, Vector3 c) {
+void add_triangle_depth(std::span<float> depth, std::uint32_t width, std::uint32_t height, Vector3 a,
+                        Vector3 b, Vector3 c) {
   const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
   if (area == 0 || !std::isfinite(area)) return;
   const auto clamped = [](double v, std::uint32_t size) {
     return static_cast<std::int64_t>(std::clamp(v, 0.0, static_cast<double>(size)));
   };
-  const std::int64_t first_x = clamped(std::ceil(std::min({a.x, b.x, c.x}) - 0.5), picture.width),
-                     last_x = clamped(std::floor(std::max({a.x, b.x, c.x}) + 0.5), picture.width),
-                     first_y = clamped(std::ceil(std::min({a.y, b.y, c.y}) - 0.5), picture.height),
-                     last_y = clamped(std::floor(std::max({a.y, b.y, c.y}) + 0.5), picture.height);
+  const std::int64_t first_x = clamped(std::ceil(std::min({a.x, b.x, c.x}) - 0.5), width),
+                     last_x = clamped(std::floor(std::max({a.x, b.x, c.x}) + 0.5), width),
+                     first_y = clamped(std::ceil(std::min({a.y, b.y, c.y}) - 0.5), height),
+                     last_y = clamped(std::floor(std::max({a.y, b.y, c.y}) + 0.5), height);
   const double inverse = 1 / area;
   for (std::int64_t y = first_y; y < last_y; ++y) {
     const double py = static_cast<double>(y) + 0.5;
@@ -31,13 +30,11 @@ void draw_depth(DepthPicture& picture, Vector3 a, Vector3 b, Vector3 c) {
       };
       const double wa = edge(b, c), wb = edge(c, a), wc = edge(a, b);
       if (wa < 0 || wb < 0 || wc < 0) continue;
-      float& depth = picture.depth[static_cast<std::size_t>(y) * picture.width + static_cast<std::size_t>(x)];
-      depth = std::max(depth, static_cast<float>(wa * a.z + wb * b.z + wc * c.z));
+      float& nearest = depth[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
+      nearest = std::max(nearest, static_cast<float>(wa * a.z + wb * b.z + wc * c.z));
     }
   }
 }
-
-}  // namespace
 
 bool DepthPicture::covered(std::int64_t x, std::int64_t y) const {
   return x >= 0 && y >= 0 && x < width && y < height &&
@@ -81,7 +78,7 @@ DepthPicture depth_picture(const PictureView& view, std::span<const double> posi
       const std::size_t v = 3 * std::size_t{faces[f + k]};
       corner[k] = view.point({positions[v], positions[v + 1], positions[v + 2]});
     }
-    draw_depth(picture, corner[0], corner[1], corner[2]);
+    add_triangle_depth(picture.depth, width, height, corner[0], corner[1], corner[2]);
   }
   for (const float depth : picture.depth)
     if (depth != empty_depth) picture.far = std::min(picture.far, static_cast<double>(depth));

@@ -33,6 +33,11 @@ struct DepthPicture {
   bool covered(std::int64_t x, std::int64_t y) const;
 };
 
+// Adds a triangle, corners in pixels and z towards the eye, to a depth buffer of height rows of width. The
+// middle of a pixel decides; a triangle of no area adds nothing. O(pixels of its box).
+void add_triangle_depth(std::span<float> depth, std::uint32_t width, std::uint32_t height, Vector3 a,
+                        Vector3 b, Vector3 c);
+
 // positions: 3 V; faces: 3 T, vertices that are there. The middle of a pixel decides. Faces of no area are
 // left out. O(T + covered pixels), serial.
 DepthPicture depth_picture(const PictureView& view, std::span<const double> positions,

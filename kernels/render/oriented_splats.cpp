@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/render/depth_picture.h"
 #include "kernels/render/shading.h"
 
 namespace meander {
@@ -22,8 +23,6 @@ constexpr double filter_radius = 0.5;  // pixels
 Vector3 triple(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
-bool all_finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 // ---- views ------------------------------------------------------------------------------------------------
 
 SplatView directed_view(Vector3 towards, Vector3 up, std::uint32_t width, std::uint32_t height) {
@@ -46,7 +45,7 @@ Extent extent_along(std::span<const float> points, const std::array<Vector3, 3>&
   extent.most.fill(-std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
     const Vector3 p = triple(points, i);
-    if (!all_finite(p)) continue;
+    if (!finite_vector(p)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       extent.least[k] = std::min(extent.least[k], dot(axes[k], p));
       extent.most[k] = std::max(extent.most[k], dot(axes[k], p));
@@ -106,7 +105,7 @@ PlacedSplat place_splat(const OrientedSplats& splats, std::size_t i, const Splat
   normal = ((normal.z < 0 ? -1 : 1) / length) * normal;
   Vector3 along = splats.directions.empty() ? Vector3{} : view.direction(triple(splats.directions, i));
   along = along - dot(along, normal) * normal;
-  if (!(norm(along) > 1e-6) || !all_finite(along))
+  if (!(norm(along) > 1e-6) || !finite_vector(along))
     along = cross(normal, std::abs(normal.x) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0});
   along = unit_vector(along);
   const Vector3 first = a * along, second = b * cross(normal, along);
@@ -344,7 +343,7 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
   double half_width = 0, half_height = 0;
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
     const Vector3 p = triple(points, i) - view.centre;
-    if (!all_finite(p)) continue;
+    if (!finite_vector(p)) continue;
     const double along = dot(p, axis), beside = norm(p - along * axis);
     half_width = std::max(half_width, beside);
     half_height = std::max(half_height, std::abs(along) * cosine + beside * sine);
@@ -401,31 +400,13 @@ std::vector<float> surface_depth(std::span<const double> positions, std::span<co
   for (const std::uint32_t v : faces)
     if (v >= positions.size() / 3) throw std::invalid_argument("a face names a vertex that is not there");
   std::vector<float> depth(std::size_t{view.width} * view.height, empty_depth);
-  const double last_x = view.width - 1.0, last_y = view.height - 1.0;
   for (std::size_t f = 0; f + 2 < faces.size(); f += 3) {
     std::array<Vector3, 3> p;
     for (std::size_t k = 0; k < 3; ++k) {
       const double* at = positions.data() + std::size_t{3} * faces[f + k];
-      p[k] = view.point({at[0], at[1], at[2]}) - Vector3{0.5, 0.5, 0};
+      p[k] = view.point({at[0], at[1], at[2]});
     }
-    const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
-    if (area == 0 || !std::isfinite(area)) continue;
-    const auto first = [](double a, double b, double c) {
-      return std::max(0.0, std::ceil(std::min({a, b, c})));
-    };
-    const auto last = [](double a, double b, double c, double most) {
-      return std::min(most, std::floor(std::max({a, b, c})));
-    };
-    for (double y = first(p[0].y, p[1].y, p[2].y); y <= last(p[0].y, p[1].y, p[2].y, last_y); ++y)
-      for (double x = first(p[0].x, p[1].x, p[2].x); x <= last(p[0].x, p[1].x, p[2].x, last_x); ++x) {
-        const auto edge = [&](const Vector3& a, const Vector3& b) {
-          return ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / area;
-        };
-        const double w0 = edge(p[1], p[2]), w1 = edge(p[2], p[0]), w2 = edge(p[0], p[1]);
-        if (w0 < 0 || w1 < 0 || w2 < 0) continue;
-        float& nearest = depth[static_cast<std::size_t>(y) * view.width + static_cast<std::size_t>(x)];
-        nearest = std::max(nearest, static_cast<float>(w0 * p[0].z + w1 * p[1].z + w2 * p[2].z));
-      }
+    add_triangle_depth(depth, view.width, view.height, p[0], p[1], p[2]);
   }
   return depth;
 }

@@ -28,8 +28,6 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-bool finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 // Fits all finite points and their discs into the picture; false when there are none.
 bool place_camera(Camera& camera, std::span<const float> points, double area,
                   const SplatParameters& parameters) {
@@ -42,7 +40,7 @@ bool place_camera(Camera& camera, std::span<const float> points, double area,
   most.fill(-std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
     const Vector3 p = vector_at(points, i);
-    if (!finite(p)) continue;
+    if (!finite_vector(p)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const double at = dot(axes[k], p);
       least[k] = std::min(least[k], at);
@@ -158,13 +156,13 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
   canvas.bead.assign(canvas.depth.size(), 0);
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3 p = vector_at(points, i), n = vector_at(normals, i);
-    if (!finite(p)) continue;
+    if (!finite_vector(p)) continue;
     const Vector3 offset = camera.scale * (p - camera.centre);
     // Rows run downwards.
     const Vector3 at{camera.middle + dot(camera.right, offset), camera.middle - dot(camera.up, offset),
                      dot(camera.back, offset)};
     Vector3 facing{dot(camera.right, n), -dot(camera.up, n), dot(camera.back, n)};
-    if (!finite(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
+    if (!finite_vector(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
     facing = unit_vector(facing);
     // The discs lie a little farther, so that on a curved surface they do not cover their neighbours' beads.

@@ -13,8 +13,6 @@ namespace {
 
 constexpr std::uint32_t samples_across = 3;
 
-bool is_finite(Vector3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 // From the model to fine pixels: x to the right, y down, z towards the eye.
 struct View {
   Vector3 right, down, back;
@@ -37,7 +35,7 @@ View place_view(const SurfaceScene& scene, const SurfacePictureParameters& param
   for (const std::uint32_t v : scene.faces) {
     const Vector3 at =
         view.direction({scene.positions[3 * v], scene.positions[3 * v + 1], scene.positions[3 * v + 2]});
-    if (!is_finite(at)) continue;
+    if (!finite_vector(at)) continue;
     const std::array<double, 3> own = {at.x, at.y, at.z};
     for (std::size_t k = 0; k < 3; ++k) {
       least[k] = std::min(least[k], own[k]);
@@ -113,7 +111,7 @@ void draw_mesh(SurfaceCanvas& canvas, const View& view, const SurfaceScene& scen
   for (std::size_t f = 0; f < faces; ++f) {
     const std::uint32_t* c = scene.faces.data() + 3 * f;
     face_normal[f] = cross(at[c[1]] - at[c[0]], at[c[2]] - at[c[0]]);
-    if (is_finite(face_normal[f]))
+    if (finite_vector(face_normal[f]))
       for (std::size_t k = 0; k < 3; ++k) mean[c[k]] = mean[c[k]] + face_normal[f];
   }
   constexpr SrgbColour pale = {218, 217, 213};
@@ -154,7 +152,7 @@ void paint_ellipses(SurfaceCanvas& canvas, const View& view, const std::vector<S
     const Vector3 centre = view.point(ellipse.centre), a = view.vector(ellipse.first),
                   b = view.vector(ellipse.second);
     const double aa = dot(a, a), bb = dot(b, b);
-    if (!is_finite(centre) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
+    if (!finite_vector(centre) || !(aa > 0) || !(bb > 0) || !std::isfinite(aa + bb)) continue;
     Vector3 normal = unit_vector(cross(a, b));
     if (normal.z < 0) normal = -1.0 * normal;
     const double reach = std::sqrt(std::max(aa, bb));
@@ -178,7 +176,7 @@ void paint_lines(SurfaceCanvas& canvas, const View& view, const std::vector<Surf
   for (const SurfaceLine& line : lines) {
     const Vector3 from = view.point(line.from), along = view.vector(line.to - line.from);
     const double square = dot(along, along), radius = 0.5 * samples_across * line.width;
-    if (!is_finite(from) || !std::isfinite(square)) continue;
+    if (!finite_vector(from) || !std::isfinite(square)) continue;
     around(canvas, from + 0.5 * along, 0.5 * std::sqrt(square) + radius, [&](std::size_t i, Vector3 d) {
       const Vector3 e = d + 0.5 * along;
       const double t = square > 0 ? std::clamp(dot(e, along) / square, 0.0, 1.0) : 0.0;
@@ -196,7 +194,7 @@ void paint_dots(SurfaceCanvas& canvas, const View& view, const std::vector<Surfa
   for (const SurfaceDot& dot_mark : dots) {
     const Vector3 centre = view.point(dot_mark.centre);
     const double radius = samples_across * dot_mark.radius;
-    if (!is_finite(centre) || centre.x < 0 || centre.y < 0) continue;
+    if (!finite_vector(centre) || centre.x < 0 || centre.y < 0) continue;
     // Whole disks, where the surface at the centre is not hidden.
     const auto x = static_cast<std::int64_t>(std::lround(centre.x)),
                y = static_cast<std::int64_t>(std::lround(centre.y));
