@@ -5,17 +5,21 @@
 //   the
 //                        largest distance; 0.46 and 5 by the mean; 1024 bins: 0.4 and 0.55
 //   shape functions      50 (D3, D4) to 80 ns (A3) a tuple
+//   eigenvalues          40 of 1,024 vertices: 20 to 30 ms, of 20,000: 1 to 1.5 s
 //   moments              60 to 140 ns a triangle
 //   curved samples       normals 100 to 170 ns a triangle, then 30 ns a point in cache
+#include <numbers>
 #include <vector>
 
 #include "bench/bench_shapes.h"
 #include "kernels/describe/curved_samples.h"
 #include "kernels/describe/distance_histogram.h"
+#include "kernels/describe/laplacian_spectrum.h"
 #include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_functions.h"
 #include "kernels/describe/shape_moments.h"
 #include "kernels/describe/shell_harmonics.h"
+#include "kernels/solve/intrinsic_delaunay.h"
 
 namespace meander::bench {
 
@@ -120,6 +124,33 @@ void harmonics_on_shells(benchmark::State& state) {
   check_sum(state, "harmonics", values);
 }
 BENCHMARK(harmonics_on_shells)->Arg(1024)->Arg(8192)->Unit(benchmark::kMillisecond);
+
+// Argument: rows of a square flat torus. 40 eigenvalues, as of `shapedna`.
+void eigenvalues(benchmark::State& state) {
+  const auto n = static_cast<std::uint32_t>(state.range(0));
+  IntrinsicSurface torus;
+  torus.vertex_count = n * n;
+  const auto square = [&](std::uint32_t i, std::uint32_t j) { return (i % n) + n * (j % n); };
+  const double side = 1.0 / n, diagonal = std::numbers::sqrt2 / n;
+  for (std::uint32_t j = 0; j < n; ++j)
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t h = 6 * square(i, j);
+      torus.triangles.insert(torus.triangles.end(), {square(i, j), square(i + 1, j), square(i + 1, j + 1),
+                                                     square(i, j), square(i + 1, j + 1), square(i, j + 1)});
+      torus.length.insert(torus.length.end(), {side, side, diagonal, diagonal, side, side});
+      torus.opposite.insert(torus.opposite.end(),
+                            {6 * square(i, j + n - 1) + 4, 6 * square(i + 1, j) + 5, h + 3, h + 2,
+                             6 * square(i, j + 1), 6 * square(i + n - 1, j) + 1});
+    }
+  std::vector<double> values;
+  for ([[maybe_unused]] auto _ : state) {
+    values = laplacian_spectrum(torus, 40);
+    benchmark::DoNotOptimize(values.data());
+  }
+  count_items(state, "vertex", static_cast<double>(torus.vertex_count));
+  check_sum(state, "eigenvalues", values);
+}
+BENCHMARK(eigenvalues)->Arg(32)->Arg(141)->Unit(benchmark::kMillisecond);
 
 void moments(benchmark::State& state) {
   const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/describe/heat_geodesics.h"
+#include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
 #include "kernels/locate/surface_regions.h"
 
@@ -70,6 +71,17 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
                                  std::ceil(sources / geodesic_batch)});
   return std::min(sources * samples, most_kept_distances) * sizeof(double) + factors +
          lanes * static_cast<double>(geodesic_batch_bytes(vertices));
+}
+
+// Shape DNA without the mesh: the surface while it is remeshed; of the remeshed one the factor and a basis of
+// about a hundred vectors, of all components at most as many vertices as are allowed.
+double shape_dna_bytes(double triangles) {
+  constexpr double bytes_per_remeshed_triangle = 120, basis_vectors = 110;
+  constexpr double vertices = shape_dna_most_vertices;
+  return triangles * bytes_per_remeshed_triangle +
+         std::min(vertices, shape_dna_samples + triangles) *
+             (bytes_per_chart_triangle * 2 + basis_vectors * sizeof(double)) +
+         factor_entries(std::min(vertices, shape_dna_samples + triangles)) * bytes_per_factor_entry;
 }
 
 // Of one sample, while it is placed.
@@ -138,6 +150,8 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end())
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
+  if (std::find(descriptors.begin(), descriptors.end(), Descriptor::shapedna) != descriptors.end())
+    widest = std::max(widest, placed + shape_dna_bytes(triangles));
   return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
 }
 

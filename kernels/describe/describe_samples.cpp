@@ -95,6 +95,11 @@ std::vector<std::vector<float>> harmonics(const DescriptorInput& input) {
   return {shell_harmonics(input.samples.points)};
 }
 
+std::vector<std::vector<float>> shapedna(const DescriptorInput& input) {
+  const Samples& samples = input.samples;
+  return {shape_dna(input.mesh, {samples.triangle, samples.barycentric, samples.curve_rank}, input.cancel)};
+}
+
 }  // namespace descriptor_makers
 
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,

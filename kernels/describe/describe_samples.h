@@ -11,6 +11,7 @@
 #include "kernels/core/random.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/oriented_pairs.h"
+#include "kernels/describe/shape_dna.h"
 #include "kernels/describe/shape_moments.h"
 #include "kernels/describe/shell_harmonics.h"
 #include "kernels/mesh/prepared_mesh.h"
@@ -21,8 +22,8 @@ namespace meander {
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
 // histogram. pairs: distances and angles of all pairs of samples with outward normals; pairs_unsigned: with
-// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. The numbers
-// are places in descriptor_groups.
+// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. shapedna:
+// eigenvalues of the Laplacian of the surface. The numbers are places in descriptor_groups.
 enum class Descriptor : std::uint8_t {
   d2,
   a3,
@@ -33,7 +34,8 @@ enum class Descriptor : std::uint8_t {
   basics,
   pairs,
   pairs_unsigned,
-  harmonics
+  harmonics,
+  shapedna
 };
 
 // basics: the values of shape_basics and whether the mesh is closed, all finite. What only a closed surface
@@ -107,6 +109,7 @@ std::vector<std::vector<float>> basics(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input);
 std::vector<std::vector<float>> harmonics(const DescriptorInput& input);
+std::vector<std::vector<float>> shapedna(const DescriptorInput& input);
 }  // namespace descriptor_makers
 
 inline constexpr std::array<std::string_view, 1> disconnected_columns = {"share"};
@@ -200,7 +203,19 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
            "8 shells of equal steps of radius up to 2.5 x the mean distance from the centroid (linear "
            "weights; larger distances are in the last) x degrees 0 to 16, the last fastest",
            2},
-      .make = descriptor_makers::harmonics}});
+      .make = descriptor_makers::harmonics},
+     {.descriptor = Descriptor::shapedna,
+      .name = "shapedna",
+      .value = "lowest eigenvalues of the Laplacian of the surface (Reuter, Wolter and Peinecke 2006)",
+      .has_bins = false,
+      .fixed_bins =
+          {shape_dna_values,
+           "roots of lambda_i x area / (4 pi i), i = 1 to 40; lambda: the positive eigenvalues of all "
+           "components, ascending",
+           2},
+      .needs_mesh = true,
+      .needs_triangles = true,
+      .make = descriptor_makers::shapedna}});
 
 static_assert([] {
   for (std::size_t i = 0; i < descriptor_groups.size(); ++i)

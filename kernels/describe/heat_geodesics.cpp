@@ -16,6 +16,7 @@
 #include "kernels/solve/intrinsic_delaunay.h"
 #include "kernels/solve/intrinsic_disk.h"
 #include "kernels/solve/sparse_cholesky.h"
+#include "kernels/solve/surface_laplacian.h"
 
 namespace meander {
 
@@ -24,64 +25,11 @@ namespace {
 constexpr std::size_t batch_size = geodesic_batch;
 constexpr double furthest = 600;  // in sqrt(t): exp(-600) is still a normal double
 
-IntrinsicSurface intrinsic_component(const PreparedMesh& mesh, const Component& component) {
-  IntrinsicSurface surface;
-  const std::uint32_t begin = 3 * component.triangle_begin, end = 3 * component.triangle_end;
-  surface.vertex_count = component.vertex_end - component.vertex_begin;
-  for (std::uint32_t h = begin; h < end; ++h) {
-    const std::uint32_t from = mesh.triangles[h], to = mesh.triangles[next_half_edge(h)];
-    const std::uint32_t other = mesh.opposite[h];
-    surface.triangles.push_back(from - component.vertex_begin);
-    surface.opposite.push_back(other == no_index ? no_index : other - begin);
-    // The same operands on both sides of an edge.
-    surface.length.push_back(distance(mesh.position(std::min(from, to)), mesh.position(std::max(from, to))));
-  }
-  return surface;
-}
-
-// Symmetric matrix with the graph of the surface's edges, positive Laplacian.
-struct Laplacian {
-  UnknownGraph graph;
-  std::vector<double> values, diagonal;
-};
-
-Laplacian assemble(const IntrinsicSurface& surface, std::span<const double> half_cotangent) {
-  Laplacian laplacian;
-  laplacian.graph.begin.assign(surface.vertex_count + 1, 0);
-  laplacian.diagonal.assign(surface.vertex_count, 0);
-  const auto for_each_edge = [&](const auto& body) {
-    for (std::uint32_t h = 0; h < surface.opposite.size(); ++h) {
-      const std::uint32_t other = surface.opposite[h];
-      if (other != no_index && other < h) continue;
-      const std::uint32_t a = surface.triangles[h], b = surface.triangles[next_half_edge(h)];
-      if (a != b) body(a, b, half_cotangent[h] + (other == no_index ? 0.0 : half_cotangent[other]));
-    }
-  };
-  auto& begin = laplacian.graph.begin;
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
-    ++begin[a + 1];
-    ++begin[b + 1];
-    laplacian.diagonal[a] += weight;
-    laplacian.diagonal[b] += weight;
-  });
-  for (std::size_t v = 0; v < surface.vertex_count; ++v) begin[v + 1] += begin[v];
-  laplacian.graph.neighbours.resize(begin.back());
-  laplacian.values.resize(begin.back());
-  std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
-  for_each_edge([&](std::uint32_t a, std::uint32_t b, double weight) {
-    laplacian.graph.neighbours[cursor[a]] = b;
-    laplacian.values[cursor[a]++] = -weight;
-    laplacian.graph.neighbours[cursor[b]] = a;
-    laplacian.values[cursor[b]++] = -weight;
-  });
-  return laplacian;
-}
-
 // The furthest that any two vertices can lie apart, by edges: twice the extent from vertex 0 (Dijkstra 1959).
-double extent_bound(const Laplacian& laplacian, const IntrinsicSurface& surface) {
+double extent_bound(const GraphMatrix& laplacian, const IntrinsicSurface& surface) {
   std::vector<double> length(laplacian.values.size());
   std::vector<std::uint32_t> cursor(laplacian.graph.begin.begin(), laplacian.graph.begin.end() - 1);
-  for (std::uint32_t h = 0; h < surface.opposite.size(); ++h) {  // the order of assemble()
+  for (std::uint32_t h = 0; h < surface.opposite.size(); ++h) {  // the order of surface_laplacian()
     const std::uint32_t other = surface.opposite[h];
     if (other != no_index && other < h) continue;
     const std::uint32_t a = surface.triangles[h], b = surface.triangles[next_half_edge(h)];
@@ -104,21 +52,6 @@ double extent_bound(const Laplacian& laplacian, const IntrinsicSurface& surface)
     }
   }
   return 2 * extent;
-}
-
-// Factorises; where rounding made a pivot that is not positive, with the diagonal raised by 1e-12, 1e-9 ...
-void factorise(SparseCholesky& cholesky, const UnknownGraph& graph, std::span<const double> values,
-               std::vector<double> diagonal, std::span<const std::uint32_t> order,
-               const CancelToken& cancel) {
-  double floor = 0;
-  for (const double d : diagonal) floor += std::abs(d) / static_cast<double>(diagonal.size());
-  for (const double raise : {0.0, 1e-12, 1e-9, 1e-6}) {
-    std::vector<double> raised = diagonal;
-    for (double& d : raised) d += raise * (std::abs(d) + floor);
-    cholesky.factorise(graph, values, raised, order, cancel);
-    if (cholesky.succeeded()) return;
-  }
-  throw ItemError(Status::internal, "the Laplacian of a component could not be factorised");
 }
 
 Vector3 position_in(const PreparedMesh& mesh, std::uint32_t triangle, const std::array<double, 3>& weight) {
@@ -249,7 +182,7 @@ struct HeatGeodesics::Part {
       }
     }
     mean_length /= static_cast<double>(surface.length.size());
-    Laplacian laplacian = assemble(surface, half_cotangent);
+    GraphMatrix laplacian = surface_laplacian(surface, half_cotangent);
     const double reach = extent_bound(laplacian, surface) / furthest;
     const double time = std::max(time_factor * mean_length * mean_length, reach * reach);
     const std::vector<std::uint32_t> order = elimination_order(laplacian.graph);
@@ -259,16 +192,16 @@ struct HeatGeodesics::Part {
     std::vector<double> values(laplacian.values.size()), diagonal(count);
     for (std::size_t e = 0; e < values.size(); ++e) values[e] = time * laplacian.values[e];
     for (std::size_t v = 0; v < count; ++v) diagonal[v] = mass[v] + time * laplacian.diagonal[v];
-    factorise(heat, laplacian.graph, values, diagonal, order, cancel);
+    factorise_laplacian(heat, laplacian.graph, values, diagonal, order, cancel);
     if (has_boundary) {
       for (std::size_t v = 0; v < count; ++v)
         for (std::uint32_t e = laplacian.graph.begin[v]; e < laplacian.graph.begin[v + 1]; ++e)
           if (on_boundary[v] || on_boundary[laplacian.graph.neighbours[e]]) values[e] = 0;
-      factorise(heat_held, laplacian.graph, values, diagonal, order, cancel);
+      factorise_laplacian(heat_held, laplacian.graph, values, diagonal, order, cancel);
     }
     // The right-hand side of phi sums to 0, so this holds vertex 0 at 0 and changes nothing else.
     laplacian.diagonal[0] += std::max(laplacian.diagonal[0], 1.0);
-    factorise(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
+    factorise_laplacian(poisson, laplacian.graph, laplacian.values, laplacian.diagonal, order, cancel);
   }
 
   // u in, -div(-grad u / |grad u|) out, V x Count. No embedding is needed: with the Dirichlet energy of the

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "io/store/store.h"
+#include "kernels/describe/shape_dna.h"
 #include "kernels/describe/shell_harmonics.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -148,4 +149,54 @@ TEST_CASE("harmonics: kept by place, size, sense of faces, other triangles and s
                                          "harmonics", "--distance", "emd"});
   CHECK(emd.exit_code == 2);
   CHECK(emd.err.find("emd measures along a line of bins") != std::string::npos);
+}
+
+TEST_CASE("shapedna: kept by place, size, sense of faces, other triangles and samples; added to a store") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  const PolygonMesh ring = torus(40, 24);
+  write_mesh(scratch / "in/ring.off", ring);
+  write_mesh(scratch / "in/moved.off", moved(ring, 7, 1, 2, 3));
+  write_mesh(scratch / "in/turned.off", inside_out(ring));
+  write_mesh(scratch / "in/remeshed.off", torus(64, 30));
+  write_mesh(scratch / "in/plate.off", two_sided_plate(2, 0.2));
+  const auto sample = [&](const char* store, std::vector<std::string> more) {
+    more.insert(more.end(), {"-n", "1024"});
+    const ProcessResult result = run(scratch, scratch / store, more);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  };
+  sample("a.h5", {"--describe", "d2,shapedna"});
+  sample("b.h5", {"--describe", "shapedna", "--seed", "2"});
+  sample("c.h5", {"--describe", "d2"});
+  const ProcessResult added =
+      run_process({program, "describe", scratch / "c.h5", scratch / "in", "--descriptors", "shapedna"});
+  INFO(added.err);
+  REQUIRE(added.exit_code == 0);
+  const StoreReader store(scratch / "a.h5"), seeded(scratch / "b.h5"), later(scratch / "c.h5");
+  const auto values = [](const StoreReader& of, const char* id) {
+    for (const DescriptorRow& row : of.read_row(*of.find(id)).descriptors)
+      if (row.name == "shapedna") return row.values;
+    return std::vector<float>();
+  };
+  const std::vector<float> reference = values(store, "ring.off");
+  REQUIRE(reference.size() == shape_dna_values);
+  const auto from_reference = [&](const std::vector<float>& other) {
+    REQUIRE(other.size() == reference.size());
+    double largest = 0;
+    for (std::size_t i = 0; i < reference.size(); ++i)
+      largest = std::max(largest, std::abs(double{other[i]} / double{reference[i]} - 1));
+    return largest;
+  };
+  for (const char* id : {"moved.off", "turned.off", "remeshed.off"}) {
+    INFO(id);
+    CHECK(from_reference(values(store, id)) < 0.02);
+    CHECK(from_reference(values(seeded, id)) < 0.02);
+  }
+  CHECK(from_reference(values(store, "plate.off")) > 0.2);
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    CHECK(values(later, store.id(row).c_str()) == values(store, store.id(row).c_str()));
+  const ProcessResult emd = run_process(
+      {program, "retrieve", "query", scratch / "a.h5", "0", "--descriptor", "shapedna", "--distance", "emd"});
+  CHECK(emd.exit_code == 2);
 }

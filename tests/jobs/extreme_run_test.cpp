@@ -63,16 +63,17 @@ TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes 
                                              {"--method", "anisotropic"},
                                              {"--method", "anisotropic", "--parameterisation", "gradient"}}) {
     const std::string store = scratch / "s.h5";
-    std::vector<std::string> arguments = {program,
-                                          "run",
-                                          models.string(),
-                                          "-o",
-                                          store,
-                                          "-n",
-                                          "64",
-                                          "--fresh",
-                                          "--describe",
-                                          "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics"};
+    std::vector<std::string> arguments = {
+        program,
+        "run",
+        models.string(),
+        "-o",
+        store,
+        "-n",
+        "64",
+        "--fresh",
+        "--describe",
+        "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics,shapedna"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_process(arguments);
     INFO(more.back() << ": " << result.err);

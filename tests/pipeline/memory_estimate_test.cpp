@@ -76,6 +76,10 @@ std::vector<Setting> settings(std::uint32_t samples) {
                               Descriptor::d4, Descriptor::geodesic, Descriptor::basics};
     p.describe.geodesic_sources = 256;
   });
+  add("direct shape DNA", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.describe.descriptors = {Descriptor::shapedna};
+  });
   add("anisotropic", [](P& p) { p.method = MethodChoice::anisotropic; });
   add("anisotropic gradient", [](P& p) {
     p.method = MethodChoice::anisotropic;

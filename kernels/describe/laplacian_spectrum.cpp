@@ -1,0 +1,215 @@
+#include "kernels/describe/laplacian_spectrum.h"
+
+#include <Spectra/SymGEigsShiftSolver.h>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "kernels/core/parallel.h"
+#include "kernels/core/vector3.h"
+#include "kernels/solve/elimination_order.h"
+#include "kernels/solve/sparse_cholesky.h"
+#include "kernels/solve/surface_laplacian.h"
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t dense_vertices = 64;  // up to there dense matrices are as fast
+constexpr double tolerance = 1e-7;          // of a residual; that of its eigenvalue is about the square
+constexpr int most_restarts = 300;
+constexpr double mass_spread = 1e-3;  // see separate_masses
+
+// K and M on one graph.
+struct SurfaceMatrices {
+  GraphMatrix stiffness;
+  std::vector<double> mass, mass_diagonal;  // beside stiffness.graph.neighbours, and on the diagonal
+  double area = 0;
+};
+
+SurfaceMatrices matrices_of(const IntrinsicSurface& surface) {
+  SurfaceMatrices made;
+  made.stiffness = surface_laplacian(surface, corner_geometry(surface.length).half_cotangent);
+  // The mass of an edge travels through surface_laplacian() as its weight: a 24th of both triangles' areas.
+  std::vector<double> weight(surface.length.size());
+  made.mass_diagonal.assign(surface.vertex_count, 0);
+  for (std::size_t t = 0; t < surface.triangle_count(); ++t) {
+    const double* l = surface.length.data() + 3 * t;
+    const double longest = std::max({l[0], l[1], l[2]});
+    const double area = std::max(area_from_lengths(l[0], l[1], l[2]), 0.25e-12 * longest * longest);
+    made.area += area;
+    for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
+      weight[h] = area / 24;
+      const std::uint32_t from = surface.triangles[h], to = surface.triangles[next_half_edge(h)];
+      made.mass_diagonal[from] += area / 4;
+      if (from == to) made.mass_diagonal[from] += area / 12;
+    }
+  }
+  made.mass = surface_laplacian(surface, weight).values;
+  for (double& m : made.mass) m = -m;
+  return made;
+}
+
+// Changes every mass by its own small share. The Krylov space of one vector holds one function of each
+// eigenspace only, so a multiple eigenvalue would be found once, or as often as rounding has it; of a surface
+// without symmetries none is multiple. Moves eigenvalues by some 1e-3 / sqrt(V), far below the error of the
+// elements.
+void separate_masses(SurfaceMatrices& matrices) {
+  double turn = 0;  // multiples of the golden ratio, modulo 1
+  for (double& mass : matrices.mass_diagonal) {
+    turn += std::numbers::phi - 1;
+    turn -= std::floor(turn);
+    mass *= 1 + mass_spread * (turn - 0.5);
+  }
+}
+
+// The two products that Spectra asks for.
+class ShiftedInverse {
+ public:
+  using Scalar = double;
+  ShiftedInverse(const SparseCholesky& factor, std::size_t rows, const CancelToken& cancel)
+      : factor_(factor), rows_(static_cast<Eigen::Index>(rows)), cancel_(cancel) {}
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index cols() const { return rows_; }
+  void set_shift(double) {}  // the factor has it
+  void perform_op(const double* x, double* y) const {
+    cancel_.check();
+    std::copy_n(x, rows_, y);
+    factor_.solve({y, static_cast<std::size_t>(rows_)});
+  }
+
+ private:
+  const SparseCholesky& factor_;
+  Eigen::Index rows_;
+  const CancelToken& cancel_;
+};
+
+class MassProduct {
+ public:
+  using Scalar = double;
+  explicit MassProduct(const SurfaceMatrices& matrices) : matrices_(matrices) {}
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(matrices_.mass_diagonal.size()); }
+  Eigen::Index cols() const { return rows(); }
+  void perform_op(const double* x, double* y) const {
+    const UnknownGraph& graph = matrices_.stiffness.graph;
+    for (std::size_t v = 0; v < graph.count(); ++v) {
+      double sum = matrices_.mass_diagonal[v] * x[v];
+      for (std::uint32_t e = graph.begin[v]; e < graph.begin[v + 1]; ++e)
+        sum += matrices_.mass[e] * x[graph.neighbours[e]];
+      y[v] = sum;
+    }
+  }
+
+ private:
+  const SurfaceMatrices& matrices_;
+};
+
+std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
+  const UnknownGraph& graph = matrices.stiffness.graph;
+  const auto count = static_cast<Eigen::Index>(graph.count());
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(count, count), mass = stiffness;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const auto at = static_cast<std::size_t>(v);
+    stiffness(v, v) = matrices.stiffness.diagonal[at];
+    mass(v, v) = matrices.mass_diagonal[at];
+    for (std::uint32_t e = graph.begin[at]; e < graph.begin[at + 1]; ++e) {
+      stiffness(v, graph.neighbours[e]) += matrices.stiffness.values[e];
+      mass(v, graph.neighbours[e]) += matrices.mass[e];
+    }
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass,
+                                                                         Eigen::EigenvaluesOnly);
+  if (solver.info() != Eigen::Success)
+    throw ItemError(Status::internal, "the eigenvalues of a small component could not be found");
+  return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
+}
+
+std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t count,
+                                 const CancelToken& cancel) {
+  const GraphMatrix& stiffness = matrices.stiffness;
+  const std::size_t vertices = stiffness.graph.count();
+  // Below zero, so that the shifted matrix is definite; at the first eigenvalue's order of magnitude.
+  const double shift = -4 * std::numbers::pi / matrices.area;
+  GraphMatrix shifted = stiffness;
+  for (std::size_t e = 0; e < shifted.values.size(); ++e) shifted.values[e] -= shift * matrices.mass[e];
+  for (std::size_t v = 0; v < vertices; ++v) shifted.diagonal[v] -= shift * matrices.mass_diagonal[v];
+  const std::vector<std::uint32_t> order = elimination_order(shifted.graph);
+  SparseCholesky factor;
+  factorise_laplacian(factor, shifted.graph, shifted.values, shifted.diagonal, order, cancel);
+  ShiftedInverse inverse(factor, vertices, cancel);
+  MassProduct mass(matrices);
+  const auto wanted = static_cast<Eigen::Index>(count);
+  const auto basis = static_cast<Eigen::Index>(std::min(vertices, 2 * count + 20));
+  Spectra::SymGEigsShiftSolver<ShiftedInverse, MassProduct, Spectra::GEigsMode::ShiftInvert> solver(
+      inverse, mass, wanted, basis, shift);
+  solver.init();
+  solver.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance, Spectra::SortRule::SmallestAlge);
+  if (solver.info() != Spectra::CompInfo::Successful)
+    throw ItemError(Status::internal, "the eigenvalues of a component could not be found");
+  const Eigen::VectorXd values = solver.eigenvalues();
+  return {values.begin(), values.end()};
+}
+
+}  // namespace
+
+std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
+                                       const CancelToken& cancel) {
+  if (surface.vertex_count < 2 || count == 0) return {};
+  SurfaceMatrices matrices = matrices_of(surface);
+  const std::size_t wanted = count + 1;  // with the zero
+  std::vector<double> values;
+  if (surface.vertex_count <= std::max(dense_vertices, wanted + 1)) {
+    values = by_dense_matrices(matrices);
+  } else {
+    separate_masses(matrices);
+    values = by_iteration(matrices, wanted, cancel);
+  }
+  std::sort(values.begin(), values.end());
+  values.erase(values.begin());
+  values.resize(std::min(values.size(), count));
+  for (double& value : values) value = std::max(value, 0.0);
+  return values;
+}
+
+double area_of(const IntrinsicSurface& surface) {
+  double area = 0;
+  for (std::size_t h = 0; h < surface.length.size(); h += 3)
+    area += area_from_lengths(surface.length[h], surface.length[h + 1], surface.length[h + 2]);
+  return area;
+}
+
+std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
+                                   const CancelToken& cancel) {
+  constexpr std::size_t margin = 3;  // components differ from their expectation by about that
+  std::vector<double> area(components.size());
+  for (std::size_t c = 0; c < components.size(); ++c) area[c] = area_of(components[c]);
+  const double total = blocked_sum(area);
+  std::vector<std::vector<double>> spectra(components.size());
+  std::vector<std::size_t> asked(components.size());
+  const auto ask = [&](std::size_t c, std::size_t wanted) {
+    asked[c] = std::min(wanted, count);
+    spectra[c] = laplacian_spectrum(components[c], asked[c], cancel);
+  };
+  for (std::size_t c = 0; c < components.size(); ++c)
+    ask(c, margin + static_cast<std::size_t>(static_cast<double>(count) * area[c] / total));
+  while (true) {
+    std::vector<double> lowest;
+    for (const std::vector<double>& spectrum : spectra)
+      lowest.insert(lowest.end(), spectrum.begin(), spectrum.end());
+    std::sort(lowest.begin(), lowest.end());
+    lowest.resize(std::min(lowest.size(), count));
+    bool is_complete = true;
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      if (asked[c] == count || spectra[c].size() < asked[c]) continue;  // all that there are, or can matter
+      if (lowest.size() == count && spectra[c].back() >= lowest.back()) continue;
+      ask(c, 2 * asked[c]);
+      is_complete = false;
+    }
+    if (is_complete) return lowest;
+  }
+}
+
+}  // namespace meander

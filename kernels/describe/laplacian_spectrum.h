@@ -1,0 +1,42 @@
+// The lowest eigenvalues of the Laplacian of a surface.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/solve/intrinsic_disk.h"
+
+namespace meander {
+
+// The lowest `count` eigenvalues of the Laplacian of a connected surface, ascending, without the zero of the
+// constant function; fewer where there are fewer than count + 1 vertices. At boundaries the normal derivative
+// is 0 (Neumann). In 1 / length^2.
+//
+// Linear finite elements: K x = lambda M x with the cotangent Laplacian K. The consistent mass matrix makes
+// eigenvalues too large and the lumped one too small, at the same order of the edge length; M is the mean of
+// both, in which the errors cancel (Goudreau and Taylor 1972, "Evaluation of numerical integration methods in
+// elastodynamics": exactly so on regular grids). Largest error of the first 40 in per cent: see
+// docs/RETRIEVAL.md.
+//
+// Shift and invert with sparse Cholesky factors and restarted Lanczos iterations (Spectra; Sorensen 1992);
+// small surfaces by dense matrices. Few vertices, or a multiple eigenvalue, are no problem.
+//
+// The triangles should be those of make_intrinsic_delaunay, the lengths mollified. O(V^1.5 + count V) time,
+// about 2 KB a vertex for 40 eigenvalues. Deterministic. Throws ItemError(internal) when the matrix cannot be
+// factorised or the iterations do not converge, and what `cancel` throws.
+std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
+                                       const CancelToken& cancel = {});
+
+// By edge lengths. O(T).
+double area_of(const IntrinsicSurface& surface);
+
+// The lowest `count` positive eigenvalues of a surface of several components, ascending: those of all
+// components together, without the zero of each. A component is asked for as many as its share of the area
+// lets expect (Weyl 1911: the number below lambda is area lambda / (4 pi) to first order), and for twice as
+// many while the largest that it gave is among the lowest of all. Throws as laplacian_spectrum.
+std::vector<double> joint_spectrum(std::span<const IntrinsicSurface> components, std::size_t count,
+                                   const CancelToken& cancel = {});
+
+}  // namespace meander
