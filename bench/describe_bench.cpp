@@ -13,6 +13,7 @@
 
 #include "bench/bench_shapes.h"
 #include "kernels/describe/curved_samples.h"
+#include "kernels/describe/depth_views.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/laplacian_spectrum.h"
 #include "kernels/describe/oriented_pairs.h"
@@ -164,6 +165,18 @@ void moments(benchmark::State& state) {
   check_sum(state, shape_name(state.range(0)), result);
 }
 BENCHMARK(moments)->Apply(every_shape);
+
+void depth_images(benchmark::State& state) {
+  const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;
+  std::vector<float> values;
+  for ([[maybe_unused]] auto _ : state) {
+    values = depth_views(mesh);
+    benchmark::DoNotOptimize(values.data());
+  }
+  count_items(state, "triangle", static_cast<double>(mesh.triangle_count()));
+  check_sum(state, shape_name(state.range(0)), values);
+}
+BENCHMARK(depth_images)->Apply(every_shape);
 
 void normals_split_at_creases(benchmark::State& state) {
   const PreparedMesh& mesh = prepared_shape(state.range(0)).surface;

@@ -28,7 +28,8 @@ from pathlib import Path
 
 EXTENSIONS = {".off", ".obj", ".ply", ".stl"}
 SCORES = ["NN", "1st tier", "2nd tier", "E-measure", "DCG", "mAP"]
-DESCRIPTORS = ["d2", "a3", "d1", "d3", "d4", "geodesic", "pairs", "pairs-unsigned", "harmonics", "shapedna"]
+DESCRIPTORS = ["d2", "a3", "d1", "d3", "d4", "geodesic", "pairs", "pairs-unsigned", "harmonics", "views",
+               "shapedna"]
 COMBINATIONS = ["d2", "pairs", "pairs-unsigned", "d2+pairs", "geodesic", "d2+geodesic",
                 "d2+a3+d1+d3", "d2+a3+d1+d3+d4", "d2+a3+d1+d3+d4+geodesic"]
 CHOSEN = "chosen, one class left out"

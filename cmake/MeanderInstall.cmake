@@ -10,7 +10,7 @@ set(included_headers
   curve/curve_key.h curve/curve_tree.h
   cut/cut_to_disk.h
   density/density.h
-  describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_dna.h
+  describe/depth_views.h describe/describe_samples.h describe/distance_histogram.h describe/oriented_pairs.h describe/shape_dna.h
   describe/shape_moments.h
   describe/shell_harmonics.h
   flatten/flatten_chart.h

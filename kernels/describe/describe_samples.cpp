@@ -95,6 +95,10 @@ std::vector<std::vector<float>> harmonics(const DescriptorInput& input) {
   return {shell_harmonics(input.samples.points)};
 }
 
+std::vector<std::vector<float>> views(const DescriptorInput& input) {
+  return {depth_views(input.mesh, input.cancel)};
+}
+
 std::vector<std::vector<float>> shapedna(const DescriptorInput& input) {
   const Samples& samples = input.samples;
   return {shape_dna(input.mesh, {samples.triangle, samples.barycentric, samples.curve_rank}, input.cancel)};

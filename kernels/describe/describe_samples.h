@@ -9,6 +9,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
+#include "kernels/describe/depth_views.h"
 #include "kernels/describe/distance_histogram.h"
 #include "kernels/describe/oriented_pairs.h"
 #include "kernels/describe/shape_dna.h"
@@ -22,8 +23,9 @@ namespace meander {
 // d2: distances of all pairs of samples. a3, d1, d3, d4: Osada's other shape functions. geodesic: distances
 // along the surface, from the first samples to all. basics: area, volume, moments and box of the mesh, not a
 // histogram. pairs: distances and angles of all pairs of samples with outward normals; pairs_unsigned: with
-// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. shapedna:
-// eigenvalues of the Laplacian of the surface. The numbers are places in descriptor_groups.
+// the stored normals, whatever their sense. harmonics: power spectra of the samples on shells. views:
+// depth images along the principal axes. shapedna: eigenvalues of the Laplacian of the surface. The numbers
+// are places in descriptor_groups.
 enum class Descriptor : std::uint8_t {
   d2,
   a3,
@@ -35,6 +37,7 @@ enum class Descriptor : std::uint8_t {
   pairs,
   pairs_unsigned,
   harmonics,
+  views,
   shapedna
 };
 
@@ -109,6 +112,7 @@ std::vector<std::vector<float>> basics(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs(const DescriptorInput& input);
 std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input);
 std::vector<std::vector<float>> harmonics(const DescriptorInput& input);
+std::vector<std::vector<float>> views(const DescriptorInput& input);
 std::vector<std::vector<float>> shapedna(const DescriptorInput& input);
 }  // namespace descriptor_makers
 
@@ -204,6 +208,18 @@ inline constexpr auto descriptor_groups = std::to_array<DescriptorGroup>(
            "weights; larger distances are in the last) x degrees 0 to 16, the last fastest",
            2},
       .make = descriptor_makers::harmonics},
+     {.descriptor = Descriptor::views,
+      .name = "views",
+      .value = "Fourier coefficients of depth images of the surface along its principal axes",
+      .has_bins = false,
+      .fixed_bins =
+          {depth_view_values,
+           "of each axis, that of the least moment of inertia first: mean and half difference of both "
+           "views' roots of magnitudes, frequencies up to 8; roots of mean and half difference of their "
+           "parts, frequencies up to 3",
+           2},
+      .needs_mesh = true,
+      .make = descriptor_makers::views},
      {.descriptor = Descriptor::shapedna,
       .name = "shapedna",
       .value = "lowest eigenvalues of the Laplacian of the surface (Reuter, Wolter and Peinecke 2006)",

@@ -73,7 +73,7 @@ TEST_CASE("run: coordinates beyond float32 make whole stores, and export writes 
         "64",
         "--fresh",
         "--describe",
-        "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics,shapedna"};
+        "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics,views,shapedna"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_process(arguments);
     INFO(more.back() << ": " << result.err);

@@ -81,5 +81,5 @@ TEST_CASE("run: the same bytes with 1, 2 and 8 threads, spaced samples in severa
 }
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, all descriptors") {
   check_threads({"--method", "direct", "--describe",
-                 "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics,shapedna"});
+                 "d2,a3,d1,d3,d4,geodesic,basics,pairs,pairs-unsigned,harmonics,views,shapedna"});
 }

@@ -35,10 +35,10 @@ SampleParameters parameters_of(const MethodCase& method) {
   SampleParameters parameters;
   parameters.method = method.method;
   parameters.tensor_charts.form = method.form;
-  parameters.describe.descriptors = {Descriptor::d2,        Descriptor::a3,      Descriptor::d1,
-                                     Descriptor::d3,        Descriptor::d4,      Descriptor::geodesic,
-                                     Descriptor::basics,    Descriptor::pairs,   Descriptor::pairs_unsigned,
-                                     Descriptor::harmonics, Descriptor::shapedna};
+  parameters.describe.descriptors = {Descriptor::d2,        Descriptor::a3,    Descriptor::d1,
+                                     Descriptor::d3,        Descriptor::d4,    Descriptor::geodesic,
+                                     Descriptor::basics,    Descriptor::pairs, Descriptor::pairs_unsigned,
+                                     Descriptor::harmonics, Descriptor::views, Descriptor::shapedna};
   set_samples(parameters, samples);
   return parameters;
 }
