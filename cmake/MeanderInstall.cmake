@@ -48,8 +48,6 @@ if(NOT MEANDER_SANITIZE)
   install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR})
 endif()
 
-# Below the prefix; that of Debian's own Python for a prefix of /usr.
-set(MEANDER_PYTHON_DIR lib/python3/dist-packages CACHE STRING "Where the Python package is installed")
 if(TARGET meander_python)
   install(TARGETS meander_python LIBRARY DESTINATION ${MEANDER_PYTHON_DIR}/meander)
   get_property(files GLOBAL PROPERTY MEANDER_PYTHON_FILES)

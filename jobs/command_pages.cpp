@@ -45,7 +45,7 @@ std::string roff(const std::string& text) {
   for (std::size_t begin = 0; begin <= escaped.size();) {
     const std::size_t end = std::min(escaped.find('\n', begin), escaped.size());
     const std::string line = escaped.substr(begin, end - begin);
-    if (begin > 0) lines += "\n.br\n";
+    if (begin > 0) lines += line.starts_with(" ") ? "\n" : "\n.br\n";  // a blank begins a line by itself
     if (line.starts_with(".") || line.starts_with("'")) lines += "\\&";
     lines += line;
     begin = end + 1;

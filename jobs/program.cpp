@@ -46,9 +46,9 @@ JobFunction add_missing_command(Command& program, const char* name) {
 }
 
 std::string version_text() {
-  return fmt::format("meander {}\nBuilt by {}{}{} with {}\nInstruction set: {}", meander_version,
-                     meander_compiler, *meander_build_type != '\0' ? ", " : "", meander_build_type,
-                     meander_libraries, name_of(best_instruction_set()));
+  const std::string build = *meander_build_type == '\0' ? "" : fmt::format(" ({})", meander_build_type);
+  return fmt::format("meander {}\nBuilt by {}{} with {}\nInstruction set: {}", meander_version,
+                     meander_compiler, build, meander_libraries, name_of(best_instruction_set()));
 }
 
 struct Subcommand {

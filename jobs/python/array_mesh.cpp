@@ -119,18 +119,19 @@ void require_finite(std::span<const double> triples, const char* name) {
                                       triples[3 * bad + 1], triples[3 * bad + 2]));
 }
 
-// Digests of the positions as doubles, of the corners and of their number a face, one behind the other: equal
-// for equal meshes, whatever type and layout their arrays have.
+// The digest of three counts, the positions as doubles and the corners: equal for equal meshes, whatever type
+// and layout their arrays have.
 std::array<std::uint8_t, 32> content_of(std::span<const double> positions, const Corners& corners) {
-  const std::uint32_t width = static_cast<std::uint32_t>(corners.width);
-  std::vector<std::uint8_t> digests;
-  for (const std::span<const std::byte> part :
-       {std::as_bytes(positions), std::as_bytes(std::span(corners.number)),
-        std::as_bytes(std::span(&width, 1))}) {
-    const auto digest = sha256(part);
-    digests.insert(digests.end(), digest.begin(), digest.end());
-  }
-  return sha256(std::as_bytes(std::span(digests)));
+  const std::array<std::uint64_t, 3> counts = {positions.size() / 3, corners.faces, corners.width};
+  std::vector<std::byte> bytes;
+  bytes.reserve(sizeof counts + positions.size_bytes() + std::span(corners.number).size_bytes());
+  const auto append = [&bytes](std::span<const std::byte> part) {
+    bytes.insert(bytes.end(), part.begin(), part.end());
+  };
+  append(std::as_bytes(std::span(counts)));
+  append(std::as_bytes(positions));
+  append(std::as_bytes(std::span(corners.number)));
+  return sha256(bytes);
 }
 
 std::vector<double> density_values(const MeshArrays& arrays, std::size_t vertices, std::size_t faces) {
