@@ -34,3 +34,49 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meanderConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/meanderConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/meanderConfig.cmake ${PROJECT_BINARY_DIR}/meanderConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/meander)
+
+# Manual pages and completions are made with the program by itself, from its options. A program with sanitizers is not
+# one to be installed.
+if(NOT MEANDER_SANITIZE)
+  set(pages ${PROJECT_BINARY_DIR}/share)
+  add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/pages.stamp
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${pages}
+    COMMAND meander pages ${pages}
+    COMMAND ${CMAKE_COMMAND} -E touch ${PROJECT_BINARY_DIR}/pages.stamp
+    DEPENDS meander COMMENT "Writing manual pages and completions" VERBATIM)
+  add_custom_target(meander_pages ALL DEPENDS ${PROJECT_BINARY_DIR}/pages.stamp)
+  install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR})
+endif()
+
+if(TARGET meander_python)
+  install(TARGETS meander_python LIBRARY DESTINATION ${MEANDER_PYTHON_DIR}/meander)
+  get_property(files GLOBAL PROPERTY MEANDER_PYTHON_FILES)
+  install(FILES ${files} DESTINATION ${MEANDER_PYTHON_DIR}/meander)
+endif()
+
+# Component `libraries` (only when it is asked for, as the tarball does): the shared libraries of program and module but
+# for those of the C library, in lib/meander, where both look first. DT_RPATH, not DT_RUNPATH: it holds for what these
+# libraries load too.
+set(bundle lib/meander)
+set(bundled $<TARGET_FILE:meander>)
+set(modules "")
+file(RELATIVE_PATH up /${CMAKE_INSTALL_BINDIR} /${bundle})
+set_target_properties(meander PROPERTIES INSTALL_RPATH "$ORIGIN/${up}")
+target_link_options(meander PRIVATE -Wl,--disable-new-dtags)
+if(TARGET meander_python)
+  file(RELATIVE_PATH up /${MEANDER_PYTHON_DIR}/meander /${bundle})
+  set_target_properties(meander_python PROPERTIES INSTALL_RPATH "$ORIGIN/${up}")
+  target_link_options(meander_python PRIVATE -Wl,--disable-new-dtags)
+  set(modules $<TARGET_FILE:meander_python>)
+endif()
+install(CODE "
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES \"${bundled}\" MODULES ${modules}
+    RESOLVED_DEPENDENCIES_VAR found UNRESOLVED_DEPENDENCIES_VAR missing
+    PRE_EXCLUDE_REGEXES [[^ld-linux]] [[^lib(c|m|dl|rt|pthread|resolv|util)\\.so]])
+  if(missing)
+    message(FATAL_ERROR \"libraries that were not found: \${missing}\")
+  endif()
+  foreach(library IN LISTS found)
+    file(INSTALL \${library} DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${bundle}\" TYPE SHARED_LIBRARY
+         FOLLOW_SYMLINK_CHAIN)
+  endforeach()" COMPONENT libraries EXCLUDE_FROM_ALL)

@@ -11,6 +11,13 @@
 
 namespace meander {
 
+namespace {
+
+// The validator of options that take one of several words; its description lists them.
+constexpr const char* words_validator = "words";
+
+}  // namespace
+
 // ---- Option ----------------------------------------------------------------------------------------------
 
 Option& Option::show_default() {
@@ -51,7 +58,7 @@ Option& Option::one_of(const std::vector<std::string>& words) {
     const std::string near = nearest(input, words);
     return "`" + input + "` is none of " + list + (near.empty() ? "" : "; did you mean `" + near + "`?");
   };
-  option_->check(problem, list);
+  option_->check(problem, list, words_validator);
   return *this;
 }
 
@@ -96,6 +103,10 @@ Command Command::add_hidden_subcommand(const std::string& name) {
   return Command(command);
 }
 
+Command Command::add_unlisted_subcommand(const std::string& name, const std::string& help) {
+  return Command(command_->add_subcommand(name, help)->group(""));
+}
+
 Command Command::under(const std::string& heading) const { return Command(command_, heading); }
 
 void Command::require_subcommand() { command_->require_subcommand(1); }
@@ -137,6 +148,55 @@ std::vector<std::string> Command::all_given() const {
     if (option->count() > 0) names.push_back(option->get_name());
   return names;
 }
+
+namespace {
+
+std::vector<std::string> words_of(CLI::Option& option) {
+  std::vector<std::string> words;
+  try {
+    std::string list = option.get_validator(words_validator)->get_description();
+    for (std::size_t bar = 0; !list.empty(); list.erase(0, bar == std::string::npos ? bar : bar + 1)) {
+      bar = list.find('|');
+      words.push_back(list.substr(0, bar));
+    }
+  } catch (const CLI::OptionNotFound&) {
+    // Any value will do.
+  }
+  return words;
+}
+
+OptionDescription description_of(CLI::Option& option) {
+  OptionDescription description;
+  for (const std::string& name : option.get_snames()) description.flags.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) description.flags.push_back("--" + name);
+  const bool takes_value = option.get_items_expected_max() > 0;
+  if (description.flags.empty())
+    description.value = option.get_single_name();
+  else if (takes_value)
+    description.value = option.get_type_name().starts_with("TEXT")    ? "TEXT"
+                        : option.get_type_name().starts_with("FLOAT") ? "X"
+                                                                      : "N";
+  description.words = words_of(option);
+  description.initial = option.get_default_str();
+  description.help = option.get_description();
+  description.heading = option.get_group();
+  description.required = option.get_required();
+  description.repeated = option.get_items_expected_max() > 1;
+  return description;
+}
+
+CommandDescription description_of(CLI::App& command) {
+  CommandDescription description{command.get_name(), command.get_description(), command.get_footer(), {}, {}};
+  for (CLI::Option* option : command.get_options())
+    if (!option->get_group().empty()) description.options.push_back(description_of(*option));
+  for (CLI::App* subcommand : command.get_subcommands({}))
+    if (!subcommand->get_group().empty()) description.subcommands.push_back(description_of(*subcommand));
+  return description;
+}
+
+}  // namespace
+
+CommandDescription Command::description() const { return description_of(*command_); }
 
 // ---- CommandLine -----------------------------------------------------------------------------------------
 

@@ -16,6 +16,24 @@ class Option;
 
 namespace meander {
 
+// What an option or a positional argument looks like from outside.
+struct OptionDescription {
+  std::vector<std::string> flags;  // "-o", "--output"; empty for a positional argument
+  std::string value;  // what stands for its value: its name (positional), N, X or TEXT; empty: a flag
+  std::vector<std::string> words;  // the only values that it takes; empty: any
+  std::string initial;             // the default as the help shows it; may be empty
+  std::string help, heading;
+  bool required = false, repeated = false;
+};
+
+// The program or a subcommand with all that belongs to it, in the order of the help; what the help does not
+// show is left out.
+struct CommandDescription {
+  std::string name, help, footer;
+  std::vector<OptionDescription> options;
+  std::vector<CommandDescription> subcommands;
+};
+
 // A handle of an option or a positional argument, valid as long as its CommandLine. All functions but the
 // checks may be called in any order; checks and `on_given` run in the order in which they were added.
 class Option {
@@ -58,6 +76,8 @@ class Command {
   Command add_subcommand(const std::string& name, const std::string& help);
   // A subcommand that the help does not show and that accepts any arguments.
   Command add_hidden_subcommand(const std::string& name);
+  // A subcommand that the help does not show.
+  Command add_unlisted_subcommand(const std::string& name, const std::string& help);
   // The same command; options added by the handle returned are under this heading of the help.
   Command under(const std::string& heading) const;
   // Exactly one subcommand must be given.
@@ -79,6 +99,9 @@ class Command {
   bool given(const std::string& option) const;
   // The options and positional arguments that were given, by their longest name.
   std::vector<std::string> all_given() const;
+
+  // Everything that has been added so far, for manual pages and completions.
+  CommandDescription description() const;
 
  private:
   CLI::App* command_;

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "io/file/atomic_file.h"
 #include "io/store/ann_file_writer.h"
@@ -15,6 +16,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/retrieve_base.h"
+#include "jobs/standard_streams.h"
 #include "kernels/core/parallel.h"
 #include "kernels/retrieve/descriptor_distance.h"
 
@@ -116,9 +118,9 @@ std::string label_of(const StoreReader& store, std::uint64_t row) {
   return label < 0 ? "" : csv_cell(store.label_names().at(static_cast<std::size_t>(label)));
 }
 
-void write_csv(const StoreReader& store, const DescribedRows& table, const std::string& path) {
-  AtomicFile file(path);
-  file.append(fmt::format("id,label,{}\n", fmt::join(table.columns(), ",")));
+void write_csv(const StoreReader& store, const DescribedRows& table,
+               const std::function<void(std::string_view)>& put) {
+  put(fmt::format("id,label,{}\n", fmt::join(table.columns(), ",")));
   table.visit_blocks([&](std::span<const std::uint64_t> rows, std::span<const float> values) {
     std::string text;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -127,8 +129,13 @@ void write_csv(const StoreReader& store, const DescribedRows& table, const std::
         fmt::format_to(std::back_inserter(text), ",{}", value);
       text += "\n";
     }
-    file.append(text);
+    put(text);
   });
+}
+
+void write_csv_file(const StoreReader& store, const DescribedRows& table, const std::string& path) {
+  AtomicFile file(path);
+  write_csv(store, table, [&file](std::string_view text) { file.append(text); });
   file.commit();
 }
 
@@ -322,6 +329,8 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
     if (options.descriptors.empty())
       throw UsageError("--format " + format + " holds descriptors: name them with --descriptors");
     if (output.empty()) throw UsageError("export of descriptors needs -o FILE");
+    if (output == standard_output && format != "csv")
+      throw UsageError("--format " + format + " is more than one file: -o FILE, or --format csv with -o -");
   } else if (!options.descriptors.empty()) {
     throw UsageError("--descriptors needs --format npy, csv, fbin or ann-hdf5");
   }
@@ -330,6 +339,10 @@ void check_descriptor_export(const DescriptorExport& options, const std::string&
 }
 
 int export_descriptors(const StoreReader& store, const DescriptorExport& options, OutputGuard& guard) {
+  if (options.output == standard_output) {
+    write_csv(store, DescribedRows(store, options), print_bytes);
+    return exit_done;
+  }
   const FileKind kind = options.format == "csv"    ? FileKind::csv
                         : options.format == "fbin" ? FileKind::fbin
                         : options.format == "npy"  ? FileKind::npy
@@ -341,7 +354,7 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
   if (options.format == "ann-hdf5" && table.is_weighted())
     throw UsageError("--descriptors: weights scale l1 between the vectors, and ann-hdf5 is for l2 or cosine");
   if (options.format == "csv") {
-    write_csv(store, table, options.output);
+    write_csv_file(store, table, options.output);
   } else if (options.format == "fbin") {
     write_values(store, table, fbin_header(table), options.output);
   } else if (options.format == "npy") {

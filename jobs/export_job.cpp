@@ -14,6 +14,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/output_guard.h"
+#include "jobs/standard_streams.h"
 #include "jobs/store_items.h"
 
 namespace meander {
@@ -74,6 +75,14 @@ int export_points(const StoreReader& store, const ExportOptions& options, Output
   std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  if (options.output == standard_output) {
+    if (rows.size() != 1)
+      throw UsageError(
+          fmt::format("-o - takes the points of one item, not of {}: name the item", rows.size()));
+    const Row content = store.read_row(rows.front());
+    write_points(print_bytes, format, content.samples, content.report);
+    return exit_done;
+  }
   guard.check_folder(options.output, "-o");
   std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
@@ -148,7 +157,8 @@ JobFunction add_export_job(Command& program) {
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
   const Option output =
       command.add_option("-o,--output", options->output,
-                         "Output folder, created if missing; with --descriptors the output file");
+                         "Output folder, created if missing; with --descriptors the output file; -: the "
+                         "points of one item, or the CSV of descriptors, on standard output");
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
@@ -172,6 +182,8 @@ JobFunction add_export_job(Command& program) {
       throw UsageError("--models and --points apply to --html only");
     if (options->output.empty() && options->page.output.empty())
       throw UsageError("export needs -o FOLDER, or --html FILE");
+    if (options->pointnet && options->output == standard_output)
+      throw UsageError("PointNet shards are several files: -o FOLDER");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
     return export_store(*options);

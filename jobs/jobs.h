@@ -30,6 +30,8 @@ JobFunction add_surface_job(Command& program);
 JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory);
 JobFunction add_describe_job(Command& program);
 JobFunction add_remesh_job(Command& program, StageHook hook = {});
+// Not shown by the help: called while the program is built.
+JobFunction add_pages_job(Command& program);
 
 // The whole program: parses, runs, explains errors. Returns the exit code.
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook = {});

@@ -13,6 +13,7 @@
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
 #include "jobs/standard_streams.h"
+#include "kernels/core/instruction_set.h"
 #include "kernels/core/status.h"
 #include "meander_version.h"
 
@@ -44,6 +45,12 @@ JobFunction add_missing_command(Command& program, const char* name) {
   };
 }
 
+std::string version_text() {
+  const std::string build = *meander_build_type == '\0' ? "" : fmt::format(" ({})", meander_build_type);
+  return fmt::format("meander {}\nBuilt by {}{} with {}\nInstruction set: {}", meander_version,
+                     meander_compiler, build, meander_libraries, name_of(best_instruction_set()));
+}
+
 struct Subcommand {
   const char* name;
   JobFunction run;
@@ -67,7 +74,8 @@ std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* labo
       {"render", laboratory ? laboratory->add_render_job(program) : add_missing_command(program, "render")},
       {"retrieve", add_retrieve_job(program, laboratory)},
       {"describe", add_describe_job(program)},
-      {"remesh", add_remesh_job(program, hook)}};
+      {"remesh", add_remesh_job(program, hook)},
+      {"pages", add_pages_job(program)}};
 }
 
 }  // namespace
@@ -75,8 +83,8 @@ std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* labo
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
-  CommandLine line("meander", "Low-discrepancy sampling of whole collections of surfaces",
-                   std::string("meander ") + meander_version, footer);
+  CommandLine line("meander", "Low-discrepancy sampling of whole collections of surfaces", version_text(),
+                   footer);
   Command program = line.program();
   program.require_subcommand();
   const std::vector<Subcommand> subcommands =

@@ -55,6 +55,11 @@ void prepare_standard_streams() {
   stderr = forgiving(error, stderr, _IONBF);
 }
 
+void print_bytes(std::string_view bytes) {
+  // A short count sets the error of the stream.
+  static_cast<void>(std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size());
+}
+
 std::string flush_standard_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return {};
   return std::string("cannot write standard output: ") + std::strerror(errno);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -23,7 +22,6 @@
 #include "jobs/sequence_options.h"
 #include "jobs/surface_sources.h"
 #include "kernels/core/failure.h"
-#include "kernels/core/spelling.h"
 #include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
@@ -33,11 +31,6 @@ namespace meander {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr Word<SurfaceDensityKind> surface_density_words[] = {{"uniform", SurfaceDensityKind::uniform},
-                                                              {"mean", SurfaceDensityKind::mean},
-                                                              {"gaussian", SurfaceDensityKind::gaussian},
-                                                              {"max", SurfaceDensityKind::max}};
 
 struct SurfaceOptions {
   std::vector<std::string> surfaces;
@@ -53,19 +46,10 @@ struct SurfaceOptions {
 
 void resolve(SurfaceOptions& options) {
   SurfaceSampleParameters& sample = options.sample;
-  sample.density.kind = SurfaceDensityKind::expression;
-  for (const auto& word : surface_density_words)
-    if (options.density == word.text) sample.density.kind = word.value;
-  if (sample.density.kind == SurfaceDensityKind::expression) {
-    sample.density.expression = options.density;
-    // A single word is a name, and `maen` is not short for `tan`.
-    std::vector<std::string> names;
-    for (const auto& word : surface_density_words) names.emplace_back(word.text);
-    const bool one_word = std::all_of(options.density.begin(), options.density.end(),
-                                      [](unsigned char c) { return std::isalpha(c) != 0; });
-    const std::string near = one_word && options.density.size() > 2 ? nearest(options.density, names) : "";
-    if (!near.empty())
-      throw UsageError("--density: no density `" + options.density + "`, did you mean `" + near + "`?");
+  try {
+    set_surface_density(options.density, sample.density);
+  } catch (const UsageError& error) {
+    throw UsageError(std::string("--density: ") + error.what());
   }
   std::vector<std::string> problems = validate(sample);
   check_spacing_option(sample.sequence, options.spacing_given, problems);

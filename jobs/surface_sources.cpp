@@ -11,6 +11,7 @@
 #include "io/file/mapped_file.h"
 #include "io/image/png_reader.h"
 #include "jobs/inputs.h"
+#include "jobs/option_words.h"
 #include "kernels/core/spelling.h"
 #include "kernels/surface/height_field.h"
 #include "kernels/surface/nurbs_patch.h"
@@ -18,6 +19,15 @@
 namespace meander {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr Word<SurfaceDensityKind> surface_density_words[] = {{"uniform", SurfaceDensityKind::uniform},
+                                                              {"mean", SurfaceDensityKind::mean},
+                                                              {"gaussian", SurfaceDensityKind::gaussian},
+                                                              {"max", SurfaceDensityKind::max}};
+
+}  // namespace
 
 SurfaceKind surface_kind(const std::string& argument) {
   std::string extension = fs::path(argument).extension().string();
@@ -67,5 +77,18 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
 }
 
 std::string surface_id(const std::string& argument) { return fs::path(argument).filename().string(); }
+
+void set_surface_density(const std::string& text, SurfaceDensity& density) {
+  density.kind = SurfaceDensityKind::expression;
+  for (const auto& word : surface_density_words)
+    if (text == word.text) density.kind = word.value;
+  if (density.kind != SurfaceDensityKind::expression) return;
+  density.expression = text;
+  // A single word is a name, and `maen` is not short for `tan`.
+  const bool one_word =
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+  const std::string near = one_word && text.size() > 2 ? nearest(text, all_words(surface_density_words)) : "";
+  if (!near.empty()) throw UsageError("no density `" + text + "`, did you mean `" + near + "`?");
+}
 
 }  // namespace meander

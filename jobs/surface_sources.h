@@ -1,4 +1,4 @@
-// Parametric surfaces as they are named on the command line.
+// Parametric surfaces and their densities as they are named on the command line.
 #pragma once
 
 #include <array>
@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface.h"
 
 namespace meander {
@@ -33,5 +34,9 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
 
 // The id of its row: the name, or the file's own name.
 std::string surface_id(const std::string& argument);
+
+// Sets kind and expression from the words uniform, mean, gaussian and max, or any expression. Throws
+// UsageError for a single word that is nearly one of these.
+void set_surface_density(const std::string& text, SurfaceDensity& density);
 
 }  // namespace meander

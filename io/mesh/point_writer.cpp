@@ -52,18 +52,23 @@ void append_row(std::string& data, PointFormat format, const Samples& samples, c
 
 }  // namespace
 
-void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
-                  const ItemReport& report) {
+void write_points(const std::function<void(std::string_view)>& put, PointFormat format,
+                  const Samples& samples, const ItemReport& report) {
   constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
-  AtomicFile file(path);
   std::string data = header(format, samples);
   for (std::size_t i = 0; i < samples.count(); ++i) {
     append_row(data, format, samples, report, i);
     if (data.size() < buffer_bytes) continue;
-    file.append(data);
+    put(data);
     data.clear();
   }
-  file.append(data);
+  put(data);
+}
+
+void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
+                  const ItemReport& report) {
+  AtomicFile file(path);
+  write_points([&file](std::string_view data) { file.append(data); }, format, samples, report);
   file.commit();
 }
 

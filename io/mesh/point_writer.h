@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <string_view>
 
 #include "kernels/sample/samples.h"
 
@@ -15,5 +17,8 @@ enum class PointFormat : std::uint8_t { ply, off, xyz };
 // FileError.
 void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
                   const ItemReport& report);
+// The bytes of that file in pieces of about 1 MB.
+void write_points(const std::function<void(std::string_view)>& put, PointFormat format,
+                  const Samples& samples, const ItemReport& report);
 
 }  // namespace meander

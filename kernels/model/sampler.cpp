@@ -56,17 +56,19 @@ Sampler& Sampler::operator=(Sampler&&) noexcept = default;
 
 const SampleParameters& Sampler::parameters() const { return state_->parameters; }
 
-Row Sampler::sample(std::span<const double> positions, std::span<const std::uint32_t> faces,
-                    std::span<const std::uint8_t> content, const CancelToken& cancel) const {
-  if (positions.size() % 3 != 0 || faces.size() % 3 != 0)
-    throw std::invalid_argument("positions and faces must hold three entries per vertex and face");
+namespace {
+
+// Runs the stages over the mesh that `read` gives; what it throws is a failure of the item too.
+template <class Read>
+Row sample_with(const ModelStages& stages, std::uint64_t seed, const Read& read,
+                std::span<const std::uint8_t> content, const CancelToken& cancel) {
   Model model;
   model.cancel = cancel;
   std::string_view running = "read_mesh";
   try {
-    model.file = mesh_of(positions, faces);
-    model.key = make_random_key(state_->parameters.seed, content);
-    for (const ModelStage& stage : state_->stages) {
+    model.file = read();
+    model.key = make_random_key(seed, content);
+    for (const ModelStage& stage : stages) {
       running = stage.name;
       stage.run(model);
     }
@@ -80,6 +82,22 @@ Row Sampler::sample(std::span<const double> positions, std::span<const std::uint
     model.row.descriptors.clear();
   }
   return std::move(model.row);
+}
+
+}  // namespace
+
+Row Sampler::sample(std::span<const double> positions, std::span<const std::uint32_t> faces,
+                    std::span<const std::uint8_t> content, const CancelToken& cancel) const {
+  if (positions.size() % 3 != 0 || faces.size() % 3 != 0)
+    throw std::invalid_argument("positions and faces must hold three entries per vertex and face");
+  return sample_with(
+      state_->stages, state_->parameters.seed, [&] { return mesh_of(positions, faces); }, content, cancel);
+}
+
+Row Sampler::sample(PolygonMesh mesh, std::span<const std::uint8_t> content,
+                    const CancelToken& cancel) const {
+  return sample_with(
+      state_->stages, state_->parameters.seed, [&] { return std::move(mesh); }, content, cancel);
 }
 
 }  // namespace meander

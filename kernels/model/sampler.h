@@ -6,6 +6,7 @@
 #include <span>
 
 #include "kernels/core/cancel.h"
+#include "kernels/mesh/polygon_mesh.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/sample/samples.h"
 
@@ -40,6 +41,11 @@ class Sampler {
   // count. Cost: the README has the rates; O((F + N) log (F + N)) for the method direct.
   Row sample(std::span<const double> positions, std::span<const std::uint32_t> faces,
              std::span<const std::uint8_t> content = {}, const CancelToken& cancel = {}) const;
+
+  // The same of a mesh with polygons, normals and attributes, which density and tensors may be read from.
+  // Takes it by value: move it in where it is not needed again. Throws RunCancelled when `cancel` is set.
+  Row sample(PolygonMesh mesh, std::span<const std::uint8_t> content = {},
+             const CancelToken& cancel = {}) const;
 
  private:
   struct State;

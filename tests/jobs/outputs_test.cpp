@@ -161,6 +161,25 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
 }
 
+TEST_CASE("outputs: -o - prints what a file would hold, and nothing else") {
+  const Place place;
+  const std::string store = place.path("s.h5");
+  for (const std::string format : {"ply", "off", "xyz"}) {
+    place.does({"export", store, "torus", "-o", place.path("out"), "--format", format});
+    const ProcessResult printed = meander_with({"export", store, "torus", "-o", "-", "--format", format});
+    CHECK(printed.exit_code == 0);
+    CHECK((printed.out == read_file(place.path("out/torus." + format))));
+    CHECK(printed.err.empty());
+  }
+  place.does({"export", store, "--descriptors", "d2", "--format", "csv", "-o", place.path("d.csv")});
+  CHECK(meander_with({"export", store, "--descriptors", "d2", "--format", "csv", "-o", "-"}).out ==
+        read_file(place.path("d.csv")));
+  place.refuses({"export", store, "-o", "-"}, "the points of one item, not of 2");
+  place.refuses({"export", store, "--descriptors", "d2", "--format", "npy", "-o", "-"}, "more than one file");
+  place.refuses({"export", store, "--pointnet", "-o", "-"}, "-o FOLDER");
+  CHECK_FALSE(fs::exists("-"));
+}
+
 TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
   const Place place;
   const std::string store = place.path("s.h5");

@@ -1,5 +1,6 @@
 // The lists of stages, and the Sampler that runs them.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
@@ -199,6 +200,30 @@ TEST_CASE("Sampler: one object serves many threads, with the same samples as one
     CHECK(same_samples(together[i], alone[i]));
     CHECK(together[i].descriptors.front().values == alone[i].descriptors.front().values);
   }
+}
+
+TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
+  PolygonMesh mesh = test::cube();
+  mesh.face_attributes.push_back({"wanted", {0, 1, 0, 0, 3, 0}});
+  SampleParameters parameters = parameters_for("auto");
+  set_samples(parameters, 400);
+  parameters.density.kind = DensityKind::face_attribute;
+  parameters.density.attribute = "wanted";
+  const Row row = Sampler(parameters).sample(mesh);
+  REQUIRE(row.report.status == Status::ok);
+  CHECK(row.report.faces == 6);
+  std::array<std::uint32_t, 6> count{};
+  for (const std::uint32_t face : row.samples.face) ++count.at(face);
+  CHECK(count == std::array<std::uint32_t, 6>{0, 100, 0, 0, 300, 0});
+
+  // Triangles alone: the samples of the arrays. The content keys both.
+  const PolygonMesh plain = test::torus(20, 10);
+  parameters.density = {};
+  const Sampler sampler(parameters);
+  const std::array<std::uint8_t, 16> content = {7};
+  const Row of_mesh = sampler.sample(plain, content);
+  CHECK(same_samples(of_mesh, sampler.sample(positions_of(plain), plain.corners, content)));
+  CHECK_FALSE(of_mesh.samples.points == sampler.sample(plain).samples.points);
 }
 
 TEST_CASE("Sampler: bad arrays and parameters are refused, bad meshes and lack of time are statuses") {

@@ -1,0 +1,148 @@
+"""Stores (docs/STORE.md) as numpy arrays and as data sets. Needs h5py."""
+import os
+
+import numpy
+
+
+def open_store(path):
+    """Opens a store that `meander run`, `surface` or `describe` has written, for reading. See Store."""
+    return Store(path)
+
+
+def _h5py():
+    try:
+        import h5py
+    except ImportError:
+        raise ImportError("stores are read with h5py, which is not installed (Debian: python3-h5py)") from None
+    return h5py
+
+
+class Store:
+    """A store: its rows as numpy arrays. Use it in a `with` statement, or close it.
+
+    ids: of all M rows, in their order; status: words, "ok" for rows with points; labels: (M,) int32, -1 where unknown.
+    ok: the numbers of the rows that have points. samples: points a row.
+    file: the h5py.File, for everything else (docs/STORE.md lists the datasets).
+    """
+
+    def __init__(self, path):
+        h5py = _h5py()
+        self.path = os.fspath(path)
+        self.file = h5py.File(self.path, "r")
+        kind = self.file.attrs.get("format", "")
+        if (kind.decode() if isinstance(kind, bytes) else kind) != "meander":
+            self.file.close()
+            raise ValueError("`%s` is no store of Meander" % self.path)
+        column = self.file["items/status"]
+        words = {number: word for word, number in h5py.check_enum_dtype(column.dtype).items()}
+        numbers = column[:]
+        self.status = [words[number] for number in numbers]
+        self.ok = numpy.flatnonzero(numbers == 0)
+        self.ids = self.file["items/id"].asstr()[:].tolist()
+        self.labels = self.file["label"][:, 0]
+        self.samples = int(self.file.attrs["samples"])
+        self._row_of = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self.file.close()
+
+    def __len__(self):
+        return len(self.ids)
+
+    def __repr__(self):
+        return "<meander.Store %s: %d rows, %d ok, %d points each>" % (self.path, len(self), len(self.ok), self.samples)
+
+    def row(self, item):
+        """The number of a row given by its id or its number. KeyError, IndexError."""
+        if isinstance(item, str):
+            if self._row_of is None:
+                self._row_of = {name: row for row, name in enumerate(self.ids)}
+            return self._row_of[item]
+        if not -len(self) <= item < len(self):
+            raise IndexError("row %d of %d" % (item, len(self)))
+        return int(item) % len(self)
+
+    def reason(self, item):
+        """Why a row is not ok: one sentence."""
+        return self.file["items/reason"].asstr()[self.row(item)]
+
+    def __getitem__(self, item):
+        """All samples of one row by name: points, normals, face, ... KeyError for an id that is not there, SamplingError
+        with its status for a row without points."""
+        from . import SamplingError
+        row = self.row(item)
+        if self.status[row] != "ok":
+            raise SamplingError(self.status[row], self.reason(row), row)
+        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density")
+        return {name: self.file[name][row] for name in names if name in self.file}
+
+    def points(self, split=None):
+        """(rows, n, 3) float32: the points of all ok rows, or of those in "train", "test" or "validation"."""
+        return self.file["points"][self.rows(split)]
+
+    def descriptor(self, name, split=None):
+        """(rows, values) float32 of the same rows; NaN where it could not be made."""
+        return self.file["descriptors"][name][self.rows(split)]
+
+    def rows(self, split=None):
+        """The numbers of all ok rows, or of those in one split."""
+        if split is None:
+            return self.ok
+        column = self.file["items/split"]
+        numbers = _h5py().check_enum_dtype(column.dtype)
+        if split not in numbers:
+            raise ValueError("no split %r: %s" % (split, ", ".join(numbers)))
+        return self.ok[column[:][self.ok] == numbers[split]]
+
+    def dataset(self, samples=None, split=None):
+        """A data set for torch.utils.data.DataLoader: see StoreDataset."""
+        return StoreDataset(self.path, samples, split)
+
+
+try:
+    from torch.utils.data import Dataset as _Dataset
+except ImportError:
+    _Dataset = object
+
+
+class StoreDataset(_Dataset):
+    """(points, normals, label) of every ok row (of a split); a torch Dataset where PyTorch is installed.
+
+    samples: the first so many of each row (every prefix is a good sample); None for all.
+    HDF5 files do not survive a fork: each process opens the store at its first item, so workers may be forked or
+    spawned, and the object can be pickled.
+    """
+
+    def __init__(self, path, samples=None, split=None):
+        self.path = os.fspath(path)
+        with Store(self.path) as store:
+            if samples is not None and not 1 <= samples <= store.samples:
+                raise ValueError("samples is %d: the store has %d a row" % (samples, store.samples))
+            self.rows = store.rows(split)
+            self.labels = store.labels[self.rows]
+        self.samples = samples
+        self._file = None
+        self._owner = None  # the process that opened it
+
+    def __len__(self):
+        return len(self.rows)
+
+    def __getitem__(self, index):
+        file = self._open()
+        row = self.rows[index]
+        return file["points"][row, : self.samples], file["normals"][row, : self.samples], int(self.labels[index])
+
+    def __getstate__(self):
+        return {**self.__dict__, "_file": None, "_owner": None}
+
+    def _open(self):
+        if self._owner != os.getpid():
+            self._file = _h5py().File(self.path, "r")
+            self._owner = os.getpid()
+        return self._file

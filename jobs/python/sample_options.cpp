@@ -1,0 +1,108 @@
+#include "jobs/python/sample_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "jobs/descriptor_choice.h"
+#include "jobs/inputs.h"
+#include "jobs/option_words.h"
+#include "jobs/surface_sources.h"
+#include "kernels/core/spelling.h"
+
+namespace meander {
+
+namespace {
+
+template <class Enum, std::size_t N>
+void choose(const char* argument, const Word<Enum> (&words)[N], const std::string& text, Enum& value,
+            std::vector<std::string>& problems) {
+  for (const auto& word : words)
+    if (text == word.text) {
+      value = word.value;
+      return;
+    }
+  const std::vector<std::string> all = all_words(words);
+  const std::string near = nearest(text, all);
+  problems.push_back(fmt::format("{}: `{}` is none of {}{}", argument, text, fmt::join(all, ", "),
+                                 near.empty() ? "" : "; did you mean `" + near + "`?"));
+}
+
+void check_spacing(const SampleOptions& options, SequenceKind sequence, std::vector<std::string>& problems) {
+  if (options.spacing != "default" && sequence != SequenceKind::spaced)
+    problems.emplace_back("spacing applies to sequence=\"spaced\" only");
+}
+
+void throw_problems(const std::vector<std::string>& problems) {
+  if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "\n")));
+}
+
+void choose_density(const SampleOptions& options, DensityParameters& density,
+                    std::vector<std::string>& problems) {
+  density.floor = options.density_floor;
+  density.exponent = options.density_exponent;
+  if (options.density == "vertices" || options.density == "faces") {
+    density.kind =
+        options.density == "vertices" ? DensityKind::vertex_attribute : DensityKind::face_attribute;
+    density.attribute = density_attribute;
+    return;
+  }
+  choose("density", density_words, options.density, density.kind, problems);
+}
+
+}  // namespace
+
+SampleParameters sample_parameters(const SampleOptions& options) {
+  std::vector<std::string> problems;
+  SampleParameters parameters;
+  choose("method", method_words, options.method, parameters.method, problems);
+  choose("sequence", sequence_words, options.sequence, parameters.place.sequence, problems);
+  choose("order", order_words, options.order, parameters.place.order, problems);
+  choose("normalize", normalize_words, options.normalize, parameters.place.normalize, problems);
+  choose("spacing", spacing_words, options.spacing, parameters.place.spacing, problems);
+  if (options.curve) {
+    ElementOrder order{};
+    choose("curve", order_of_elements_words, *options.curve, order, problems);
+    parameters.order = order;
+  }
+  choose_density(options, parameters.density, problems);
+  check_spacing(options, parameters.place.sequence, problems);
+  for (const std::string& name : options.describe)
+    for (const Descriptor descriptor : parse_descriptors("describe", name, problems))
+      if (std::find(parameters.describe.descriptors.begin(), parameters.describe.descriptors.end(),
+                    descriptor) == parameters.describe.descriptors.end())
+        parameters.describe.descriptors.push_back(descriptor);
+  parameters.describe.bins = options.bins;
+  parameters.seed = options.seed;
+  parameters.curved = options.curved;
+  set_samples(parameters, options.samples);
+  if (problems.empty()) problems = validate(parameters);
+  throw_problems(problems);
+  return parameters;
+}
+
+SurfaceSampleParameters surface_parameters(const SampleOptions& options, double tolerance) {
+  std::vector<std::string> problems;
+  SurfaceSampleParameters parameters;
+  parameters.samples = options.samples;
+  parameters.seed = options.seed;
+  parameters.tolerance = tolerance;
+  choose("sequence", sequence_words, options.sequence, parameters.sequence, problems);
+  choose("order", order_words, options.order, parameters.order, problems);
+  choose("spacing", spacing_words, options.spacing, parameters.spacing, problems);
+  if (options.curve) choose("curve", curve_words, *options.curve, parameters.curve, problems);
+  check_spacing(options, parameters.sequence, problems);
+  parameters.density.floor = options.density_floor;
+  parameters.density.exponent = options.density_exponent;
+  try {
+    set_surface_density(options.density, parameters.density);
+  } catch (const UsageError& error) {
+    problems.push_back(std::string("density: ") + error.what());
+  }
+  if (problems.empty()) problems = validate(parameters);
+  throw_problems(problems);
+  return parameters;
+}
+
+}  // namespace meander

@@ -1,0 +1,40 @@
+// The keyword arguments of the Python functions as parameters, by the words of the command line.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernels/model/sample_parameters.h"
+#include "kernels/surface/sample_surface.h"
+
+namespace meander {
+
+// Where the density of a mesh comes from when it is given as numbers: see array_mesh.h.
+inline constexpr const char* density_attribute = "density";
+
+struct SampleOptions {
+  std::uint32_t samples = 2048;
+  std::uint64_t seed = 1;
+  std::string method = "auto";
+  std::string sequence = "shifted";
+  std::string order = "progressive";
+  std::string normalize = "none";
+  std::string spacing = "default";
+  std::string density =
+      "uniform";  // a word of `run --density`, or "vertices" or "faces": numbers of the mesh
+  double density_floor = 0.02, density_exponent = 1;
+  std::optional<std::string> curve;  // of the method where it is not given
+  bool curved = false;
+  std::vector<std::string> describe;
+  std::uint32_t bins = 32;
+};
+
+// Throws std::invalid_argument with everything that is wrong.
+SampleParameters sample_parameters(const SampleOptions& options);
+
+// The options that surfaces have; the density may be an expression in u, v, x, y, z too. Throws as above.
+SurfaceSampleParameters surface_parameters(const SampleOptions& options, double tolerance);
+
+}  // namespace meander

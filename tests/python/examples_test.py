@@ -1,0 +1,36 @@
+#!/usr/bin/env python3
+"""Runs the examples of the package's docstrings and of documents.
+
+    examples_test.py DOCUMENT...       exit status 77: numpy is not installed
+"""
+import doctest
+import importlib.util
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+for needed in ("numpy",):
+    if importlib.util.find_spec(needed) is None:
+        print("skipped: %s is not installed" % needed)
+        sys.exit(77)
+
+import numpy
+
+import meander
+import meander.store
+
+failed = 0
+for module in (meander, meander.store):
+    result = doctest.testmod(module, extraglobs={"meander": meander, "numpy": numpy})
+    print("%s: %d examples" % (module.__name__, result.attempted))
+    failed += result.failed
+documents = [Path(name).resolve() for name in sys.argv[1:]]
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    for document in documents:
+        result = doctest.testfile(str(document), module_relative=False)
+        print("%s: %d examples" % (document.name, result.attempted))
+        failed += result.failed + (result.attempted == 0)
+    os.chdir("/")
+sys.exit(1 if failed else 0)

@@ -1,0 +1,477 @@
+#!/usr/bin/env python3
+"""The package meander, from the folder of PYTHONPATH, beside the program.
+
+    module_test.py MEANDER SHARED_DATA       exit status 77: numpy is not installed
+"""
+import concurrent.futures
+import gc
+import hashlib
+import inspect
+import multiprocessing
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+try:
+    import numpy
+except ImportError:
+    print("skipped: numpy is not installed")
+    sys.exit(77)
+try:
+    import h5py
+except ImportError:
+    h5py = None
+
+import meander
+
+PROGRAM, SHARED = "", Path()
+CUBE = numpy.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+QUADS = numpy.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+
+
+def bumpy_sphere(rings=40, columns=64):
+    """A closed mesh of 2 (rings - 1) columns triangles."""
+    points = [(0.0, 0.0, 1.0)]
+    for i in range(1, rings):
+        for j in range(columns):
+            t, p = numpy.pi * i / rings, 2 * numpy.pi * j / columns
+            r = 1 + 0.2 * numpy.sin(5 * p) * numpy.sin(t) ** 3
+            points.append((r * numpy.sin(t) * numpy.cos(p), r * numpy.sin(t) * numpy.sin(p), numpy.cos(t)))
+    points.append((0.0, 0.0, -1.0))
+    at = lambda i, j: 1 + (i - 1) * columns + j % columns
+    faces = [(0, at(1, j), at(1, j + 1)) for j in range(columns)]
+    for i in range(1, rings - 1):
+        for j in range(columns):
+            faces += [(at(i, j), at(i + 1, j), at(i + 1, j + 1)), (at(i, j), at(i + 1, j + 1), at(i, j + 1))]
+    faces += [(len(points) - 1, at(rings - 1, j + 1), at(rings - 1, j)) for j in range(columns)]
+    return numpy.array(points), numpy.array(faces)
+
+
+def write_off(path, vertices, faces):
+    path.write_text("\n".join(["OFF", "%d %d 0" % (len(vertices), len(faces))]
+                              + ["%r %r %r" % tuple(float(x) for x in v) for v in vertices]
+                              + [" ".join(map(str, [len(f), *f])) for f in faces]) + "\n")
+
+
+def read_off(path):
+    words = path.read_text().split()
+    assert words[0] == "OFF"
+    v, f = int(words[1]), int(words[2])
+    vertices = numpy.array(words[4:4 + 3 * v], dtype=float).reshape(v, 3)
+    return vertices, numpy.array(words[4 + 3 * v:4 + 3 * v + 4 * f], dtype=numpy.int64).reshape(f, 4)[:, 1:]
+
+
+def run_program(folder, *arguments):
+    store = Path(folder) / "store.h5"
+    subprocess.run([PROGRAM, *map(str, arguments), "-o", str(store), "--progress", "none", "--fresh"], check=True,
+                   stdout=subprocess.DEVNULL)
+    return store
+
+
+ROW = {"points": "points", "normals": "normals", "face": "face_index", "corners": "corners",
+       "barycentric": "barycentric", "curve_rank": "curve_rank", "density": "density"}
+
+
+class WithMeshes(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = Path(self.folder.name)
+        self.addCleanup(self.folder.cleanup)
+
+    def assert_row(self, samples, store, row=0):
+        with h5py.File(store) as f:
+            for name, member in ROW.items():
+                stored = f[name][row]
+                mine = getattr(samples, member)
+                self.assertEqual(stored.dtype, mine.dtype, name)
+                self.assertEqual(stored.tobytes(), numpy.ascontiguousarray(mine).tobytes(), name)
+            self.assertEqual(f["items/area"][row], samples.area)
+            self.assertEqual(f["items/measure"][row], samples.measure)
+            self.assertEqual(f["items/content_sha256"][row].tobytes(), samples.content)
+
+
+@unittest.skipIf(h5py is None, "skipped: h5py is not installed")
+class SameAsTheProgram(WithMeshes):
+    VARIANTS = [
+        ([], {}),
+        (["--method", "direct", "--seed", "7", "--order", "curve"], dict(method="direct", seed=7, order="curve")),
+        (["--method", "conformal", "--density", "mean"], dict(method="conformal", density="mean")),
+        (["--sequence", "spaced", "--spacing", "fast"], dict(sequence="spaced", spacing="fast")),
+        (["--method", "anisotropic", "--normalize", "unit-sphere"],
+         dict(method="anisotropic", normalize="unit-sphere")),
+        (["--curved", "--curve", "hilbert", "--method", "direct"], dict(curved=True, curve="hilbert", method="direct")),
+    ]
+
+    def test_a_file_by_its_content(self):
+        vertices, faces = bumpy_sphere()
+        file = self.path / "sphere.off"
+        write_off(file, vertices, faces)
+        content = hashlib.sha256(file.read_bytes()).digest()
+        self.assertEqual(content, meander.content_of(file))
+        for arguments, options in self.VARIANTS:
+            with self.subTest(options=options):
+                store = run_program(self.path, "run", file, "-n", 777, *arguments)
+                self.assert_row(meander.sample(vertices, faces, 777, content=content, **options), store)
+                self.assert_row(meander.sample(vertices, faces, 777, content=content.hex(), threads=1, **options), store)
+                self.assert_row(meander.sample(meander.read_mesh(file), n=777, **options), store)
+
+    def test_files_with_normals_and_polygons(self):
+        file = self.path / "cube.obj"
+        lines = ["v %r %r %r" % tuple(v) for v in CUBE] + ["vn %r %r %r" % tuple(2 * v - 1) for v in CUBE]
+        file.write_text("\n".join(lines + ["f " + " ".join("%d//%d" % (c + 1, c + 1) for c in q) for q in QUADS]))
+        store = run_program(self.path, "run", file, "-n", 500)
+        self.assert_row(meander.sample(meander.read_mesh(file), n=500), store)
+        content = meander.content_of(file)
+        self.assert_row(meander.sample(CUBE, QUADS, 500, normals=2 * CUBE - 1, content=content), store)
+        [many] = meander.sample_many([file], 500)
+        self.assert_row(many, store)
+        mesh = meander.read_mesh(file)
+        self.assertTrue((mesh.vertices == CUBE).all() and (mesh.faces == QUADS).all())
+
+    def test_descriptors(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        store = run_program(self.path, "run", self.path / "sphere.off", "-n", 512, "--describe", "d2,pairs,basics",
+                            "--bins", 64)
+        made = meander.describe(vertices, faces, ["d2", "pairs", "basics"], n=512, bins=64,
+                                content=meander.content_of(self.path / "sphere.off"))
+        with h5py.File(store) as f:
+            self.assertEqual(set(f["descriptors"]), set(made))
+            for name, values in made.items():
+                self.assertEqual(f["descriptors"][name][0].tobytes(), values.tobytes(), name)
+
+    def test_surfaces(self):
+        for options, arguments in [({}, []), (dict(density="gaussian", curve="peano"),
+                                              ["--density", "gaussian", "--curve", "peano"])]:
+            store = self.path / "surface.h5"
+            subprocess.run([PROGRAM, "surface", "torus", "-n", "600", "-o", store, "--fresh", *arguments], check=True,
+                           stdout=subprocess.DEVNULL)
+            samples = meander.surface("torus", 600, **options)
+            with h5py.File(store) as f:
+                for name in ("points", "normals", "uv", "curve_rank", "density"):
+                    self.assertEqual(f[name][0].tobytes(), getattr(samples, name).tobytes(), name)
+                self.assertEqual(f["items/area"][0], samples.area)
+
+    def test_the_bunny(self):
+        file = SHARED / "bunny_closed.off"
+        if not file.exists():
+            self.skipTest("skipped: there is no " + str(file))
+        vertices, faces = read_off(file)
+        store = run_program(self.path, "run", file)
+        content = hashlib.sha256(file.read_bytes()).digest()
+        self.assert_row(meander.sample(vertices, faces, content=content), store)
+
+    def test_boxes(self):
+        vertices, faces = bumpy_sphere()
+        write_off(self.path / "sphere.off", vertices, faces)
+        store = run_program(self.path, "run", self.path / "sphere.off", "-n", 1000)
+        said = subprocess.run([PROGRAM, "measure", "boxes", store, "--surface", self.path / "sphere.off", "--csv",
+                               self.path / "boxes.csv"], capture_output=True, text=True)
+        samples = meander.sample(meander.read_mesh(self.path / "sphere.off"), n=1000)
+        if "laboratory" in said.stderr:
+            with self.assertRaisesRegex(RuntimeError, "laboratory"):
+                meander.measure_boxes(samples.coordinates(), vertices, faces)
+            return
+        self.assertEqual(said.returncode, 0, said.stderr)
+        expected = float((self.path / "boxes.csv").read_text().splitlines()[1].split(",")[-1])
+        self.assertAlmostEqual(meander.measure_boxes(samples.coordinates(), vertices, faces), expected, 4)
+
+
+class Arrays(unittest.TestCase):
+    def test_equal_meshes_have_equal_samples_whatever_their_arrays(self):
+        expected = meander.sample(CUBE, QUADS, 200)
+        variants = [(CUBE.astype(numpy.float32), QUADS.astype(numpy.uint8)), (CUBE.tolist(), QUADS.tolist()),
+                    (numpy.asfortranarray(CUBE), QUADS.astype(numpy.int16)), (CUBE.astype(">f8"), QUADS.astype(">i8")),
+                    (CUBE[::-1][::-1], numpy.repeat(QUADS, 2, axis=0)[::2]), (CUBE.astype(int), QUADS.astype("u8")),
+                    (CUBE.astype(numpy.longdouble), QUADS.astype("u4"))]
+        for vertices, faces in variants:
+            samples = meander.sample(vertices, faces, 200)
+            self.assertEqual(samples.content, expected.content)
+            self.assertEqual(samples.points.tobytes(), expected.points.tobytes())
+        split = meander.sample(CUBE, [[q[0], q[1], q[2]] for q in QUADS] + [[q[0], q[2], q[3]] for q in QUADS], 200)
+        self.assertNotEqual(split.content, expected.content)
+        moved = meander.sample(CUBE + 1e-9, QUADS, 200)
+        self.assertNotEqual(moved.content, expected.content)
+
+    def test_results(self):
+        s = meander.sample(CUBE, QUADS, 300)
+        self.assertEqual(len(s), 300)
+        for name, dtype, shape in [("points", "f4", (300, 3)), ("normals", "f4", (300, 3)), ("face_index", "u4", (300,)),
+                                   ("corners", "u4", (300, 3)), ("barycentric", "f4", (300, 2)),
+                                   ("curve_rank", "u4", (300,)), ("density", "f4", (300,)), ("weights", "f8", (300,))]:
+            array = getattr(s, name)
+            self.assertEqual((array.dtype, array.shape), (numpy.dtype(dtype), shape), name)
+            self.assertFalse(array.flags.owndata, name)  # the memory that it was computed in
+        self.assertIsNone(s.uv)
+        self.assertIsNone(s.tensor_direction)
+        self.assertAlmostEqual(s.area, 6)
+        self.assertAlmostEqual(s.weights.sum(), 6)
+        self.assertEqual((s.components, s.genus, s.boundaries, s.method), (1, 0, 0, "balanced"))
+        self.assertTrue((s.bbox == [[0, 0, 0], [1, 1, 1]]).all())
+        self.assertEqual(sorted(s.curve_rank.tolist()), list(range(300)))
+        self.assertTrue(numpy.allclose(s.interpolate(CUBE), s.points, atol=1e-6))
+        self.assertLessEqual(abs(numpy.bincount(s.face_index, minlength=6) - 50).max(), 12)  # faces of equal area
+        around = CUBE[QUADS[s.face_index]]
+        self.assertTrue((around.min(axis=1) <= s.points).all() and (s.points <= around.max(axis=1)).all())
+        again = pickle.loads(pickle.dumps(s))
+        self.assertTrue((again.points == s.points).all() and again.area == s.area)
+
+    def test_arrays_outlive_their_samples(self):
+        points = meander.sample(CUBE, QUADS, 5000).points
+        copy = points.copy()
+        gc.collect()
+        for _ in range(20):
+            meander.sample(CUBE, QUADS, 5000, seed=2)
+        self.assertTrue((points == copy).all())
+        points += 1  # they are the caller's
+        self.assertTrue((points == copy + 1).all())
+
+    def test_densities_are_followed(self):
+        one = meander.sample(CUBE, QUADS, 1000, density=[1, 0, 0, 0, 0, 3])
+        self.assertEqual(set(one.face_index.tolist()), {0, 5})
+        self.assertAlmostEqual((one.face_index == 5).mean(), 0.75, 2)
+        square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        two = meander.sample(square, [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3]], 2000, density=[0, 2, 2, 0],
+                             density_at="vertices")
+        self.assertAlmostEqual(two.points[:, 0].mean(), 2 / 3, 2)
+        self.assertAlmostEqual((two.weights * two.points[:, 0]).sum(), 1, 2)  # the square lies there twice
+
+    def test_what_makes_no_sense_is_refused_by_name_and_place(self):
+        def refused(error, pattern, *arguments, **options):
+            with self.assertRaisesRegex(error, pattern):
+                meander.sample(*arguments, **options)
+        nan = CUBE.copy()
+        nan[5, 1] = numpy.nan
+        far = QUADS.copy()
+        far[2, 3] = 8
+        refused(ValueError, r"vertices\[5\] is \(1, nan, 1\): not finite", nan, QUADS)
+        refused(ValueError, r"faces\[2, 3\] is 8: there are 8 vertices", CUBE, far)
+        far[2, 3] = -8
+        refused(ValueError, r"faces\[2, 3\] is -8", CUBE, far)
+        refused(ValueError, r"faces\[0, 0\] is 4294967296", CUBE, QUADS + 2 ** 32)
+        refused(ValueError, r"vertices must have the shape \(n, 3\), not \(8, 2\)", CUBE[:, :2], QUADS)
+        refused(ValueError, r"faces must have the shape \(F, k\) with k >= 3, not \(12, 2\)", CUBE, QUADS.reshape(12, 2))
+        refused(TypeError, r"faces must be whole numbers \(of vertices\), not float64", CUBE, QUADS.astype(float))
+        refused(TypeError, "vertices must be real numbers, not complex128", CUBE.astype(complex), QUADS)
+        refused(TypeError, "vertices must be real numbers", [["a", "b", "c"]], QUADS)
+        refused(TypeError, "faces are missing", CUBE)
+        refused(ValueError, "3 normals of 8 vertices|8 vertices", CUBE, QUADS, normals=CUBE[:3])
+        refused(ValueError, r"density\[1\] is -1", CUBE, QUADS, density=[1, -1, 1, 1, 1, 1])
+        refused(ValueError, "density has 5 values: there are 8 vertices and 6 faces", CUBE, QUADS, density=[1] * 5)
+        refused(ValueError, "as many vertices as faces", CUBE[:6], QUADS % 6, density=[1] * 6)
+        refused(ValueError, "content must have 32 bytes", CUBE, QUADS, content=b"short")
+        refused(ValueError, "method: `conformla` .*did you mean `conformal`", CUBE, QUADS, method="conformla")
+        refused(ValueError, "sequence(.|\n)*normalize", CUBE, QUADS, sequence="x", normalize="y")
+        refused(ValueError, "spacing applies", CUBE, QUADS, spacing="best")
+        refused(ValueError, "d22", CUBE, QUADS, describe="d22")
+        refused(ValueError, "", CUBE, QUADS, n=0)
+        refused(ValueError, "n cannot be -1", CUBE, QUADS, n=-1)
+        refused(TypeError, "", CUBE, QUADS, n=1000.0)
+        refused(ValueError, "threads is -1", CUBE, QUADS, threads=-1)
+        refused(ValueError, "timeout is 0", CUBE, QUADS, timeout=0)
+        far[2, 3] = 8
+        dropped = meander.sample(nan, far, 100, check=False)
+        self.assertEqual(dropped.repairs["index_out_of_range"], 1)
+        self.assertGreaterEqual(dropped.repairs["non_finite"], 2)
+
+    def test_meshes_that_cannot_be_sampled_have_a_status(self):
+        for vertices, faces, status in [(CUBE, numpy.zeros((0, 3), int), "empty"), ([], [], "empty"),
+                                        ([[0, 0, 0]] * 3, [[0, 1, 2]], "zero_area")]:
+            with self.assertRaises(meander.SamplingError) as caught:
+                meander.sample(numpy.reshape(vertices, (-1, 3)), faces)
+            self.assertEqual(caught.exception.status, status)
+            self.assertIn(status, str(caught.exception))
+            again = pickle.loads(pickle.dumps(caught.exception))
+            self.assertEqual((again.status, again.reason), (status, caught.exception.reason))
+        with self.assertRaises(meander.SamplingError) as caught:
+            meander.sample(*bumpy_sphere(), 100000, method="conformal", timeout=1e-6)
+        self.assertEqual(caught.exception.status, "timeout")
+        with self.assertRaises(meander.SamplingError) as caught:
+            meander.read_mesh("/nowhere/at/all.off")
+        self.assertEqual(caught.exception.status, "unreadable")
+
+
+class Many(unittest.TestCase):
+    def test_many_are_as_one_by_one_for_any_number_of_threads(self):
+        meshes = [bumpy_sphere(6 + i, 10 + i) for i in range(40)]
+        expected = [meander.sample(v, f, 256).points.tobytes() for v, f in meshes]
+        for threads in (0, 1, 2, 5):
+            many = meander.sample_many(meshes, 256, threads=threads)
+            self.assertEqual([s.points.tobytes() for s in many], expected)
+        self.assertEqual([s.points.tobytes() for s in meander.sample_many((m for m in meshes), 256)], expected)
+        self.assertEqual(meander.sample_many([]), [])
+
+    def test_failures_stay_in_their_places(self):
+        nan = CUBE * numpy.nan
+        meshes = [(CUBE, QUADS), (nan, QUADS), (CUBE, [[0, 0, 0]]), "/nowhere.off", (CUBE, QUADS, b"1" * 32)]
+        results = meander.sample_many(meshes, 64, errors="return")
+        self.assertEqual([type(r).__name__ for r in results],
+                         ["Samples", "ValueError", "SamplingError", "SamplingError", "Samples"])
+        self.assertEqual(results[2].index, 2)
+        self.assertEqual(results[4].content, b"1" * 32)
+        with self.assertRaisesRegex(ValueError, "not finite") as caught:
+            meander.sample_many(meshes, 64)
+        self.assertEqual(caught.exception.index, 1)
+        self.assertEqual(len(caught.exception.results[4]), 64)
+
+    def test_what_the_iterator_raises_ends_the_call(self):
+        def meshes():
+            yield CUBE, QUADS
+            raise KeyError("the source is gone")
+        with self.assertRaisesRegex(KeyError, "the source is gone"):
+            meander.sample_many(meshes())
+
+    def test_calls_from_many_threads(self):
+        expected = meander.sample(CUBE, QUADS, 3000).points.tobytes()
+        with concurrent.futures.ThreadPoolExecutor(8) as pool:
+            for points in pool.map(lambda _: meander.sample(CUBE, QUADS, 3000).points.tobytes(), range(64)):
+                self.assertEqual(points, expected)
+
+    def test_other_threads_run_meanwhile(self):
+        ticks, stop = [], threading.Event()
+        def tick():
+            while not stop.is_set():
+                ticks.append(time.perf_counter())
+                time.sleep(0.001)
+        thread = threading.Thread(target=tick)
+        thread.start()
+        start = time.perf_counter()
+        meander.sample(*bumpy_sphere(100, 200), 60000, sequence="spaced")
+        end = time.perf_counter()
+        stop.set()
+        thread.join()
+        self.assertGreater(sum(start < t < end for t in ticks), 3)
+
+    def test_a_signal_ends_long_work(self):
+        code = ("import meander, numpy, sys\n"
+                "sys.path.insert(0, %r)\n"
+                "from module_test import bumpy_sphere\n"
+                "v, f = bumpy_sphere()\n"
+                "try:\n"
+                "    print('ready', flush=True)\n"
+                "    %s\n"
+                "except KeyboardInterrupt:\n"
+                "    print('interrupted', flush=True)\n")
+        for call in ("meander.sample(v, f, 2000000, sequence='spaced')",
+                     "meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000)"):
+            child = subprocess.Popen([sys.executable, "-c", code % (str(Path(__file__).parent), call)],
+                                     stdout=subprocess.PIPE, text=True)
+            self.assertEqual(child.stdout.readline(), "ready\n")
+            time.sleep(0.3)
+            child.send_signal(signal.SIGINT)
+            self.assertEqual(child.communicate(timeout=120)[0], "interrupted\n")
+            self.assertEqual(child.returncode, 0)
+
+    def test_a_forked_process_samples_with_one_thread(self):
+        expected = meander.sample(*bumpy_sphere(100, 200), 20000).points.tobytes()
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            for made in pool.map_async(_sample_in_child, range(4)).get(timeout=120):
+                self.assertEqual(made, expected)
+
+
+def _sample_in_child(_):
+    return meander.sample(*bumpy_sphere(100, 200), 20000, threads=1).points.tobytes()
+
+
+class Surfaces(unittest.TestCase):
+    def test_functions(self):
+        def torus(u, v):
+            a, b = 2 * numpy.pi * u, 2 * numpy.pi * v
+            r = 1 + 0.5 * numpy.cos(b)
+            return numpy.stack([r * numpy.cos(a), r * numpy.sin(a), 0.5 * numpy.sin(b)], axis=1)
+        area = 2 * numpy.pi ** 2
+        s = meander.surface(torus, 4000)
+        self.assertLess(abs(s.area - area), 1e-3 * area)
+        self.assertEqual((s.uv.shape, s.face_index), ((4000, 2), None))
+        self.assertTrue(numpy.allclose(torus(*s.uv.T.astype(float)), s.points, atol=1e-5))
+        r = numpy.hypot(s.points[:, 0], s.points[:, 1])
+        self.assertLess(abs((r < 1).mean() - (0.5 - 0.5 / numpy.pi)), 0.005)
+        middle = numpy.stack([s.points[:, 0] / r, s.points[:, 1] / r, 0 * r], axis=1)
+        outward = (s.points - middle) / 0.5
+        self.assertGreater(numpy.abs((outward * s.normals).sum(axis=1)).min(), 1 - 1e-5)
+        # Curvatures come from second differences: they agree with those of the surface of that name.
+        curved = meander.surface(torus, 4000, density="mean")
+        named = meander.surface("torus", 4000, density="mean")
+        self.assertLess(abs(curved.measure - named.measure), 2e-3 * named.measure)
+
+    def test_bad_functions(self):
+        for function, error, pattern in [(lambda u, v: u, ValueError, "shape"),
+                                         (lambda u, v: (u, v, u / 0 * numpy.nan), ValueError, "not finite"),
+                                         (lambda u, v: (u[1:], v[1:], v[1:]), ValueError, "positions for"),
+                                         (lambda u, v: 1 / 0, ZeroDivisionError, "")]:
+            with numpy.errstate(all="ignore"), self.assertRaisesRegex(error, pattern):
+                meander.surface(function, 100)
+        with self.assertRaisesRegex(ValueError, "did you mean `torus`"):
+            meander.surface("tours")
+        with self.assertRaisesRegex(ValueError, "did you mean `mean`"):
+            meander.surface("torus", density="maen")
+
+
+@unittest.skipIf(h5py is None, "skipped: h5py is not installed")
+class Stores(WithMeshes):
+    def test_rows_and_data_sets(self):
+        for i in range(5):
+            write_off(self.path / ("m%d.off" % i), *bumpy_sphere(6 + i, 12))
+        (self.path / "broken.off").write_text("OFF\nnothing\n")
+        store = self.path / "s.h5"
+        done = subprocess.run([PROGRAM, "run", self.path, "-o", store, "-n", "128", "--describe", "d2", "--progress",
+                               "none"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 3)
+        with meander.open_store(store) as s:
+            self.assertEqual((len(s), len(s.ok), s.samples), (6, 5, 128))
+            self.assertEqual(s.ids[0], "broken.off")
+            self.assertEqual(s.status, ["unreadable"] + ["ok"] * 5)
+            self.assertEqual(s.points().shape, (5, 128, 3))
+            self.assertEqual(s.points("test").shape, (0, 128, 3))
+            self.assertEqual(s.descriptor("d2").shape, (5, 32))
+            row = s["m3.off"]
+            made = meander.sample(meander.read_mesh(self.path / "m3.off"), n=128)
+            self.assertTrue((row["points"] == made.points).all() and (s[-2]["points"] == made.points).all())
+            with self.assertRaises(meander.SamplingError) as caught:
+                s["broken.off"]
+            self.assertEqual(caught.exception.status, "unreadable")
+            with self.assertRaises(KeyError):
+                s["m9.off"]
+            with self.assertRaises(IndexError):
+                s[6]
+            data = s.dataset(samples=32)
+        self.assertEqual(len(data), 5)
+        first = data[0]
+        self.assertEqual((first[0].shape, first[1].shape, first[2]), ((32, 3), (32, 3), -1))
+        for way in ("fork", "spawn"):
+            with multiprocessing.get_context(way).Pool(2) as pool:
+                for a, b in zip(pool.map(data.__getitem__, range(5)), map(data.__getitem__, range(5))):
+                    self.assertTrue((a[0] == b[0]).all())
+        with self.assertRaises(ValueError):
+            meander.StoreDataset(store, samples=129)
+        with h5py.File(self.path / "other.h5", "w"):
+            pass
+        with self.assertRaisesRegex(ValueError, "no store"):
+            meander.open_store(self.path / "other.h5")
+
+
+class Documentation(unittest.TestCase):
+    def test_stubs_and_docstrings_name_what_there_is(self):
+        stubs = (Path(meander.__file__).parent / "__init__.pyi").read_text()
+        for name in meander.__all__:
+            thing = getattr(meander, name)
+            if inspect.isfunction(thing):
+                self.assertTrue(thing.__doc__, name)
+                if thing.__module__ == "meander":
+                    start = stubs.index("def %s(" % name)
+                    stub = stubs[start:stubs.index(" ...\n", start)]
+                    for parameter in inspect.signature(thing).parameters:
+                        self.assertRegex(stub, r"\b%s:" % parameter, name)
+        for field in meander.Samples.__dataclass_fields__:
+            self.assertIn("    %s: " % field, stubs)
+
+
+if __name__ == "__main__":
+    PROGRAM, SHARED = sys.argv[1], Path(sys.argv[2])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
