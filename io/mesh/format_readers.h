@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,6 +38,8 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
 inline constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
 MeshEstimate peek_gltf(const ByteSource& file);
 
+// A component of a colour that is not there.
+inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
 // Divides colours of which one value is above 1 by 255: files have them in [0, 1] or in [0, 255].
 void scale_colors(std::vector<float>& values);
 // The path as it may be opened below the model's folder, empty with the reason set where it leads elsewhere.

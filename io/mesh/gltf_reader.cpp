@@ -19,7 +19,6 @@ namespace meander {
 namespace {
 
 constexpr std::uint32_t joints_per_set = 4;
-constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
 constexpr std::size_t vertices_between_checks = 65536;
 // Files may hold more inverse bind matrices than a skin has joints, but they are no place for data.
 constexpr std::uint64_t most_spare_matrices = 65536;

@@ -51,8 +51,6 @@ void read_color(TextCursor& cursor, std::size_t behind, float* color) {
   for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(values[k]);
 }
 
-constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
-
 void finish_colors(PolygonMesh& mesh) {
   mesh.colors.face.resize(3 * mesh.polygon_count(), no_color);
   for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face}) {
