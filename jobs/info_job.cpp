@@ -118,6 +118,10 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   for (std::size_t r = 1; r < order_reason_names.size(); ++r)
     if (summary.by_order_reason[r] > 0)
       fmt::print("  order: {:<13}{:>10}\n", order_reason_names[r], summary.by_order_reason[r]);
+  for (std::size_t c = 0; summary.has_colors && c < color_source_names.size(); ++c)
+    if (summary.by_color_source[c] > 0)
+      fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
+  if (summary.rows_with_fills > 0) fmt::print("  {:<20}{:>10}\n", "color fills", summary.rows_with_fills);
   for (std::size_t i = 0; i < repair_count; ++i)
     if (summary.by_repair[i] > 0)
       fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
@@ -159,6 +163,14 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   for (std::size_t r = 0; r < order_reason_names.size(); ++r)
     json.member(order_reason_names[r], summary.by_order_reason[r]);
   json.end_object();
+  if (summary.has_colors) {
+    json.key("color_source");
+    json.begin_object();
+    for (std::size_t c = 0; c < color_source_names.size(); ++c)
+      json.member(color_source_names[c], summary.by_color_source[c]);
+    json.end_object();
+    json.member("items_with_color_fills", summary.rows_with_fills);
+  }
   json.key("descriptors");
   json.begin_array();
   for (const DescriptorSchema& descriptor : store.descriptors()) {

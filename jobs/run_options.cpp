@@ -67,6 +67,12 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   add_descriptor_shape_options(collection, table, texts.descriptor_shape, describe);
   table.add(collection, "certify", "--certify", options.certify,
             "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
+  collection.add_flag(
+      "--colors", options.sample.colors,
+      "Store the colours of the models at the points (/rgb): of vertices, faces or materials");
+  table.compute(
+      "colors", "--colors", [&options] { return options.sample.colors; },
+      [&options] { return options.sample.colors; });
   add_list_options(collection, options.collect);
   add_label_options(collection, options.collect);
   table.add(collection, "compress", "--compress", options.compression, compression_words,

@@ -14,6 +14,7 @@
 #include "io/json_writer.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
+#include "kernels/sample/sample_colors.h"
 #include "meander_version.h"
 
 namespace meander {
@@ -96,6 +97,10 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   write_counts(json, "method", method_names, summary.by_method);
   write_counts(json, "order_reason", order_reason_names, summary.by_order_reason);
   write_counts(json, "repairs", repair_names, summary.by_repair);
+  if (summary.has_colors) {
+    write_counts(json, "color_source", color_source_names, summary.by_color_source);
+    json.member("items_with_color_fills", summary.rows_with_fills);
+  }
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
     json.member("notice", lacking);
   json.key("failed");
@@ -151,12 +156,15 @@ void print_nodes(const std::vector<NodeStatistics>& nodes) {
 StoreSummary summarise(const StoreReader& store) {
   StoreSummary summary;
   summary.rows = store.rows();
+  summary.has_colors = has_colors(store.content());
   for (std::uint64_t row = 0; row < summary.rows; ++row) {
     ItemReport report = store.report(row);
     ++summary.by_status[static_cast<std::size_t>(report.status)];
     if (report.status == Status::ok) {
       ++summary.by_method[static_cast<std::size_t>(report.method)];
       ++summary.by_order_reason[static_cast<std::size_t>(report.order_reason)];
+      ++summary.by_color_source[static_cast<std::size_t>(report.color_source)];
+      if (report.color_fills > 0) ++summary.rows_with_fills;
     }
     for (std::size_t r = 0; r < repair_count; ++r) summary.by_repair[r] += report.repairs.counts[r];
     if (report.status != Status::ok)
@@ -196,6 +204,12 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
   for (std::size_t r = 1; r < order_reason_names.size(); ++r)
     if (summary.by_order_reason[r] > 0)
       fmt::print("  order: {:<13}{:>10}\n", order_reason_names[r], summary.by_order_reason[r]);
+  for (std::size_t c = 0; summary.has_colors && c < color_source_names.size(); ++c)
+    if (summary.by_color_source[c] > 0)
+      fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
+  if (summary.rows_with_fills > 0)
+    fmt::print("  {:<20}{:>10}   some of their samples have no colour and got the grey {}\n", "color fills",
+               summary.rows_with_fills, color_fill);
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());

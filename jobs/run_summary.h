@@ -22,6 +22,10 @@ struct StoreSummary {
   std::array<std::uint64_t, method_names.size()> by_method{};              // of ok rows
   std::array<std::uint64_t, order_reason_names.size()> by_order_reason{};  // of ok rows
   std::array<std::uint64_t, repair_names.size()> by_repair{};
+  bool has_colors = false;
+  std::array<std::uint64_t, color_source_names.size()>
+      by_color_source{};              // of ok rows of a store with colours
+  std::uint64_t rows_with_fills = 0;  // of those
   struct Failure {
     std::uint64_t row;
     std::string id;

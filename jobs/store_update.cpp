@@ -65,6 +65,11 @@ bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since
   const bool may_name_files = item.format == MeshFormat::gltf;
   if (!may_name_files && report.file_bytes != 0 && report.file_bytes != size) return true;
   try {
+    // Materials are small: they are read rather than dated.
+    if (!is_unknown(report.color_sha256) &&
+        ModelBytes(item.path, item.packed, item.format, ~std::uint64_t{0}, true).color_sha256() !=
+            report.color_sha256)
+      return true;
     const bool is_as_old = modification_time(facts) < since;
     if (is_as_old && (!may_name_files || files_are_as_old(item, report, since))) return false;
     return ModelBytes(item.path, item.packed, item.format).content_sha256() != report.content_sha256;

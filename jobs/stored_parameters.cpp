@@ -21,8 +21,8 @@ using Members = std::map<std::string, std::string>;
 using Arguments = std::vector<std::string>;
 
 // What does not change the samples of a row.
-constexpr std::string_view not_of_samples[] = {"certify",         "compress",         "describe",
-                                               "descriptor_bins", "descriptor_scale", "geodesic_sources"};
+constexpr std::string_view not_of_samples[] = {
+    "certify", "colors", "compress", "describe", "descriptor_bins", "descriptor_scale", "geodesic_sources"};
 
 Members of_samples(const std::string& parameters_json) {
   Members members = split_members(parameters_json);

@@ -17,6 +17,10 @@ constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, on
 constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
 constexpr double bytes_per_file_triangle = 24;     // corners, offsets
 // Half-edges, slots, positions of half a vertex, areas, scratch.
+constexpr double bytes_per_colored_vertex = 64;    // values, and the attributes or parts they are made of
+constexpr double bytes_per_colored_triangle = 80;  // the same, of a polygon and its three corners
+constexpr double bytes_per_colored_sample = 6;     // red, green, blue, while the vector grows
+constexpr double most_library_bytes = 2.0 * 1024 * 1024;  // materials of OBJ
 constexpr double bytes_per_prepared_triangle = 150;
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances
 // While a chart is looked for: the best cut with its map, the next cut with its triangulation.
@@ -99,8 +103,11 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const SamplingMethod& method = method_of(parameters);
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
   const auto samples = static_cast<double>(parameters.place.samples);
-  const double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
-                      vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
+  double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
+                vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
+  if (parameters.colors)
+    file += most_library_bytes + vertices * bytes_per_colored_vertex +
+            triangles * bytes_per_colored_triangle + samples * bytes_per_colored_sample;
   const double prepared =
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.

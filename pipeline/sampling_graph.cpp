@@ -364,9 +364,9 @@ TensorTable read_tensors(const PlanItem& plan, const Model& model) {
 }
 
 // What unpacks to more than is reserved needs a larger reservation first.
-ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes) {
+ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes, bool colors) {
   try {
-    return ModelBytes(plan.path, plan.packed, plan.format, reserved_bytes);
+    return ModelBytes(plan.path, plan.packed, plan.format, reserved_bytes, colors);
   } catch (const ItemError& error) {
     if (error.status() != Status::too_large) throw;
     throw NeedsMoreMemory(2 * reserved_bytes);
@@ -380,12 +380,15 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
                                                     "` is none of .off, .obj, .ply, .stl, .gltf, .glb");
-  const ModelBytes file = open_model(plan, item.reserved_bytes);
+  const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
   item.file_bytes = file.file_bytes();
   Row& row = item.model.row;
   row.report.file_bytes = item.file_bytes;
   row.report.content_sha256 = file.content_sha256();
-  if (reuse && reuse(row.report.content_sha256, row)) {
+  row.report.color_sha256 = file.color_sha256();
+  if (Row found = row; reuse && reuse(row.report.content_sha256, found) &&
+                       found.report.color_sha256 == row.report.color_sha256) {
+    row = std::move(found);
     row.report.file_bytes = item.file_bytes;  // absent from stores of format version 1
     item.reused = true;
     return;

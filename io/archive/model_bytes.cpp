@@ -29,6 +29,14 @@ fs::path folder_of_model(const fs::path& path, const PackedFile& packed) {
   return folder.empty() ? "." : folder;
 }
 
+void append_digests(std::span<const CompanionFile> files, std::vector<std::uint8_t>& digests) {
+  for (const CompanionFile& file : files) {
+    std::array<std::uint8_t, 32> digest{};
+    if (file.problem.empty()) digest = sha256(file.bytes);
+    digests.insert(digests.end(), digest.begin(), digest.end());
+  }
+}
+
 }  // namespace
 
 std::span<const std::byte> ModelBytes::File::bytes() const {
@@ -48,10 +56,15 @@ ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed
 }
 
 ModelBytes::ModelBytes(const fs::path& path, const PackedFile& packed, MeshFormat format,
-                       std::uint64_t most_unpacked)
-    : format_(format), may_unpack_(most_unpacked), own_(open(path, packed)) {
-  for (std::string& name : companion_paths(own_.bytes(), format_))
-    companions_.push_back({std::move(name), {}, {}});
+                       std::uint64_t most_unpacked, bool colors)
+    : format_(format), may_unpack_(most_unpacked), own_(open(path, packed)), colors_(colors) {
+  const auto add = [&](std::vector<std::string> names) {
+    for (std::string& name : names) companions_.push_back({std::move(name), {}, {}});
+  };
+  add(companion_paths(own_.bytes(), format_));
+  const std::size_t of_surface = companions_.size();
+  if (colors_) add(color_companion_paths(own_.bytes(), format_));
+  color_companions_ = companions_.size() - of_surface;
   beside_.reserve(companions_.size());
   for (CompanionFile& companion : companions_) open_companion(path, packed, companion);
 }
@@ -72,27 +85,34 @@ void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, 
   }
 }
 
+std::span<const CompanionFile> ModelBytes::surface_companions() const {
+  return std::span(companions_).first(companions_.size() - color_companions_);
+}
+
 std::uint64_t ModelBytes::file_bytes() const {
   std::uint64_t bytes = own_.bytes().size();
-  for (const CompanionFile& companion : companions_) bytes += companion.bytes.size();
+  for (const CompanionFile& companion : surface_companions()) bytes += companion.bytes.size();
   return bytes;
 }
 
 std::array<std::uint8_t, 32> ModelBytes::content_sha256() const {
   const std::array<std::uint8_t, 32> own = sha256(own_.bytes());
-  if (companions_.empty()) return own;
+  if (surface_companions().empty()) return own;
   std::vector<std::uint8_t> digests(own.begin(), own.end());
-  for (const CompanionFile& companion : companions_) {
-    std::array<std::uint8_t, 32> digest{};
-    if (companion.problem.empty()) digest = sha256(companion.bytes);
-    digests.insert(digests.end(), digest.begin(), digest.end());
-  }
+  append_digests(surface_companions(), digests);
+  return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
+}
+
+std::array<std::uint8_t, 32> ModelBytes::color_sha256() const {
+  if (color_companions_ == 0) return {};
+  std::vector<std::uint8_t> digests;
+  append_digests(std::span(companions_).last(color_companions_), digests);
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
 PolygonMesh ModelBytes::mesh(const CancelToken& cancel,
                              const std::function<void(const MeshEstimate&)>& admit) const {
-  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit});
+  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_});
 }
 
 MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {

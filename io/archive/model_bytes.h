@@ -24,18 +24,23 @@ class ModelBytes {
  public:
   // Throws ItemError as MappedFile and Archive::unpack do, and too_large when all that has to be unpacked is
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
-  // reading the mesh fails where it is needed.
+  // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
+  // hold them (MTL) are opened too; one that cannot be read costs its colours alone.
   ModelBytes(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format,
-             std::uint64_t most_unpacked = ~std::uint64_t{0});
+             std::uint64_t most_unpacked = ~std::uint64_t{0}, bool colors = false);
   ModelBytes(const ModelBytes&) = delete;
   ModelBytes& operator=(const ModelBytes&) = delete;
 
-  std::uint64_t file_bytes() const;  // of all files
+  std::uint64_t file_bytes() const;  // of all files but those of colours alone
   // What the bytes took beside themselves while they were unpacked.
   std::uint64_t packed_bytes() const { return packed_bytes_; }
   // The content of the model: the SHA-256 of its file; of a model that names other files, of the digests of
   // its file and of these in the order in which it names them (zeros for one that cannot be read).
   std::array<std::uint8_t, 32> content_sha256() const;
+  // The SHA-256 of the digests of the files that hold colours alone, in the order in which the model names
+  // them (zeros for one that cannot be read): they are no part of content_sha256, on which the points
+  // depend. Zeros where there are none.
+  std::array<std::uint8_t, 32> color_sha256() const;
   // See read_mesh and MeshSurroundings::admit.
   PolygonMesh mesh(const CancelToken& cancel = {},
                    const std::function<void(const MeshEstimate&)>& admit = {}) const;
@@ -48,13 +53,16 @@ class ModelBytes {
     std::span<const std::byte> bytes() const;
   };
   File open(const std::filesystem::path& path, const PackedFile& packed);
+  std::span<const CompanionFile> surface_companions() const;
   void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion);
 
   MeshFormat format_;
   std::uint64_t packed_bytes_ = 0, may_unpack_ = 0;
   File own_;
   std::vector<File> beside_;
-  std::vector<CompanionFile> companions_;
+  std::vector<CompanionFile> companions_;  // of the surface, then those of its colours
+  std::size_t color_companions_ = 0;
+  bool colors_;
 };
 
 // See peek_mesh; file_bytes counts the other files too. Cost for a member of an archive: its unpacking.

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
@@ -17,9 +19,12 @@ namespace meander {
 // How often loops over rows look whether they are to stop.
 inline constexpr std::size_t rows_between_checks = 65536;
 
-PolygonMesh read_off(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
-PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
-PolygonMesh read_ply(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PolygonMesh read_off(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around = {});
+PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around = {});
+PolygonMesh read_ply(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around = {});
 PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around);
 PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 
@@ -32,6 +37,13 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
 // nothing for a file that cannot be read.
 inline constexpr std::uint64_t most_peeked_json = std::uint64_t{16} << 20;
 MeshEstimate peek_gltf(const ByteSource& file);
+
+// A component of a colour that is not there.
+inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
+// Divides colours of which one value is above 1 by 255: files have them in [0, 1] or in [0, 255].
+void scale_colors(std::vector<float>& values);
+// The path as it may be opened below the model's folder, empty with the reason set where it leads elsewhere.
+std::string path_below_model(std::string_view path, std::string& reason);
 
 // The same for point sets; each throws ItemError as read_points does. Of OFF the vertices and normals are
 // read, the faces are not: the mesh has none.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "io/mesh/byte_order.h"
+#include "io/mesh/format_readers.h"
 
 namespace meander {
 
@@ -107,12 +108,15 @@ std::string companion_path(std::string_view uri, std::string& reason) {
     reason = "is not a file of the model's folder";
     return {};
   }
-  const std::string path = percent_decoded(uri);
+  return path_below_model(percent_decoded(uri), reason);
+}
+
+std::string path_below_model(std::string_view path, std::string& reason) {
   std::string kept;
   bool leads_out = path.empty() || path[0] == '/' || path[0] == '\\' || path.find('\0') != std::string::npos;
   for (std::size_t begin = 0; begin <= path.size() && !leads_out;) {
     const std::size_t end = std::min(path.find('/', begin), path.size());
-    const std::string_view name = std::string_view(path).substr(begin, end - begin);
+    const std::string_view name = path.substr(begin, end - begin);
     leads_out = name == ".." || name.find("..\\") != std::string_view::npos || name.ends_with("\\..");
     if (!name.empty() && name != ".") kept += (kept.empty() ? "" : "/") + std::string(name);
     begin = end + 1;

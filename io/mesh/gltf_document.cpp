@@ -195,7 +195,25 @@ GltfAttributes read_attributes(const Entry& entry) {
   }
 }
 
-std::vector<GltfPrimitive> read_primitives(const Entry& entry) {
+// The number of another entry, or none where it is no number.
+std::uint32_t lenient_reference(JsonValue value) {
+  const std::optional<std::uint64_t> number = value ? value.count() : std::nullopt;
+  return number && *number < no_index ? static_cast<std::uint32_t>(*number) : no_index;
+}
+
+// The factor alone: white, where there is none, is what the format says.
+std::array<float, 3> base_color(JsonValue material) {
+  std::array<float, 3> color = {1, 1, 1};
+  JsonValue factor = material.member("pbrMetallicRoughness").member("baseColorFactor");
+  const JsonValue glossy = material.member("extensions").member("KHR_materials_pbrSpecularGlossiness");
+  if (glossy && glossy.member("diffuseFactor")) factor = glossy.member("diffuseFactor");
+  const std::vector<JsonValue> values = factor.items();
+  for (std::size_t k = 0; k < 3 && values.size() >= 3; ++k)
+    color[k] = static_cast<float>(values[k].number().value_or(1));
+  return color;
+}
+
+std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
   std::vector<GltfPrimitive> primitives;
   const JsonValue list = entry.member("primitives");
   if (!list.is_array()) entry.fail("`primitives` is not a list");
@@ -204,6 +222,10 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry) {
     GltfPrimitive& primitive = primitives.emplace_back();
     primitive.attributes = read_attributes(*from);
     primitive.indices = from->reference("indices");
+    if (colors) {
+      primitive.colors = lenient_reference(from->member("attributes").member("COLOR_0"));
+      primitive.material = lenient_reference(from->member("material"));
+    }
     const std::uint64_t mode = from->count("mode", 4);
     if (mode > 6) entry.fail(fmt::format("the mode {} of a primitive is none", mode));
     primitive.mode = static_cast<std::uint32_t>(mode);
@@ -367,7 +389,7 @@ GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes) {
   return chunks;
 }
 
-GltfDocument parse_gltf(const JsonTree& json) {
+GltfDocument parse_gltf(const JsonTree& json, bool colors) {
   const JsonValue root = json.root();
   if (!root.is_object()) throw ItemError(Status::unreadable, "not a glTF file: its JSON is not an object");
   check_version(root);
@@ -376,11 +398,14 @@ GltfDocument parse_gltf(const JsonTree& json) {
   read_list(root, "buffers", [&](const Entry& e) { document.buffer_uris.push_back(e.text("uri")); });
   read_list(root, "bufferViews", [&](const Entry& e) { document.views.push_back(read_view(e)); });
   read_list(root, "accessors", [&](const Entry& e) { document.accessors.push_back(read_accessor(e)); });
-  read_list(root, "meshes", [&](const Entry& e) { document.meshes.push_back(read_primitives(e)); });
+  read_list(root, "meshes", [&](const Entry& e) { document.meshes.push_back(read_primitives(e, colors)); });
   read_list(root, "nodes", [&](const Entry& e) { document.nodes.push_back(read_node(e)); });
   read_list(root, "skins", [&](const Entry& e) {
     document.skins.push_back({e.reference("inverseBindMatrices"), e.references("joints")});
   });
+  if (colors)
+    for (const JsonValue& material : root.member("materials").items())
+      document.material_colors.push_back(base_color(material));
   choose_scene(root, document);
   return document;
 }

@@ -73,7 +73,9 @@ struct GltfAttributes {
 struct GltfPrimitive {
   GltfAttributes attributes;
   std::uint32_t indices = no_index;
-  std::uint32_t mode = 4;  // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
+  std::uint32_t mode = 4;             // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
+  std::uint32_t colors = no_index;    // an accessor; not of a Draco stream
+  std::uint32_t material = no_index;  // this and the one above only if they are asked for
   std::uint32_t draco_view = no_index;
   GltfAttributes draco_ids;
 };
@@ -94,6 +96,7 @@ struct GltfDocument {
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<std::vector<GltfPrimitive>> meshes;
+  std::vector<std::array<float, 3>> material_colors;  // base colours in linear light, if they are asked for
   std::vector<GltfNode> nodes;
   std::vector<GltfSkin> skins;
   bool has_scenes = false;
@@ -114,8 +117,9 @@ struct GltfChunks {
 GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes);
 
 // Throws ItemError: unsupported_format for glTF 1.0 and for required extensions that are unknown, which it
-// names; unreadable when a value has another type than the format says. O(values).
-GltfDocument parse_gltf(const JsonTree& json);
+// names; unreadable when a value has another type than the format says. What colours need is read with
+// `colors` alone, and what is wrong there costs the colours. O(values).
+GltfDocument parse_gltf(const JsonTree& json, bool colors = false);
 
 // "accessors[3]: `what`".
 [[noreturn]] void fail_in(std::string_view list, std::uint64_t index, const std::string& what);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -55,8 +56,13 @@ std::array<std::size_t, 3> triangle_corners(std::uint32_t mode, std::size_t t) {
 class SceneReader {
  public:
   SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
-              const CancelToken& cancel)
-      : document_(document), scene_(scene), data_(data), cancel_(cancel), skins_(document.skins.size()) {
+              const CancelToken& cancel, bool colors)
+      : document_(document),
+        scene_(scene),
+        data_(data),
+        cancel_(cancel),
+        colors_(colors),
+        skins_(document.skins.size()) {
     for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
     mesh_.corners.reserve(3 * total.triangles);
     part_.reserve(total.triangles);
@@ -78,6 +84,7 @@ class SceneReader {
     number_triangles(part_.size(), mesh_);
     mesh_.corners = std::move(corners);
     mesh_.face_attributes.push_back({"part", std::move(part_)});
+    mesh_.colors.linear = mesh_.colors.of_materials = colors_;
     return std::move(mesh_);
   }
 
@@ -88,12 +95,41 @@ class SceneReader {
     left_out_ += counts.left_out;
     if (counts.triangles == 0) return;
     if (primitive.draco_view != no_index) return read_draco(part, primitive, counts, number);
-    auto block = blocks_.find(primitive.attributes);
-    if (block == blocks_.end())
-      block = blocks_.emplace(primitive.attributes, place(part, values_of(primitive.attributes))).first;
+    const std::pair key(primitive.attributes, primitive.colors);
+    auto block = blocks_.find(key);
+    if (block == blocks_.end()) {
+      block = blocks_.emplace(key, place(part, values_of(primitive.attributes))).first;
+      if (colors_) add_vertex_colors(primitive.colors, block->second.count);
+    }
     std::vector<std::uint32_t> indices;
     if (primitive.indices != no_index) indices = data_.indices(primitive.indices, cancel_);
     add_triangles(primitive.mode, counts.triangles, indices, block->second, number);
+    if (colors_) add_face_colors(primitive.material, counts.triangles);
+  }
+
+  // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone.
+  void add_vertex_colors(std::uint32_t accessor, std::size_t count) {
+    std::vector<float>& colors = mesh_.colors.vertex;
+    const std::size_t begin = colors.size();
+    colors.resize(begin + 3 * count, no_color);
+    if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count) return;
+    const std::uint32_t width = document_.accessors[accessor].width;
+    if (width != 3 && width != 4) return;
+    try {
+      const std::vector<double> values = data_.numbers(accessor, width, cancel_);
+      for (std::size_t v = 0; v < count; ++v)
+        for (std::size_t k = 0; k < 3; ++k)
+          colors[begin + 3 * v + k] = static_cast<float>(values[width * v + k]);
+    } catch (const ItemError& error) {
+      if (error.status() != Status::unreadable) throw;
+    }
+  }
+
+  void add_face_colors(std::uint32_t material, std::size_t triangles) {
+    std::array<float, 3> color = {no_color, no_color, no_color};
+    if (material < document_.material_colors.size()) color = document_.material_colors[material];
+    for (std::size_t t = 0; t < triangles; ++t)
+      mesh_.colors.face.insert(mesh_.colors.face.end(), color.begin(), color.end());
   }
 
   void read_draco(const GltfPart& part, const GltfPrimitive& primitive, const GltfCounts& counts,
@@ -116,8 +152,10 @@ class SceneReader {
       values.weights.push_back(std::move(decoded.values[2 + 2 * s]));
     }
     const VertexBlock block = place(part, values);
-    if (!decoded.corners.empty())
-      add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number);
+    if (colors_) add_vertex_colors(no_index, block.count);
+    if (decoded.corners.empty()) return;
+    add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number);
+    if (colors_) add_face_colors(primitive.material, decoded.corners.size() / 3);
   }
 
   bool is_skinned(const GltfPart& part) const {
@@ -236,8 +274,10 @@ class SceneReader {
   const GltfScene& scene_;
   GltfData& data_;
   const CancelToken& cancel_;
-  std::vector<std::vector<AffineMap>> skins_;     // of joints, once they are asked for
-  std::map<GltfAttributes, VertexBlock> blocks_;  // of the mesh that is being placed
+  bool colors_;
+  std::vector<std::vector<AffineMap>> skins_;  // of joints, once they are asked for
+  // Of the mesh that is being placed, with the accessor of its colours.
+  std::map<std::pair<GltfAttributes, std::uint32_t>, VertexBlock> blocks_;
   PolygonMesh mesh_;
   std::vector<double> part_;  // of every triangle
   std::uint64_t next_part_ = 0, left_out_ = 0;
@@ -263,7 +303,7 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   check_content(is_marked ? content.substr(3) : content);
   const GltfChunks chunks = gltf_chunks(content, content.size());
   const JsonTree json(part_of(content, chunks.json_begin, chunks.json_bytes));
-  const GltfDocument document = parse_gltf(json);
+  const GltfDocument document = parse_gltf(json, around.colors);
   const GltfScene scene = arrange_scene(document, cancel);
   MeshEstimate total = count_scene(document, scene, cancel);
   total.companions = companions_of(document);
@@ -272,7 +312,7 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   std::optional<std::string_view> binary;
   if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
   GltfData data(document, binary, around.companions);
-  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel).read();
+  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel, around.colors).read();
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   return mesh;
 }

@@ -92,7 +92,7 @@ bool looks_like_off(std::string_view head) {
 }
 
 PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelToken& cancel,
-                     const BlockRule& rule) {
+                     const BlockRule& rule, const MeshSurroundings& around) {
   if (std::all_of(content.begin(), content.end(), text::is_separator))
     throw ItemError(Status::empty, "the file holds nothing but blanks");
   if (const std::string other = foreign_content(content, format); !other.empty())
@@ -100,11 +100,11 @@ PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelTo
                                             ", by its content it is " + other);
   switch (format) {
     case MeshFormat::off:
-      return read_off(content, cancel, rule);
+      return read_off(content, cancel, rule, around);
     case MeshFormat::obj:
-      return read_obj(content, cancel, rule);
+      return read_obj(content, cancel, rule, around);
     case MeshFormat::ply:
-      return read_ply(content, cancel, rule);
+      return read_ply(content, cancel, rule, around);
     case MeshFormat::stl:
     case MeshFormat::gltf:
       break;
@@ -180,8 +180,8 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   if (format == MeshFormat::stl && is_exact_binary_stl(content)) return read_stl(content, cancel, rule);
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
-    return dispatch(*copy, format, cancel, rule);
-  return dispatch(content, format, cancel, rule);
+    return dispatch(*copy, format, cancel, rule, around);
+  return dispatch(content, format, cancel, rule, around);
 }
 
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel,

@@ -58,11 +58,15 @@ struct MeshSurroundings {
   // Called before memory is taken for more than the file's own bytes account for, with what the file states
   // (file_bytes is 0); may throw.
   std::function<void(const MeshEstimate&)> admit;
+  bool colors = false;  // fill PolygonMesh::colors; without it a reader does nothing for them
 };
 
 // The paths of the files that a model needs beside its own, below the model's folder, in the order in which
 // it names them, each once. None for the formats that are one file, and for a file that cannot be read.
 std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
+
+// The same of the files that hold colours alone: the material libraries (MTL) of OBJ. O(bytes).
+std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra
@@ -93,6 +97,12 @@ std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshF
 //   0 in this order. Points and lines are left out and counted as short_faces. Morph targets and normals are
 //   not read. An index that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
+//
+// Colours, when asked for: of vertices from PLY (red green blue), OBJ (`v x y z r g b`), OFF (COFF) and glTF
+// (COLOR_0); of faces from PLY and OFF; of materials from OBJ (Kd of the MTL files) and glTF
+// (baseColorFactor). Integers of PLY have the range of their type. Elsewhere values are in [0, 1], or in
+// [0, 255] where one of a file's vertices or faces is above 1. A colour that is not there or cannot be read
+// is none, never an error. Colours of vertices in binary OFF and in Draco streams are not read.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 

@@ -1,15 +1,19 @@
-// Wavefront OBJ: v, vn and f lines; everything else (texture, groups, materials, lines, points) is skipped,
-// so that several objects become one mesh.
+// Wavefront OBJ: v, vn and f lines; everything else (texture, groups, lines, points, and unless colours are
+// asked for materials) is skipped, so that several objects become one mesh.
 //
 // The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
 // current line depends on how many vertices earlier blocks hold, so it is kept aside and resolved when blocks
 // are joined.
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/mesh/format_readers.h"
 #include "io/mesh/line_blocks.h"
+#include "io/mesh/mtl_reader.h"
 #include "io/mesh/text_cursor.h"
 #include "kernels/core/parallel.h"
 
@@ -22,10 +26,18 @@ struct RelativeIndex {
   std::int64_t offset;   // added to the count of all earlier parts
 };
 
+// From this polygon of a part on.
+struct MaterialUse {
+  std::size_t polygon;
+  std::string_view name;
+};
+
 // Index numbers of one kind (vertices or normals) that faces of a part name.
 struct ObjPart {
   std::vector<double> x, y, z;
   std::vector<float> normals;
+  std::vector<float> colors;           // three per vertex, where they are asked for
+  std::vector<MaterialUse> materials;  // the same
   PolygonPart polygons;
   std::vector<std::uint32_t> corner_normals;  // for the first corners, as far as faces name normals
   std::vector<RelativeIndex> relative_corners, relative_normals;
@@ -45,8 +57,8 @@ bool is_continued(const char* line_end, const char* text_begin) {
 
 class ObjBlockReader {
  public:
-  ObjBlockReader(const char* begin, const char* end, ObjPart& part)
-      : at_(begin), end_(end), begin_(begin), part_(part) {}
+  ObjBlockReader(const char* begin, const char* end, bool colors, ObjPart& part)
+      : at_(begin), end_(end), begin_(begin), colors_(colors), part_(part) {}
 
   void read() {
     while (at_ < end_ && part_.bad_vertex == nullptr) {
@@ -66,6 +78,7 @@ class ObjBlockReader {
         skip_logical_line();
       } else {
         if (!part_.keywords) part_.keywords = is_keyword();
+        if (colors_ && first == 'u') read_material();
         // Never continued: a comment or a material path may well end in a backslash.
         at_ = text::find_line_end(at_, end_);
       }
@@ -116,7 +129,25 @@ class ObjBlockReader {
     part_.x.push_back(x);
     part_.y.push_back(y);
     part_.z.push_back(z);
+    if (colors_) read_color();
     skip_logical_line();
+  }
+
+  // Three numbers behind the position, or four with an opacity; a single one is a weight.
+  void read_color() {
+    std::array<double, 4> values{};
+    std::size_t count = 0;
+    while (count < values.size() && read_number(values[count])) ++count;
+    for (std::size_t k = 0; k < 3; ++k)
+      part_.colors.push_back(count >= 3 ? static_cast<float>(values[k])
+                                        : std::numeric_limits<float>::quiet_NaN());
+  }
+
+  void read_material() {
+    const char* const line_end = text::find_line_end(at_, end_);
+    const std::string_view line(at_, static_cast<std::size_t>(line_end - at_));
+    if (line.starts_with("usemtl") && (line.size() == 6 || text::is_separator(line[6])))
+      part_.materials.push_back({part_.polygons.count(), trimmed(line.substr(6))});
   }
 
   // A normal that cannot be read stays in its place as zero: what uses it falls back to the geometric one.
@@ -186,6 +217,7 @@ class ObjBlockReader {
   const char* at_;
   const char* end_;
   const char* begin_;
+  bool colors_;
   ObjPart& part_;
 };
 
@@ -258,6 +290,33 @@ PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size
   return mesh;
 }
 
+// Colours of vertices, polygons and blocks: a material holds until the next one is named.
+SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
+                          std::span<const CompanionFile> libraries) {
+  SurfaceColors colors;
+  for (ObjPart& part : parts) {
+    colors.vertex.insert(colors.vertex.end(), part.colors.begin(), part.colors.end());
+    part.colors = {};
+  }
+  if (std::none_of(colors.vertex.begin(), colors.vertex.end(), [](float v) { return v == v; }))
+    colors.vertex = {};
+  scale_colors(colors.vertex);
+  if (libraries.empty()) return colors;
+  const MaterialColors materials = read_material_colors(libraries);
+  colors.of_materials = true;
+  std::array<float, 3> current = no_material_color;
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    std::size_t next = 0;
+    for (std::size_t p = 0; p < polygons[b]; ++p) {
+      for (; next < parts[b].materials.size() && parts[b].materials[next].polygon <= p; ++next)
+        current = color_of(materials, parts[b].materials[next].name);
+      colors.face.insert(colors.face.end(), current.begin(), current.end());
+    }
+    if (next < parts[b].materials.size()) current = color_of(materials, parts[b].materials.back().name);
+  }
+  return colors;
+}
+
 // Errors of the file as a whole, reported at the earliest place whatever the blocks.
 void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
@@ -286,7 +345,8 @@ void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
 
 }  // namespace
 
-PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around) {
   if (content.empty()) throw ItemError(Status::empty, "the file holds no data");
   const std::size_t block = rule.block_of(content.size());
   const std::vector<const char*> starts = text::split_lines(
@@ -295,11 +355,14 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
     cancel.check();
     const std::size_t b = begin / block;
-    ObjBlockReader(starts[b], starts[b + 1], parts[b]).read();
+    ObjBlockReader(starts[b], starts[b + 1], around.colors, parts[b]).read();
   });
   check_parts(content, parts);
   const bool cut = parts.back().cut_vertex;
+  std::vector<std::size_t> polygons;
+  for (const ObjPart& part : parts) polygons.push_back(part.polygons.count());
   PolygonMesh mesh = join_parts(parts, content.size(), block);
+  if (around.colors) mesh.colors = join_colors(parts, polygons, around.companions);
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   return mesh;
 }

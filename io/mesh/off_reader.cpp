@@ -1,6 +1,8 @@
 // OFF as Geomview documents it and as files in the wild have it.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -37,11 +39,34 @@ void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
   if (normals) mesh.normals.resize(3 * count);
 }
 
+// The colour at the end of a row: three numbers, or four with an opacity. Any other count is none, one number
+// being an index into a map of colours. `behind`: numbers that follow the colour.
+void read_color(TextCursor& cursor, std::size_t behind, float* color) {
+  std::array<double, 6> values{};
+  std::size_t count = 0;
+  while (count < values.size() && cursor.token_on_line() && cursor.number(values[count]) == Token::ok)
+    ++count;
+  count -= std::min(count, behind);
+  if (count != 3 && count != 4) return;
+  for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(values[k]);
+}
+
+void finish_colors(PolygonMesh& mesh) {
+  mesh.colors.face.resize(3 * mesh.polygon_count(), no_color);
+  for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face}) {
+    if (std::all_of(values->begin(), values->end(), [](float value) { return std::isnan(value); }))
+      *values = {};
+    scale_colors(*values);
+  }
+}
+
 // A reader of the rows of one text file. Rows of different vertices may be read at the same time.
 struct OffRows {
   OffVertexLayout layout;
   PolygonMesh& mesh;
   Wanted wanted;
+  bool colors = false;           // into mesh.colors, which has room for all of them
+  std::size_t behind_color = 0;  // numbers of a texture coordinate
 
   bool acceptable(std::size_t v) const {
     return wanted == Wanted::mesh ||
@@ -63,19 +88,25 @@ struct OffRows {
     mesh.z[v] = z;
     if (layout.normals) {
       double value = 0;
-      for (int k = 0; k < layout.before_normal; ++k)
+      for (int k = 0; k < layout.before_normal; ++k) {
         if (const Token token = cursor.number(value); token != Token::ok) return token;
+        if (colors && k < 3 && layout.before_normal >= 3)
+          mesh.colors.vertex[3 * v + static_cast<std::size_t>(k)] = static_cast<float>(value);
+      }
       for (std::size_t k = 0; k < 3; ++k) {
         if (const Token token = cursor.number(value); token != Token::ok) return token;
         mesh.normals[3 * v + k] = static_cast<float>(value);
       }
     }
+    if (colors && layout.rest_of_line && layout.before_normal == 0)
+      read_color(cursor, behind_color, mesh.colors.vertex.data() + 3 * v);
     if (layout.rest_of_line) cursor.skip_line();
     return Token::ok;
   }
 
   // bad: the polygon is there without corners, and its line is skipped. ended: nothing was added.
-  static Token face(TextCursor& cursor, PolygonPart& part) {
+  // color: three numbers that stay as they are without one, or null.
+  static Token face(TextCursor& cursor, PolygonPart& part, float* color) {
     std::int64_t count = 0, number = 0;
     Token token = cursor.length(count);
     for (std::int64_t c = 0; token == Token::ok && c < count; ++c) {
@@ -85,7 +116,8 @@ struct OffRows {
     if (token == Token::ok) part.close_polygon();
     if (token == Token::bad) part.give_up_polygon();
     if (token == Token::ended) part.corners.resize(part.begin.back());
-    cursor.skip_line();  // colours
+    if (color != nullptr && token == Token::ok) read_color(cursor, 0, color);
+    cursor.skip_line();
     return token;
   }
 };
@@ -97,7 +129,10 @@ bool read_lines(std::string_view body, const OffHeader& header, const OffRows& r
   std::vector<PolygonPart> parts;
   const auto row = [&](std::size_t block, std::uint64_t ordinal, TextCursor line) {
     if (ordinal >= header.vertices)
-      return rows.wanted == Wanted::points || OffRows::face(line, parts[block]) == Token::ok;
+      return rows.wanted == Wanted::points ||
+             OffRows::face(line, parts[block],
+                           rows.colors ? rows.mesh.colors.face.data() + 3 * (ordinal - header.vertices)
+                                       : nullptr) == Token::ok;
     return rows.vertex(line, ordinal) == Token::ok && !line.token_on_line() && rows.acceptable(ordinal);
   };
   if (!text::for_each_line(
@@ -125,8 +160,9 @@ void read_vertices(std::string_view content, TextCursor& cursor, const OffHeader
   }
 }
 
-void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& header, PolygonMesh& mesh,
+void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& header, const OffRows& rows,
                 const CancelToken& cancel) {
+  PolygonMesh& mesh = rows.mesh;
   std::vector<PolygonPart> parts(1);
   PolygonPart& part = parts[0];
   const auto bytes = static_cast<std::uint64_t>(cursor.end - cursor.at);
@@ -139,7 +175,8 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
     if (part.count() % rows_between_checks == 0) cancel.check();
     if (!cursor.skip_to_token()) break;
     const char* const start = cursor.at;
-    const Token token = OffRows::face(cursor, part);
+    float* const color = rows.colors ? mesh.colors.face.data() + 3 * part.count() : nullptr;
+    const Token token = OffRows::face(cursor, part, color);
     cut = token == Token::ended;
     if (cut) break;
     if (token == Token::bad && bad++ == 0) first_bad = start;
@@ -163,10 +200,10 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
 }
 
 PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted wanted,
-                      const CancelToken& cancel, const BlockRule& rule) {
+                      const CancelToken& cancel, const BlockRule& rule, bool colors = false) {
   const std::string_view body = content.substr(header.body);
   PolygonMesh mesh;
-  OffRows rows{off_vertex_layout(content, header), mesh, wanted};
+  OffRows rows{off_vertex_layout(content, header), mesh, wanted, colors, header.texture ? 2u : 0u};
   // A number and a separator take two bytes.
   const auto numbers = static_cast<std::uint64_t>(rows.layout.positions + (rows.layout.normals ? 3 : 0));
   if (header.vertices > (body.size() + 1) / 2 / numbers)
@@ -176,8 +213,18 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
   check_count(header.vertices, "vertices");
   check_promise(header.vertices, header.faces, wanted);
   make_vertices(mesh, header.vertices, rows.layout.normals);
-  if (body.size() >= rule.parallel_from && read_lines(body, header, rows, rule.block_bytes, cancel))
+  const auto make_room = [&] {
+    // A face takes two bytes.
+    mesh.colors.vertex.assign(3 * header.vertices, no_color);
+    mesh.colors.face.assign(3 * (std::min<std::uint64_t>(header.faces, body.size()) + 1), no_color);
+  };
+  if (colors) make_room();
+  if (body.size() >= rule.parallel_from && header.faces <= body.size() &&
+      read_lines(body, header, rows, rule.block_bytes, cancel)) {
+    if (colors) finish_colors(mesh);
     return mesh;
+  }
+  if (colors) make_room();
   TextCursor cursor{body.data(), body.data() + body.size()};
   read_vertices(content, cursor, header, rows, cancel);
   if (wanted == Wanted::points) {
@@ -188,7 +235,8 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
                         " vertices that the header promises");
     return mesh;
   }
-  read_faces(content, cursor, header, mesh, cancel);
+  read_faces(content, cursor, header, rows, cancel);
+  if (colors) finish_colors(mesh);
   return mesh;
 }
 
@@ -291,10 +339,11 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
 
 }  // namespace
 
-PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around) {
   const OffHeader header = parse_off_header(content);
   return header.binary ? read_binary(content, header, Wanted::mesh, cancel)
-                       : read_text(content, header, Wanted::mesh, cancel, rule);
+                       : read_text(content, header, Wanted::mesh, cancel, rule, around.colors);
 }
 
 PolygonMesh read_off_vertices(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {

@@ -1,5 +1,6 @@
 // PLY: ascii and binary of either byte order, with any elements and properties.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 #include <string>
@@ -24,8 +25,8 @@ enum class Role : std::uint8_t { other, vertices, faces, strips };
 
 class PlyMeshReader {
  public:
-  PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule)
-      : content_(content), cancel_(cancel), rule_(rule), header_(parse_ply_header(content)) {
+  PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule, bool colors)
+      : content_(content), cancel_(cancel), rule_(rule), colors_(colors), header_(parse_ply_header(content)) {
     for (const PlyElement& element : header_.elements) {
       const bool first = &element == header_.find(element.name);
       roles_.push_back(!first                        ? Role::other
@@ -45,6 +46,10 @@ class PlyMeshReader {
     else if (body.size() < rule_.parallel_from || !read_lines(body))
       read_ascii(body);
     finish();
+    if (colors_) {
+      mesh_.colors.vertex = colors_of("vertex", mesh_.vertex_attributes, mesh_.vertex_count());
+      mesh_.colors.face = colors_of("face", mesh_.face_attributes, mesh_.polygon_count());
+    }
     return std::move(mesh_);
   }
 
@@ -66,6 +71,35 @@ class PlyMeshReader {
     for (const char* const name : {"x", "y", "z"})
       if (property_named(*vertices, name) < 0)
         throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
+  }
+
+  // Of an element with three properties of these names, which its attributes hold already.
+  std::vector<float> colors_of(std::string_view element_name, const std::vector<ScalarAttribute>& attributes,
+                               std::size_t count) const {
+    static constexpr std::array<std::array<std::string_view, 3>, 3> known = {
+        {{"red", "green", "blue"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}, {"r", "g", "b"}}};
+    const PlyElement* const element = header_.find(element_name);
+    if (element == nullptr) return {};
+    for (const std::array<std::string_view, 3>& names : known) {
+      std::vector<float> colors(3 * count);
+      bool is_whole = true, is_scaled = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int property = property_named(*element, names[c]);
+        const auto attribute = std::find_if(attributes.begin(), attributes.end(),
+                                            [&](const ScalarAttribute& a) { return a.name == names[c]; });
+        is_whole = property >= 0 && attribute != attributes.end() && attribute->values.size() == count;
+        if (!is_whole) break;
+        const PlyType type = element->properties[static_cast<std::size_t>(property)].type;
+        const double largest = type == PlyType::uint8 ? 255 : type == PlyType::uint16 ? 65535 : 1;
+        is_scaled = is_scaled && largest > 1;
+        for (std::size_t i = 0; i < count; ++i)
+          colors[3 * i + c] = static_cast<float>(attribute->values[i] / largest);
+      }
+      if (!is_whole) continue;
+      if (!is_scaled) scale_colors(colors);
+      return colors;
+    }
+    return {};
   }
 
   static int property_named(const PlyElement& element, std::string_view name) {
@@ -316,6 +350,7 @@ class PlyMeshReader {
   std::string_view content_;
   const CancelToken& cancel_;
   const BlockRule& rule_;
+  bool colors_;
   PlyHeader header_;
   std::vector<Role> roles_;
   PolygonMesh mesh_;
@@ -327,8 +362,9 @@ class PlyMeshReader {
 
 }  // namespace
 
-PolygonMesh read_ply(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
-  return PlyMeshReader(content, cancel, rule).read();
+PolygonMesh read_ply(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around) {
+  return PlyMeshReader(content, cancel, rule, around.colors).read();
 }
 
 }  // namespace meander

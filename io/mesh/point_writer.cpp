@@ -21,7 +21,9 @@ std::string header(PointFormat format, const Samples& samples) {
              "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float "
              "ny\nproperty float nz\n" +
              (samples.uv.empty() ? "property uint face\n" : "property float u\nproperty float v\n") +
-             "property float density\nend_header\n";
+             "property float density\n" +
+             (samples.rgb.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
+             "end_header\n";
     case PointFormat::xyz:
       break;
   }
@@ -43,6 +45,8 @@ void append_row(std::string& data, PointFormat format, const Samples& samples, c
       append_little_endian(data, samples.uv[2 * i + 1]);
     }
     append_little_endian(data, samples.density[i]);
+    for (std::size_t k = 3 * i; k < 3 * i + 3 && !samples.rgb.empty(); ++k)
+      append_little_endian(data, samples.rgb[k]);
     return;
   }
   const bool normals = format == PointFormat::xyz;

@@ -11,7 +11,8 @@ namespace meander {
 
 enum class PointFormat : std::uint8_t { ply, off, xyz };
 
-// PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces) and density; OFF:
+// PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces), density and, where
+// there are colours, red green blue; OFF:
 // vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. loc
 // and scale are applied (file coordinates, double in OFF/XYZ/PLY). Written as an AtomicFile; throws
 // FileError.

@@ -52,8 +52,8 @@ class Cursor {
 
 RecordParts take_head(const StoreHeader& header, Cursor& cursor) {
   RecordParts parts;
-  parts.items = cursor.take(item_record().bytes);
-  parts.status = static_cast<Status>(parts.items[item_record().status_offset]);
+  parts.items = cursor.take(item_record(header.content).bytes);
+  parts.status = static_cast<Status>(parts.items[item_record(header.content).status_offset]);
   const auto reason = cursor.take(cursor.take_length());
   parts.reason = {reinterpret_cast<const char*>(reason.data()), reason.size()};
   if (parts.status == Status::ok)
@@ -219,7 +219,7 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
 }
 
 std::size_t payload_head_bytes(const StoreHeader& header) {
-  std::size_t bytes = item_record().bytes + 4 + longest_reason;
+  std::size_t bytes = item_record(header.content).bytes + 4 + longest_reason;
   for (const DescriptorSchema& descriptor : header.descriptors) bytes += descriptor.width * sizeof(float);
   return bytes;
 }
@@ -261,8 +261,8 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
     if (spec.role == Role::samples) bytes_per_sample += value_bytes(spec);
   out.reserve(record_header_bytes + payload_head_bytes(header) +
               (ok ? header.samples * bytes_per_sample + 1024 : 0));
-  out.resize(record_header_bytes + item_record().bytes);
-  for (const auto& [spec, offset] : item_record().columns)
+  out.resize(record_header_bytes + item_record(header.content).bytes);
+  for (const auto& [spec, offset] : item_record(header.content).columns)
     spec->put_item(report, out.data() + record_header_bytes + offset);
   const std::string reason = ok ? std::string() : clean_reason(report.reason);
   append(out, static_cast<std::uint32_t>(reason.size()));
@@ -297,7 +297,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {
     throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
   const RecordParts parts = split_record(header, bytes.subspan(record_header_bytes));
   Row row;
-  for (const auto& [spec, offset] : item_record().columns)
+  for (const auto& [spec, offset] : item_record(header.content).columns)
     spec->get_item(parts.items.data() + offset, row.report);
   row.report.reason = parts.reason;
   row.label = header.labels.at(encoded.row);

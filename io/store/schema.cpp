@@ -91,7 +91,7 @@ std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
   }
   add(sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
   add(sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
-  if (content == StoreContent::anisotropic_meshes) {
+  if (has_tensors(content)) {
     add(sample_array<&S::tensor_direction>(
         "/tensor/direction", f32, 3, "1",
         "anisotropic samples only: unit vector along the long spacing, of any sign"));
@@ -99,6 +99,9 @@ std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
         "/tensor/spacing", f32, 2, "length / scale",
         "anisotropic samples only: wanted spacings along and across the direction"));
   }
+  if (has_colors(content))
+    add(sample_array<&S::rgb>("/rgb", u8, 3, "1 / 255",
+                              "with --colors only: red, green and blue as displayed (sRGB)"));
   return datasets;
 }
 
@@ -108,10 +111,10 @@ DatasetSpec split_column() {
   return spec;
 }
 
-std::vector<DatasetSpec> make_item_datasets() {
+std::vector<DatasetSpec> make_item_datasets(StoreContent content) {
   using enum ElementType;
   using R = ItemReport;
-  return {
+  std::vector<DatasetSpec> datasets = {
       {"/label", Role::label, i32, 1, all_ones, "1", "class number, -1 where unknown", ""},
       {"/items/id", Role::id, text, 0, 0, "", "path of the item below the input root; ascending by bytes",
        ""},
@@ -145,6 +148,15 @@ std::vector<DatasetSpec> make_item_datasets() {
       item_column<&R::points_crc32c>("points_crc32c", u32, 0, "1",
                                      "CRC32C of the row of /points (little-endian); 0 unless ok"),
   };
+  if (!has_colors(content)) return datasets;
+  datasets.push_back(item_column<&R::color_source>("color_source", color_source, 0, "",
+                                                   "with --colors only: where the colours come from"));
+  datasets.push_back(item_column<&R::color_fills>(
+      "color_fills", u32, 0, "1", "with --colors only: samples without a colour, which have the fill 204"));
+  datasets.push_back(item_column<&R::color_sha256>(
+      "color_sha256", u8, 32, "1",
+      "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none"));
+  return datasets;
 }
 
 std::string shape_text(const DatasetSpec& spec) {
@@ -157,11 +169,14 @@ std::string shape_text(const DatasetSpec& spec) {
 const std::vector<DatasetSpec>& fixed_datasets(StoreContent content) {
   const auto make = [](StoreContent of) {
     std::vector<DatasetSpec> table = make_sample_datasets(of);
-    for (DatasetSpec& spec : make_item_datasets()) table.push_back(std::move(spec));
+    for (DatasetSpec& spec : make_item_datasets(of)) table.push_back(std::move(spec));
     return table;
   };
-  static const std::array<std::vector<DatasetSpec>, 3> tables = {
-      make(StoreContent::meshes), make(StoreContent::surfaces), make(StoreContent::anisotropic_meshes)};
+  static const auto tables = [&] {
+    std::array<std::vector<DatasetSpec>, store_content_names.size()> all;
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = make(static_cast<StoreContent>(i));
+    return all;
+  }();
   return tables[static_cast<std::size_t>(content)];
 }
 
@@ -190,6 +205,7 @@ std::size_t element_size(ElementType type) {
     case ElementType::method:
     case ElementType::split:
     case ElementType::order_reason:
+    case ElementType::color_source:
     case ElementType::text:
       return 1;
   }
@@ -197,17 +213,9 @@ std::size_t element_size(ElementType type) {
 }
 
 std::string_view element_name(ElementType type) {
-  constexpr std::array<std::string_view, 11> names = {"f32",
-                                                      "f64",
-                                                      "i32",
-                                                      "u8",
-                                                      "u32",
-                                                      "u64",
-                                                      "enum u8",
-                                                      "enum u8",
-                                                      "enum u8",
-                                                      "enum u8",
-                                                      "UTF-8, fixed width"};
+  constexpr std::array<std::string_view, 12> names = {"f32",     "f64",     "i32",     "u8",
+                                                      "u32",     "u64",     "enum u8", "enum u8",
+                                                      "enum u8", "enum u8", "enum u8", "UTF-8, fixed width"};
   return names[static_cast<std::size_t>(type)];
 }
 
@@ -229,6 +237,9 @@ std::string fill_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::split) return std::string(name_of(static_cast<Split>(spec.fill)));
   if (spec.type == ElementType::order_reason)
     return std::string(name_of(static_cast<OrderReason>(spec.fill)));
+  if (spec.type == ElementType::color_source)
+    return std::string(name_of(static_cast<ColorSource>(spec.fill)));
+  if (spec.type == ElementType::u8 && spec.fill == all_ones) return "255";
   if (spec.type == ElementType::f32 && spec.fill == not_a_number) return "NaN";
   if (spec.type == ElementType::i32 && spec.fill == all_ones) return "-1";
   return spec.fill == all_ones ? "0xFFFFFFFF" : fmt::format("{}", spec.fill);
@@ -305,18 +316,19 @@ StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t 
   return layout;
 }
 
-const ItemRecord& item_record() {
-  static const ItemRecord record = [] {
-    ItemRecord made;
-    for (const DatasetSpec& spec : fixed_datasets(StoreContent::meshes)) {
-      if (spec.role != Role::item) continue;
-      if (spec.type == ElementType::status) made.status_offset = made.bytes;
-      made.columns.emplace_back(&spec, made.bytes);
-      made.bytes += value_bytes(spec);
-    }
-    return made;
+const ItemRecord& item_record(StoreContent content) {
+  static const auto records = [] {
+    std::array<ItemRecord, store_content_names.size()> all;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      for (const DatasetSpec& spec : fixed_datasets(static_cast<StoreContent>(i))) {
+        if (spec.role != Role::item) continue;
+        if (spec.type == ElementType::status) all[i].status_offset = all[i].bytes;
+        all[i].columns.emplace_back(&spec, all[i].bytes);
+        all[i].bytes += value_bytes(spec);
+      }
+    return all;
   }();
-  return record;
+  return records[static_cast<std::size_t>(content)];
 }
 
 std::string layout_markdown() {
@@ -326,7 +338,7 @@ std::string layout_markdown() {
     table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
                          shape, fill_text(spec), spec.unit, spec.doc);
   };
-  for (const DatasetSpec& spec : fixed_datasets(StoreContent::anisotropic_meshes)) {
+  for (const DatasetSpec& spec : fixed_datasets(StoreContent::coloured_anisotropic_meshes)) {
     add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }

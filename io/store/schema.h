@@ -29,6 +29,7 @@ enum class ElementType : std::uint8_t {
   method,
   split,
   order_reason,
+  color_source,
   text
 };
 
@@ -54,8 +55,8 @@ struct DatasetSpec {
   std::uint32_t since = 1;  // the first format version that has the dataset
 };
 
-// The datasets of the current format version in file order, descriptors excepted. Only the arrays that name
-// the place of a sample depend on the content.
+// The datasets of the current format version in file order, descriptors excepted. The arrays that name
+// the place of a sample depend on the content, as do those of tensors and colours.
 const std::vector<DatasetSpec>& fixed_datasets(StoreContent content);
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 
@@ -122,7 +123,7 @@ struct ItemRecord {
   std::size_t bytes = 0;
   std::size_t status_offset = 0;
 };
-const ItemRecord& item_record();
+const ItemRecord& item_record(StoreContent content);
 
 // The table of docs/STORE.md: one line of Markdown per dataset.
 std::string layout_markdown();

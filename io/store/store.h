@@ -38,10 +38,26 @@ struct DescriptorSchema {
 
 // What the rows of a store are: models of files, whose points name their polygon, or parametric surfaces,
 // whose points name their parameters.
-// Anisotropic samples of meshes carry their tensors too.
-enum class StoreContent : std::uint8_t { meshes, surfaces, anisotropic_meshes };
-inline constexpr std::array<std::string_view, 3> store_content_names = {"meshes", "surfaces",
-                                                                        "anisotropic meshes"};
+// Anisotropic samples of meshes carry their tensors too, coloured ones their colours.
+enum class StoreContent : std::uint8_t {
+  meshes,
+  surfaces,
+  anisotropic_meshes,
+  coloured_meshes,
+  coloured_anisotropic_meshes
+};
+inline constexpr std::array<std::string_view, 5> store_content_names = {
+    "meshes", "surfaces", "anisotropic meshes", "coloured meshes", "coloured anisotropic meshes"};
+constexpr bool has_tensors(StoreContent content) {
+  return content == StoreContent::anisotropic_meshes || content == StoreContent::coloured_anisotropic_meshes;
+}
+constexpr bool has_colors(StoreContent content) {
+  return content == StoreContent::coloured_meshes || content == StoreContent::coloured_anisotropic_meshes;
+}
+constexpr StoreContent content_of_meshes(bool tensors, bool colors) {
+  return tensors ? (colors ? StoreContent::coloured_anisotropic_meshes : StoreContent::anisotropic_meshes)
+                 : (colors ? StoreContent::coloured_meshes : StoreContent::meshes);
+}
 
 // Everything that must be equal for a run to be continued, and that the root attributes of the store record.
 // Nothing here depends on threads, memory, shards, time or host.

@@ -61,7 +61,8 @@ bool fill_is(hid_t creation, const DatasetLayout& dataset, hid_t type) {
 bool same_type(const DatasetLayout& dataset, hid_t stored) {
   // Lists of names grow: an older file may name fewer values.
   if (dataset.spec.type == ElementType::status || dataset.spec.type == ElementType::method ||
-      dataset.spec.type == ElementType::split || dataset.spec.type == ElementType::order_reason)
+      dataset.spec.type == ElementType::split || dataset.spec.type == ElementType::order_reason ||
+      dataset.spec.type == ElementType::color_source)
     return H5Tget_class(stored) == H5T_ENUM && H5Tget_size(stored) == 1;
   return H5Tequal(make_type(dataset).get(), stored) > 0;
 }

@@ -136,8 +136,7 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
     return wanted ? make_group(file_, ("/" + name).c_str()) : Hdf5Group();
   };
   const Hdf5Group anisotropy = group_of("anisotropy"), certificate = group_of("certificate");
-  const Hdf5Group tensor =
-      header.content == StoreContent::anisotropic_meshes ? make_group(file_, "/tensor") : Hdf5Group();
+  const Hdf5Group tensor = has_tensors(header.content) ? make_group(file_, "/tensor") : Hdf5Group();
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {
     const Hdf5Type type = make_type(dataset);

@@ -65,14 +65,15 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
     const DatasetLayout& dataset = layout_->datasets[d];
     if (dataset.spec.role != Role::item) continue;
     // An older store may lack columns, or have a shorter list of repairs: the rest of the value is zero.
-    while (item_record().columns[item].first->path != dataset.spec.path) ++item;
-    const DatasetSpec& spec = *item_record().columns[item].first;
+    while (item_record(layout_->content).columns[item].first->path != dataset.spec.path) ++item;
+    const DatasetSpec& spec = *item_record(layout_->content).columns[item].first;
     std::vector<std::byte> value(value_bytes(spec));
     std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
     const auto number = std::to_integer<std::size_t>(value[0]);
     if ((spec.type == ElementType::status && number >= status_names.size()) ||
         (spec.type == ElementType::method && number >= method_names.size()) ||
-        (spec.type == ElementType::order_reason && number >= order_reason_names.size()))
+        (spec.type == ElementType::order_reason && number >= order_reason_names.size()) ||
+        (spec.type == ElementType::color_source && number >= color_source_names.size()))
       throw RunError(RunError::Kind::unusable,
                      fmt::format("row {} has the unknown value {} in {}", row, number, spec.path));
     spec.get_item(value.data(), report);

@@ -69,6 +69,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
       return make_enum(split_names);
     case ElementType::order_reason:
       return make_enum(order_reason_names);
+    case ElementType::color_source:
+      return make_enum(color_source_names);
     case ElementType::text:
       return make_text_type(dataset.text_width);
   }

@@ -131,7 +131,7 @@ class Subjects {
     const std::string& path = options.inputs.front();
     guard.protect(path, "the store itself");
     store_ = std::make_unique<StoreReader>(path, options.check);
-    if (store_->content() != StoreContent::anisotropic_meshes)
+    if (!has_tensors(store_->content()))
       throw UsageError(fmt::format(
           "`{}` has no directions for strokes: make it with `meander run --method anisotropic`, or give the "
           "meshes instead of it",

@@ -18,6 +18,17 @@ struct ScalarAttribute {
   std::vector<double> values;
 };
 
+// Colours of a surface, three numbers each (red, green, blue) in [0, 1]; NaN where there is none. Both arrays
+// are empty unless the reader was asked for colours.
+struct SurfaceColors {
+  std::vector<float> vertex;  // V x 3
+  std::vector<float> face;    // P x 3: of the polygon or of its material
+  bool of_materials = false;  // `face` holds colours of materials
+  // Linear light, and the colour of a point is the product of both (glTF); otherwise values as they are
+  // displayed, and the colour of a vertex goes before that of a face.
+  bool linear = false;
+};
+
 // V vertices, P polygons, K corners in all. Nothing is checked here: corners may name vertices that are not
 // there (values >= V, no_index for what did not fit 32 bits), positions may be NaN, polygons may have 0..2
 // corners. A polygon that could not be read keeps its number (with no corners), so that numbers never shift.
@@ -31,7 +42,8 @@ struct PolygonMesh {
       corner_normals;  // K numbers of normals (no_index: none); empty: normal i belongs to vertex i
   std::vector<ScalarAttribute> vertex_attributes;  // V values each
   std::vector<ScalarAttribute> face_attributes;    // P values each
-  RepairCounts repairs;                            // what the reader repaired
+  SurfaceColors colors;
+  RepairCounts repairs;  // what the reader repaired
 
   std::size_t vertex_count() const { return x.size(); }
   std::size_t polygon_count() const { return polygon_begin.empty() ? 0 : polygon_begin.size() - 1; }

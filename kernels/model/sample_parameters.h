@@ -80,6 +80,7 @@ struct SampleParameters {
   DensityParameters density;
   PlaceParameters place;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
+  bool colors = false;  // give the samples the colours of the mesh (sample_colors.h)
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;

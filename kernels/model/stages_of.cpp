@@ -10,6 +10,7 @@
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
 #include "kernels/sample/point_frames.h"
+#include "kernels/sample/sample_colors.h"
 
 namespace meander {
 
@@ -264,6 +265,19 @@ ModelStages placing_on_segments(const SampleParameters& p) {
            }}};
 }
 
+// ---- colours
+
+ModelStages coloring(const SampleParameters& p) {
+  if (!p.colors) return {};
+  return {{"color_samples", [](Model& model) {
+             ItemReport& report = model.row.report;
+             SampleColors made = sample_colors(model.file, model.row.samples, model.cancel);
+             model.row.samples.rgb = std::move(made.rgb);
+             report.color_source = made.source;
+             report.color_fills = made.fills;
+           }}};
+}
+
 // ---- descriptors
 
 void describe(Model& model, const DescribeParameters& parameters) {
@@ -346,7 +360,7 @@ ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevic
 }
 
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device) {
-  return joined({charting_stages(parameters), placing_stages(parameters, device),
+  return joined({charting_stages(parameters), placing_stages(parameters, device), coloring(parameters),
                  registered(parameters).describing(parameters)});
 }
 

@@ -16,6 +16,14 @@ enum class Split : std::uint8_t { none = 0, train = 1, test = 2, validation = 3 
 inline constexpr std::array<std::string_view, 4> split_names = {"none", "train", "test", "validation"};
 constexpr std::string_view name_of(Split split) { return split_names[static_cast<std::size_t>(split)]; }
 
+// Where the colours of the samples of a model come from; of several sources the largest. The numbers are part
+// of the store format.
+enum class ColorSource : std::uint8_t { none = 0, material = 1, face = 2, vertex = 3 };
+inline constexpr std::array<std::string_view, 4> color_source_names = {"none", "material", "face", "vertex"};
+constexpr std::string_view name_of(ColorSource source) {
+  return color_source_names[static_cast<std::size_t>(source)];
+}
+
 // N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
 // corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
 struct Samples {
@@ -31,6 +39,7 @@ struct Samples {
   std::vector<float> density;             // N density values at the samples
   std::vector<float> tensor_direction;  // N x 3 unit vectors along the long spacing; anisotropic samples only
   std::vector<float> tensor_spacing;    // N x 2 wanted spacings along and across it, in units of the points
+  std::vector<std::uint8_t> rgb;  // N x 3 red, green, blue as displayed (sRGB); samples with colours only
 
   std::size_t count() const { return points.size() / 3; }
 };
@@ -53,6 +62,9 @@ struct ItemReport {
   RepairCounts repairs;
   std::uint64_t file_bytes = 0;  // length of the input; 0 when it was not read
   std::array<std::uint8_t, 32> content_sha256{};
+  ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colours only
+  std::uint32_t color_fills = 0;                 // samples without a colour, which have the fill
+  std::array<std::uint8_t, 32> color_sha256{};   // of the files read for colours alone; zeros: none
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
 };
 

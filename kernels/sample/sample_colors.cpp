@@ -1,0 +1,79 @@
+#include "kernels/sample/sample_colors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace meander {
+
+namespace {
+
+constexpr std::size_t samples_between_checks = 65536;
+
+using Color = std::array<double, 3>;
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr Color no_color = {nothing, nothing, nothing};
+
+bool is_color(const Color& color) {
+  return std::isfinite(color[0]) && std::isfinite(color[1]) && std::isfinite(color[2]);
+}
+
+Color color_at(const std::vector<float>& values, std::size_t number) {
+  const std::size_t at = 3 * number;
+  if (at + 3 > values.size()) return no_color;
+  return {values[at], values[at + 1], values[at + 2]};
+}
+
+// Not a number unless all three corners have one.
+Color vertex_color(const SurfaceColors& colors, const Samples& samples, std::size_t i) {
+  if (colors.vertex.empty()) return no_color;
+  const double b1 = samples.barycentric[2 * i], b2 = samples.barycentric[2 * i + 1];
+  const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
+  Color sum{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Color corner = color_at(colors.vertex, samples.corners[3 * i + k]);
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += weights[k] * corner[c];
+  }
+  return sum;
+}
+
+double displayed(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+std::uint8_t stored(double value) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+}
+
+}  // namespace
+
+SampleColors sample_colors(const PolygonMesh& mesh, const Samples& samples, const CancelToken& cancel) {
+  const SurfaceColors& colors = mesh.colors;
+  const ColorSource of_face = colors.of_materials ? ColorSource::material : ColorSource::face;
+  SampleColors made;
+  made.rgb.resize(3 * samples.count(), color_fill);
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    if (i % samples_between_checks == 0) cancel.check();
+    Color color = vertex_color(colors, samples, i);
+    const Color face = color_at(colors.face, samples.face[i]);
+    const bool of_vertices = is_color(color), has_face = is_color(face);
+    if (!of_vertices && !has_face) {
+      ++made.fills;
+      continue;
+    }
+    made.source = std::max(made.source, of_vertices ? ColorSource::vertex : of_face);
+    if (!of_vertices) color = face;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double value = color[c];
+      if (colors.linear) {
+        if (of_vertices && has_face) value *= face[c];
+        value = displayed(std::clamp(value, 0.0, 1.0));
+      }
+      made.rgb[3 * i + c] = stored(value);
+    }
+  }
+  return made;
+}
+
+}  // namespace meander

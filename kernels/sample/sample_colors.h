@@ -1,0 +1,32 @@
+// Colours of samples from those of the mesh.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+// What a sample without a colour gets: a light grey, as viewers show a mesh without colours.
+inline constexpr std::uint8_t color_fill = 204;
+
+struct SampleColors {
+  std::vector<std::uint8_t> rgb;  // N x 3, 0 .. 255 as displayed (sRGB)
+  ColorSource source = ColorSource::none;
+  std::uint32_t fills = 0;  // samples that have the fill
+};
+
+// The colour of the mesh at each sample, which `face`, `corners` and `barycentric` name. Colours of vertices
+// are interpolated linearly between the three corners, which are the file's own: two vertices at one place
+// keep their two colours. Where a corner has none, the colour of the polygon stands in.
+// Of colours as displayed (SurfaceColors::linear false) the stored values are interpolated, as PLY and OBJ
+// viewers do. Of colours in linear light, the product of vertex and face is made, one that is missing being
+// white, and put through the transfer function of sRGB (IEC 61966-2-1). Values are clamped to [0, 1] and
+// rounded to the nearest of 256. A sample with neither has color_fill thrice.
+// Throws RunCancelled and ItemError(timeout) by `cancel`. O(N).
+SampleColors sample_colors(const PolygonMesh& mesh, const Samples& samples, const CancelToken& cancel = {});
+
+}  // namespace meander

@@ -1,0 +1,202 @@
+// Colours of vertices, faces and materials, as files of every format give them.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "gltf_reading.h"
+#include "io/archive/model_bytes.h"
+#include "io/mesh/format_readers.h"
+#include "io/mesh/mtl_reader.h"
+#include "support/mesh_files.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+using Values = std::vector<float>;
+
+PolygonMesh read_text(std::string_view text, MeshFormat format, bool colors = true,
+                      const BlockRule& rule = BlockRule{}, std::span<const CompanionFile> companions = {}) {
+  MeshSurroundings around;
+  around.colors = colors;
+  around.companions = companions;
+  return read_mesh_in_blocks(std::as_bytes(std::span(text.data(), text.size())), format, {}, rule, around);
+}
+
+// NaN equals NaN.
+bool same(const Values& a, const Values& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (!(std::isnan(a[i]) && std::isnan(b[i])) && std::abs(a[i] - b[i]) > 1e-6f) return false;
+  return true;
+}
+
+constexpr float none = std::numeric_limits<float>::quiet_NaN();
+
+CompanionFile library(std::string_view text, std::string problem = {}) {
+  return {"m.mtl", std::as_bytes(std::span(text.data(), text.size())), std::move(problem)};
+}
+
+}  // namespace
+
+TEST_CASE("colours: PLY of bytes and of fractions, of vertices and of faces") {
+  const auto ply = [](const char* type, const char* names, const char* rows) {
+    return fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{}"
+        "element face 1\nproperty list uchar int vertex_indices\nproperty {} red\nproperty {} green\n"
+        "property {} blue\nend_header\n{}",
+        names, type, type, type, rows);
+  };
+  const std::string of_vertices = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  const std::string text =
+      ply("float", of_vertices.c_str(), "0 0 0 255 0 51\n1 0 0 0 255 0\n0 1 0 1 0 0\n3 0 1 2 0.5 0.25 1\n");
+  const PolygonMesh mesh = read_text(text, MeshFormat::ply);
+  CHECK(same(mesh.colors.vertex, {1, 0, .2f, 0, 1, 0, 1 / 255.f, 0, 0}));
+  CHECK(same(mesh.colors.face, {.5f, .25f, 1}));
+  CHECK_FALSE(mesh.colors.linear);
+  const PolygonMesh plain = read_text(text, MeshFormat::ply, false);
+  CHECK(plain.colors.vertex.empty());
+  CHECK(plain.colors.face.empty());
+  // Floating-point values up to 255, and a vertex whose colour cannot be read.
+  const std::string of_floats = "property float red\nproperty float green\nproperty float blue\n";
+  const PolygonMesh large = read_text(
+      ply("float", of_floats.c_str(), "0 0 0 255 0 51\n1 0 0 x 255 0\n0 1 0 0 0 0\n3 0 1 2 0 0 1\n"),
+      MeshFormat::ply);
+  CHECK(same(large.colors.vertex, {1, 0, .2f, none, 1, 0, 0, 0, 0}));
+  CHECK(same(large.colors.face, {0, 0, 1}));
+}
+
+TEST_CASE("colours: OFF with colours of vertices, of faces, and rows without any") {
+  const PolygonMesh mesh = read_text(
+      "COFF\n4 3 0\n0 0 0 255 0 51 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n1 1 0\n3 0 1 2 0.5 0.25 1\n"
+      "3 0 1 2 7\n3 1 2 3\n",
+      MeshFormat::off);
+  CHECK(same(mesh.colors.vertex, {1, 0, .2f, 0, 1, 0, 0, 0, 1, none, none, none}));
+  CHECK(same(mesh.colors.face, {.5f, .25f, 1, none, none, none, none, none, none}));
+  CHECK(mesh.polygon_count() == 3);
+  const PolygonMesh plain = read_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", MeshFormat::off);
+  CHECK(plain.colors.vertex.empty());
+  CHECK(plain.colors.face.empty());
+}
+
+TEST_CASE("colours: large OFF and OBJ files read in blocks have those that they have in order") {
+  std::string off = "COFF\n2000 1000 0\n", obj = "mtllib m.mtl\n";
+  for (int v = 0; v < 2000; ++v) {
+    off += fmt::format("{} {} 0 {} {} 7 255\n", v, v % 7, v % 256, v % 200);
+    obj += fmt::format("v {} {} 0 {} 0.5 0\n", v, v % 7, v % 2);
+  }
+  for (int f = 0; f < 1000; ++f) {
+    off += fmt::format("3 {} {} {} {} 3 9\n", f, f + 1, f + 2, f % 256);
+    if (f % 100 == 50) obj += fmt::format("usemtl {}\n", f % 200 == 50 ? "red" : "green");
+    obj += fmt::format("f {} {} {}\n", f + 1, f + 2, f + 3);
+  }
+  const std::vector<CompanionFile> libraries = {library("newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n")};
+  BlockRule small;
+  small.parallel_from = 1;
+  small.block_bytes = 500;
+  for (const MeshFormat format : {MeshFormat::off, MeshFormat::obj}) {
+    const std::string& text = format == MeshFormat::off ? off : obj;
+    const PolygonMesh whole = read_text(text, format, true, BlockRule{}, libraries);
+    const PolygonMesh blocks = read_text(text, format, true, small, libraries);
+    REQUIRE(whole.colors.vertex.size() == 6000);
+    REQUIRE(whole.colors.face.size() == 3000);
+    CHECK(same(whole.colors.vertex, blocks.colors.vertex));
+    CHECK(same(whole.colors.face, blocks.colors.face));
+  }
+  const PolygonMesh mesh = read_text(obj, MeshFormat::obj, true, small, libraries);
+  CHECK(std::isnan(mesh.colors.face[3 * 49]));
+  CHECK(mesh.colors.face[3 * 50] == 1);
+  CHECK(mesh.colors.face[3 * 149] == 1);
+  CHECK(mesh.colors.face[3 * 150] == 0);
+  CHECK(mesh.colors.face[3 * 150 + 1] == 1);
+}
+
+TEST_CASE("colours: OBJ vertices with three, four, one and no number behind the position") {
+  const PolygonMesh mesh = read_text(
+      "v 0 0 0 1 0 0.5\nv 1 0 0 0 1 0 1\nv 0 1 0 1.0\nv 1 1 0 # 1 2 3\nf 1 2 3\nf 2 3 4\n", MeshFormat::obj);
+  CHECK(same(mesh.colors.vertex, {1, 0, .5f, 0, 1, 0, none, none, none, none, none, none}));
+  CHECK(mesh.vertex_count() == 4);
+  CHECK(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", MeshFormat::obj).colors.vertex.empty());
+}
+
+TEST_CASE("colours: materials of OBJ, the first of a name, without a Kd, and unknown ones") {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a b\nf 1 2 3\nusemtl grey\r\nf 1 2 3\nusemtl dull\nf 1 2 "
+      "3\n"
+      "usemtl spectral\nf 1 2 3\nusemtl missing\nf 1 2 3\n";
+  const std::vector<CompanionFile> libraries = {
+      library("newmtl a b \n  Kd 1 0.5 0\nnewmtl grey\nKd 0.25\nnewmtl dull\nKa 1 1 1\nnewmtl spectral\n"
+              "Kd spectral x.rfl 1\n"),
+      library("newmtl other\nKd 1 1 1\n", "no such file"), library("newmtl grey\nKd 1 1 1\n")};
+  const PolygonMesh mesh = read_text(text, MeshFormat::obj, true, BlockRule{}, libraries);
+  CHECK(mesh.colors.of_materials);
+  CHECK(same(mesh.colors.face, {none, none, none, 1, .5f, 0, .25f, .25f, .25f, none, none, none, none, none,
+                                none, none, none, none}));
+}
+
+TEST_CASE("colours: the material libraries that an OBJ file names, inside its folder only") {
+  const std::string text =
+      "mtllib a.mtl b.mtl\n# mtllib no.mtl\nmtllib two words.mtl\r\nmtllib tex\\c.MTL ./a.mtl\nmtllib "
+      "../up.mtl\n"
+      "mtllib /etc/passwd\nmtllib\nv 0 0 0\nmtllib last.mtl";
+  CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::obj) ==
+        std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "last.mtl"});
+  CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::off).empty());
+}
+
+TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that of its materials") {
+  const ScratchFolder scratch;
+  write_file(scratch / "a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+  const auto hashes = [&](bool colors) {
+    const ModelBytes file(scratch / "a.obj", {}, MeshFormat::obj, ~std::uint64_t{0}, colors);
+    return std::pair(file.content_sha256(), file.color_sha256());
+  };
+  const auto plain = hashes(false), without = hashes(true);
+  CHECK(plain.second == std::array<std::uint8_t, 32>{});
+  write_file(scratch / "a.mtl", "newmtl m\nKd 1 0 0\n");
+  const auto red = hashes(true);
+  write_file(scratch / "a.mtl", "newmtl m\nKd 0 0 1\n");
+  const auto blue = hashes(true);
+  CHECK(without.first == plain.first);
+  CHECK(red.first == plain.first);
+  CHECK(red.second != without.second);
+  CHECK(red.second != blue.second);
+  const ModelBytes file(scratch / "a.obj", {}, MeshFormat::obj, ~std::uint64_t{0}, true);
+  CHECK(same(file.mesh().colors.face, {0, 0, 1}));
+}
+
+TEST_CASE("colours: glTF materials and COLOR_0, and what is wrong with them costs no model") {
+  GltfFile file = cube_file();
+  std::vector<std::uint8_t> values;
+  for (int v = 0; v < 8; ++v)
+    for (int k = 0; k < 4; ++k) values.push_back(static_cast<std::uint8_t>(k == 0 ? 255 : k == 1 ? 51 : 0));
+  file.add_accessor(file.add_view(values), 5121, 8, "VEC4", ",\"normalized\":true");
+  const auto read = [&](const std::string& primitive, const std::string& materials) {
+    const std::string bytes = file.glb(R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0)" +
+                                       primitive + R"(}]}],"nodes":[{"mesh":0}])" + materials);
+    return read_text(bytes, MeshFormat::gltf);
+  };
+  const std::string blue =
+      R"(,"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0,1,1]}},{"name":"white"},7])";
+  PolygonMesh mesh = read(R"(,"COLOR_0":2},"indices":1,"material":0)", blue);
+  CHECK(mesh.colors.linear);
+  REQUIRE(mesh.colors.vertex.size() == 24);
+  CHECK(same(Values(mesh.colors.vertex.begin(), mesh.colors.vertex.begin() + 3), {1, .2f, 0}));
+  REQUIRE(mesh.colors.face.size() == 36);
+  CHECK(same(Values(mesh.colors.face.begin(), mesh.colors.face.begin() + 3), {.5f, 0, 1}));
+  mesh = read(R"(},"indices":1,"material":1)", blue);
+  CHECK(std::isnan(mesh.colors.vertex[0]));
+  CHECK(same(Values(mesh.colors.face.begin(), mesh.colors.face.begin() + 3), {1, 1, 1}));
+  // Accessors and materials that are not there, and a colour with as many values as there are indices.
+  for (const char* primitive :
+       {R"(,"COLOR_0":9},"indices":1,"material":9)", R"(,"COLOR_0":"x"},"indices":1,"material":"y")",
+        R"(,"COLOR_0":1},"indices":1)"}) {
+    mesh = read(primitive, blue);
+    INFO(primitive);
+    CHECK(mesh.polygon_count() == 12);
+    CHECK(std::isnan(mesh.colors.vertex[0]));
+    CHECK(std::isnan(mesh.colors.face[0]));
+  }
+}
