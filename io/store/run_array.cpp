@@ -154,7 +154,11 @@ void create_run_array(const fs::path& store, const RunArray& array, const RunPla
     make_folder(part);
     write_plan(part, plan_of_shard(plan, array.shards[s]));
     add(s, part);
+    // The names of the shards of a group, once for all; write_plan synced what each holds.
+    const bool last_of_group = s + 1 == array.shards.size() || (s + 1) % shards_of_folder == 0;
+    if (last_of_group) sync_folder(part.parent_path());
   }
+  sync_folder(folder / "shards");
   replace_file(folder / description, json_of(array), FullDisk::stops_run);
   sync_folder(folder.parent_path());
 }
