@@ -201,7 +201,7 @@ std::vector<std::size_t> missing_shards(const fs::path& store, const RunArray& a
   return missing;
 }
 
-void merge_run_array(const fs::path& store, const RunArray& array) {
+void merge_run_array(const fs::path& store, const RunArray& array, const std::function<void()>& merged) {
   const fs::path folder = array_folder(store);
   const FileDescriptor lock = lock_folder(folder, "lock", false);
   std::vector<std::pair<std::uint64_t, std::size_t>> by_row;  // shards that have rows
@@ -228,6 +228,7 @@ void merge_run_array(const fs::path& store, const RunArray& array) {
   const fs::path made = part_of_store(store);
   merge_rows(made, whole.header, make_layout(whole.header), sources);
   rename_file(made, store);
+  if (merged) merged();
   remove_run_folder(store);
 }
 
