@@ -3,11 +3,12 @@
 
     faults.py MEANDER SHIM [--only JOB,...] [--every 1] [--every-read 10] [--part 0/1] [--keep FOLDER]
 
-Each job runs on a tiny input, first undisturbed, then again and again with one call failing (fault_shim.cpp): every open,
-read of an input, write, sync, truncation, reservation, mapping, lock, change of a name and close of a file of its folder,
-and every tenth read of its own files, with ENOSPC, EIO, EINTR, EMFILE, ENOMEM, and with half of the bytes; and with a disk
-that stays full or broken from that call on. Of every run is demanded:
-  * it ends by itself: with the exit code of the undisturbed run and the same bytes, or with 2 or 75 and a message, or
+Each job runs on a tiny input, first undisturbed, then again and again with one call failing (fault_shim.cpp): every
+open, read of an input, write, sync, truncation, reservation, mapping, lock, change of a name and close of a file of
+its folder, and every tenth read of its own files, with ENOSPC, EIO, EINTR, EMFILE, ENOMEM, and with half of the
+bytes; and with a disk that stays full or broken from that call on. Of every run is demanded:
+  * it ends by itself: with the exit code of the undisturbed run and the same bytes, or with 2 or 75 and a message,
+    or
     with 3 where an input could not be read;
   * a file under the name of a result is the old one or the whole new one;
   * the same command, undisturbed, then ends as the undisturbed run, with the same bytes, and nothing is left over.
@@ -40,12 +41,14 @@ RUN = ["run", "in", "-o", "out/s.h5", "-n", "16", "-j", "1", "--progress", "none
 STORE = [RUN + ["--describe", "d2", "--label-from-folder"]]
 PLAN = ["plan", "in", "-o", "out/s.h5", "-n", "16", "--shards", "2"]
 SHARDS = [["run", "out/s.h5.run", "--shard", f"{i}/2", "-j", "1", "--progress", "none"] for i in range(2)]
+VECTORS = ["export", "out/s.h5", "--descriptors", "d2", "--fresh"]
 QUIET = ["-j", "1", "--progress", "none"]
 JOBS = {
     "run": ([], RUN),
     "run-packed": ([], RUN[:1] + ["in.tar.gz", "in.zip"] + RUN[2:]),
     "run-anisotropic": ([], RUN + ["--method", "anisotropic"]),
-    "run-update": ([RUN[:1] + ["@first.txt", "--root", "in"] + RUN[2:]], RUN[:1] + ["@all.txt", "--root", "in"] + RUN[2:]),
+    "run-update": ([RUN[:1] + ["@first.txt", "--root", "in"] + RUN[2:]], 
+                   RUN[:1] + ["@all.txt", "--root", "in"] + RUN[2:]),
     "run-fresh": ([RUN], RUN + ["--fresh", "--seed", "2"]),
     "run-reuse": ([RUN], RUN[:1] + ["in", "-o", "out/t.h5", "--reuse", "out/s.h5"] + RUN[4:]),
     "describe": (STORE, ["describe", "out/s.h5", "in", "--descriptors", "a3,basics"] + QUIET),
@@ -63,8 +66,8 @@ JOBS = {
     "export-ply": (STORE, ["export", "out/s.h5", "-o", "out/points", "--fresh"]),
     "export-pointnet": (STORE, ["export", "out/s.h5", "--pointnet", "-o", "out/points", "--fresh"]),
     "export-html": (STORE, ["export", "out/s.h5", "--html", "out/page.html", "--fresh"]),
-    "export-csv": (STORE, ["export", "out/s.h5", "--descriptors", "d2", "--format", "csv", "-o", "out/d.csv", "--fresh"]),
-    "export-npy": (STORE, ["export", "out/s.h5", "--descriptors", "d2", "--format", "npy", "-o", "out/d.npy", "--fresh"]),
+    "export-csv": (STORE, VECTORS + ["--format", "csv", "-o", "out/d.csv"]),
+    "export-npy": (STORE, VECTORS + ["--format", "npy", "-o", "out/d.npy"]),
     "export-ann": (STORE, ["export", "out/s.h5", "--descriptors", "d2", "--format", "ann-hdf5", "-o", "out/d.h5",
                            "--queries", "1", "--neighbours", "1", "--fresh"]),
     "evaluate": (STORE, ["retrieve", "evaluate", "out/s.h5", "--csv", "out/e.csv", "--matrix", "out/e.bin",
@@ -74,8 +77,8 @@ JOBS = {
     "measure": (STORE, ["measure", "spacing", "out/s.h5", "--surface", "in", "--csv", "out/m.csv"]),
     "sheet": (STORE, ["render", "sheet", "out/s.h5", "-o", "out/p.png", "--size", "64"]),
     "splats": (STORE, ["render", "splats", "out/s.h5", "-o", "out/p.png", "--size", "64"]),
-    "turntable": (STORE, ["render", "turntable", "out/s.h5", "--item", "0", "-o", "out/frames", "--frames", "2", "--size",
-                          "64"]),
+    "turntable": (STORE, ["render", "turntable", "out/s.h5", "--item", "0", "-o", "out/frames", "--frames", "2",
+                          "--size", "64"]),
     "strokes": ([], ["render", "strokes", "in/square/000.off", "-o", "out/p.png", "--strokes", "40", "--size", "64"]),
 }
 
@@ -201,8 +204,8 @@ class JobFaults:
             self.found(label, call, f"an item failed: {message[:300]} {ended.out[:300]}")
         if deed in ("EINTR", "short") and not stays and ended.code != 0:
             self.counts[f"{deed} not continued"] += 1
-            # HDF5 does not open its files again, nor does the standard library open folders again.
-            by_others = call[0] in ("open", "create") and (".h5" in call[1] or Path(call[1]).suffix == "")
+            # HDF5 does not open or close its files again, nor does the standard library open folders again.
+            by_others = call[0] in ("open", "create", "close") and (".h5" in call[1] or Path(call[1]).suffix == "")
             if not by_others:
                 self.found(label, call, f"not continued: {message[:300]}")
         for file, data in files.items():
@@ -225,6 +228,8 @@ class JobFaults:
         command = self.command
         if ended.code == 3 and command[0] == "run":
             command = command + ["--retry", "unreadable,changed"] if "--fresh" not in command else command
+        if ended.code == 3 and command[0] == "describe":
+            command = command + ["--replace"]  # of rows whose meshes could not be read
         command = next_command(self.name, command, self.where.out)
         result = self.where.run(command)
         files = comparable(scene.content(self.where.out))

@@ -3,9 +3,9 @@
 
     kills.py MEANDER SHIM [--kills 1000] [--seed 1] [--only JOB,...] [--keep FOLDER]
 
-A job is started and ended by SIGKILL, half of the times before a random call on a file (fault_shim.cpp), half of the times
-after a random delay, and started again, up to five times; then it is left alone. What it ends with must be the bytes of an
-undisturbed one, and nothing may be left over. What was killed is counted by what it was at.
+A job is started and ended by SIGKILL, half of the times before a random call on a file (fault_shim.cpp), half of the
+times after a random delay, and started again, up to five times; then it is left alone. What it ends with must be the
+bytes of an undisturbed one, and nothing may be left over. What was killed is counted by what it was at.
 """
 import collections
 import os

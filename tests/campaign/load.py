@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """Large runs within their memory.
 
-    load.py MEANDER [--models 100000] [--charted 4000] [--rows 2000000] [--faces 10000000] [--memory 1G] [--only PART,...]
+    load.py MEANDER [--models 100000] [--charted 4000] [--rows 2000000] [--faces 10000000] [--memory 1G]
+            [--only PART,...]
 
-Parts: `direct`, `auto`: generated models, 64 points on each, -j 2; `conformal`: fewer, as charts take longer; `rows`: a
-store of so many rows of 16 points from one archive of tiny models, verified and read; `faces`: one model of so many faces
-beside 2,000 small ones, where --memory is what such a model needs. The size of the process must stay within --memory.
+Parts: `direct`, `auto`: generated models, 64 points on each, -j 2; `conformal`: fewer, as charts take longer;
+`rows`: a store of so many rows of 16 points from one archive of tiny models, verified and read; `faces`: one model
+of so many faces beside 2,000 small ones, where --memory is what such a model needs. The size of the process must
+stay within --memory.
 """
 import io
 import json
+import math
 import os
 import random
 import struct
@@ -48,9 +51,9 @@ def write_collection(path, count, seed, small=False):
 def write_large(path, faces):
     """A sphere of about so many triangles as binary PLY."""
     rows = max(3, int((faces / 2) ** 0.5))
-    import math
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex {rows * rows}\nproperty float x\nproperty float y\n"
-    head += f"property float z\nelement face {2 * rows * (rows - 1)}\nproperty list uchar int vertex_indices\nend_header\n"
+    head += f"property float z\nelement face {2 * rows * (rows - 1)}\n"
+    head += "property list uchar int vertex_indices\nend_header\n"
     with open(path, "wb") as file:
         file.write(head.encode())
         circle = [(math.cos(2 * math.pi * j / rows), math.sin(2 * math.pi * j / rows)) for j in range(rows)]

@@ -3,10 +3,10 @@
 
     loopback_slurm.py MEANDER FAULT_PROGRAM [--keep FOLDER]        exit status 77: Slurm is not installed, or not root
 
-It starts munged, slurmctld and two slurmd in a folder of their own, plans a run of 64 models in 8 shards, and submits the
-script that `meander plan --emit slurm` prints. While it works a task gets the signal of its time limit, another is killed
-(SIGKILL), a second copy of a third is started beside it, and two are taken out of the queue. A second array then does what
-`meander status --array` names, and the merged store must have the bytes of one process.
+It starts munged, slurmctld and two slurmd in a folder of their own, plans a run of 64 models in 8 shards, and
+submits the script that `meander plan --emit slurm` prints. While it works a task gets the signal of its time limit,
+another is killed (SIGKILL), a second copy of a third is started beside it, and two are taken out of the queue. A
+second array then does what `meander status --array` names, and the merged store must have the bytes of one process.
 """
 import os
 import shutil
@@ -159,7 +159,7 @@ def main():
         os.chdir(folder)
         with Slurm(cluster) as slurm:
             job = slurm.submit("job.sh", "--cpus-per-task=1", "--output=task-%a.log")
-            slurm.wait(lambda: process_of(0, job) and process_of(1, job) and process_of(2, job), "the first tasks start")
+            slurm.wait(lambda: all(process_of(task, job) for task in range(3)), "the first tasks start")
             time.sleep(2.5)  # some of the models of each are done
             # What a limit of time does: the signal that the script asks for, to the shell of the task.
             slurm.ask(["scancel", "--signal=TERM", "--batch", f"{job}_0"])
@@ -188,8 +188,8 @@ def main():
             for path in sorted(folder.glob("task-*.log")):
                 print(f"--- {path.name}\n{path.read_text(errors='replace')}")
         os.chdir("/")
-    findings.end(f"{SHARDS} shards on 2 nodes: 1 task ended by the signal of its limit, 1 killed, 1 second copy refused, "
-                 "2 cancelled, 1 second array, merged store as of one process")
+    findings.end(f"{SHARDS} shards on 2 nodes: 1 task ended by the signal of its limit, 1 killed, 1 second copy "
+                 "refused, 2 cancelled, 1 second array, merged store as of one process")
 
 
 if __name__ == "__main__":

@@ -3,14 +3,14 @@
 
     power_cuts.py MEANDER SHIM [--states 1000] [--seed 1] [--only JOB,...] [--keep FOLDER]
 
-A job runs once while fault_shim.cpp records every call that changes its folder. From the record states of the disk are made
-as a power cut could leave them, at random calls. What was synced is there; of what was not:
+A job runs once while fault_shim.cpp records every call that changes its folder. From the record states of the disk
+are made as a power cut could leave them, at random calls. What was synced is there; of what was not:
   strict   nothing: files as at their last sync, folders with the names of their last sync
-  ordered  names as a journalling file system keeps them, in order up to some call; of data not synced none, all, the first
-           writes, or any of them, with zeros between
+  ordered  names as a journalling file system keeps them, in order up to some call; of data not synced none, all, the
+           first writes, or any of them, with zeros between
   any      the same, and folders forget names independently of each other
-In every state a file under the name of a result must be the old or the whole new one, and the same command must end with
-the bytes of an undisturbed one.
+In every state a file under the name of a result must be the old or the whole new one, and the same command must end
+with the bytes of an undisturbed one.
 """
 import collections
 import os

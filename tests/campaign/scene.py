@@ -28,7 +28,8 @@ def torus(around, across, radius=0.4):
             ring = 1 + radius * math.cos(v)
             vertices.append((ring * math.cos(u), ring * math.sin(u), radius * math.sin(v)))
             a, b = (i + 1) % around, (j + 1) % across
-            faces += [(i * across + j, a * across + j, a * across + b), (i * across + j, a * across + b, i * across + b)]
+            faces += [(i * across + j, a * across + j, a * across + b),
+                      (i * across + j, a * across + b, i * across + b)]
     return vertices, faces
 
 
