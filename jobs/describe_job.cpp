@@ -51,7 +51,7 @@ class DescribeJob {
       meshes_ = DescribedMeshes(options_.store, header_.ids, options_.inputs, options_.collect);
     check_described_output(options_, meshes_.files_read());
     if (options_.fresh) discard_run(output_);
-    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, "describe its rows"});
+    directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, purpose_describe});
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(options_.threads));
     try_suspects();

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <system_error>
 
 #include "io/parameters_text.h"
+#include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/output_guard.h"
 #include "jobs/parameter_table.h"
@@ -72,6 +74,24 @@ std::string described_parameters(const StoreReader& store, const std::vector<Des
   return join_members(members);
 }
 
+// The header of this job where it has given the store its descriptors already, and died before its run was
+// removed: that is finished again.
+std::optional<StoreHeader> done_before(const StoreReader& store, const DescribeOptions& options) {
+  const fs::path output = described_output(options);
+  if (options.fresh || options.replace || output != fs::path(options.store)) return std::nullopt;
+  std::optional<RunPlan> begun = read_run_plan(output);
+  if (!begun || begun->purpose != purpose_describe ||
+      begun->header.parameters_json != store.parameters_json())
+    return std::nullopt;
+  const std::vector<DescriptorSchema>& there = store.descriptors();
+  const std::vector<DescriptorSchema> wanted = schemas_of(options.describe);
+  const bool has_all = std::all_of(wanted.begin(), wanted.end(), [&](const DescriptorSchema& schema) {
+    return std::any_of(there.begin(), there.end(), [&](const auto& d) { return d.name == schema.name; });
+  });
+  const bool same_shape = described_parameters(store, there, options.describe) == store.parameters_json();
+  return has_all && same_shape ? std::optional(std::move(begun->header)) : std::nullopt;
+}
+
 std::string described_by_meshes() {
   return descriptors_with([](const DescriptorGroup& group) { return group.needs_mesh; });
 }
@@ -79,6 +99,7 @@ std::string described_by_meshes() {
 }  // namespace
 
 StoreHeader described_header(const StoreReader& store, const DescribeOptions& options) {
+  if (std::optional<StoreHeader> done = done_before(store, options)) return *std::move(done);
   StoreHeader header = store.header();
   header.descriptors.clear();
   std::vector<DescriptorSchema> added = schemas_of(options.describe);
@@ -153,8 +174,7 @@ void check_described_output(const DescribeOptions& options, std::span<const fs::
   guard.protect(files_read);
   if (!in_place) guard.protect(options.store, "the store itself");
   check_store_output(output, options.fresh, guard);
-  if (!in_place && !options.fresh && fs::exists(output))
-    throw UsageError("`" + output.string() + "` exists (--fresh replaces it)");
+  if (!in_place && !options.fresh) refuse_finished_store(output, purpose_describe);
 }
 
 void add_describe_command(Command& program, DescribeOptions& options) {

@@ -77,18 +77,21 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
   for (std::size_t s = 0; s < array.shards.size(); ++s)
     if (const auto report = read_shard_report(store, s)) outcome.seconds += report->seconds;
   outcome.done_now = array.rows;
-  merge_run_array(store, array);
-  const StoreReader merged(store, StoreCheck::none);
-  const int code = end_with(outcome, options, merged);
-  write_run_report(options, outcome);
-  write_failed_list(options, outcome.summary, [&](std::uint64_t row) {
-    const auto path = paths.find(row);
-    return path == paths.end() ? fs::path() : path->second;
+  merge_run_array(store, array, [&] {
+    outcome.summary = summarise(StoreReader(store, StoreCheck::none));
+    write_run_report(options, outcome);
+    write_failed_list(options, outcome.summary, [&](std::uint64_t row) {
+      const auto path = paths.find(row);
+      return path == paths.end() ? fs::path() : path->second;
+    });
   });
-  return code;
+  print_summary(outcome, options);
+  return exit_done;
 }
 
 // ---- Finished stores --------------------------------------------------------------------------------------
+
+constexpr const char* purpose_merge = "merge stores";
 
 class StoreMerge {
  public:
@@ -98,8 +101,7 @@ class StoreMerge {
     OutputGuard guard;
     for (const std::string& path : options_.inputs) guard.protect(path);
     check_store_output(options_.output, options_.fresh, guard);
-    if (fs::exists(options_.output) && !options_.fresh)
-      throw UsageError(fmt::format("`{}` exists (--fresh replaces it)", options_.output));
+    if (!options_.fresh) refuse_finished_store(options_.output, purpose_merge);
     if (options_.fresh) discard_run(options_.output);
     for (const std::string& path : options_.inputs)
       stores_.push_back(std::make_unique<StoreReader>(path, options_.check));
@@ -160,7 +162,7 @@ class StoreMerge {
       if (splits) header.splits.push_back(store.split(place.second));
       source_.push_back(place);
     }
-    return {header, "merge stores", {}};
+    return {header, purpose_merge, {}};
   }
 
   const MergeOptions& options_;
@@ -175,6 +177,7 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
       return merge_array(store, options, laboratory);
     const std::string store = path.ends_with(".run") ? path.substr(0, path.size() - 4) : path;
     if (!fs::exists(store + ".run") && fs::is_regular_file(store)) {
+      tidy_store(store);
       fmt::print("{}: merged already\n", store);
       return exit_done;
     }

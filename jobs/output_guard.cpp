@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "io/file/file_error.h"
+#include "io/store/store.h"
 #include "jobs/inputs.h"
 
 namespace meander {
@@ -155,6 +156,13 @@ void check_store_output(const fs::path& store, bool fresh, OutputGuard& guard) {
   if (!fresh && fs::exists(store, none) && kind_for_message(store, "-o") == FileKind::empty)
     throw UsageError(fmt::format("-o: `{}` is an empty file (--fresh replaces it)", store.string()));
   check_run_folder(with_suffix(store, ".run"));
+}
+
+void refuse_finished_store(const fs::path& store, std::string_view purpose) {
+  if (!fs::exists(store)) return;
+  const std::optional<RunPlan> begun = read_run_plan(store);
+  if (!begun || begun->purpose != purpose)
+    throw UsageError(fmt::format("`{}` exists (--fresh replaces it)", store.string()));
 }
 
 void check_run_outputs(const fs::path& store, bool fresh, std::span<const fs::path> inputs) {

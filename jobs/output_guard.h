@@ -11,6 +11,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -72,8 +73,13 @@ std::vector<std::filesystem::path> input_files(std::span<const std::string> argu
 // removed with all that it holds. The store given to --reuse, or to describe, is not an input here.
 void check_store_output(const std::filesystem::path& store, bool fresh, OutputGuard& guard);
 
-// The same for everything that `meander run` writes: the store, STORE.run.json and STORE.failed.txt.
-// `inputs`: all files that the run reads, see input_files.
+// Throws UsageError where the store exists, for a job that makes new stores without --fresh. It passes where
+// a run for `purpose` (RunPlan::purpose) is beside it: its process died after it had named the store, and it
+// is finished again.
+void refuse_finished_store(const std::filesystem::path& store, std::string_view purpose);
+
+// check_store_output for everything that `meander run` writes: the store, STORE.run.json and
+// STORE.failed.txt. `inputs`: all files that the run reads, see input_files.
 void check_run_outputs(const std::filesystem::path& store, bool fresh,
                        std::span<const std::filesystem::path> inputs);
 

@@ -52,8 +52,9 @@ std::string escaped(const std::string& text, std::string_view special, const std
 }
 
 // The signal at the limit goes to the shell, which hands it on; a command in the foreground would be
-// orphaned. Exit code 75: again; everything else is final.
-constexpr const char* slurm_script = R"(#!/bin/bash
+// orphaned. Exit code 75: again; everything else is final. A task that somebody cancels gets the same signal,
+// but Slurm no longer counts it as running: it is not put back into the queue.
+constexpr const char* slurm_script = R"script(#!/bin/bash
 #SBATCH --job-name=meander
 #SBATCH --array=0-@LAST@
 #SBATCH --requeue --open-mode=append
@@ -64,10 +65,11 @@ meander run "$store.run" --progress plain & pid=$!
 wait $pid; rc=$?
 while [ $rc -gt 128 ] && kill -0 $pid 2>/dev/null; do wait $pid; rc=$?; done
 if [ $rc = 75 ] || [ $rc -gt 128 ]; then
-  [ "${SLURM_RESTART_COUNT:-0}" -lt 3 ] && scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+  [ "${SLURM_RESTART_COUNT:-0}" -lt 3 ] && [ "$(squeue -h -j "$SLURM_JOB_ID" -o %T)" = RUNNING ] &&
+    scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
 fi
 exit $rc
-)";
+)script";
 
 constexpr const char* parallel_script = R"(#!/bin/sh
 # One task at a time on each machine; `--sshloginfile hosts.txt` uses several. Run it again to continue.

@@ -69,7 +69,7 @@ class PlannedRun {
       return false;
     }
     if (!run_graph(stop_requested)) return false;
-    directory_.finish();
+    directory_.finish(parameters_.finished);
     return true;
   }
 

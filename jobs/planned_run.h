@@ -22,8 +22,9 @@ GraphParameters graph_parameters(const RunOptions& options);
 struct PlannedRunParameters {
   const RunOptions& options;
   const StageHook& hook;
-  ReuseLookup reuse;                   // may be empty
-  const StoreReader* older = nullptr;  // where kept rows come from; null when none is kept
+  ReuseLookup reuse;                    // may be empty
+  const StoreReader* older = nullptr;   // where kept rows come from; null when none is kept
+  std::function<void()> finished = {};  // see RunDirectory::finish
 };
 
 // Tries the items that were in flight when an earlier process died, each alone in a child process, and writes

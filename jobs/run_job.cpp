@@ -145,13 +145,21 @@ class RunJob {
   }
 
   bool make_store(const PlannedStore& planned, const StoreReader* older) {
-    PlannedRunParameters parameters{options_, hook_, {}, older};
+    PlannedRunParameters parameters{options_, hook_, {}, older, [&] { write_reports(planned); }};
     if (reusable_)
       parameters.reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
     if (!make_planned_store(planned, parameters, outcome_)) return false;
     made_ = true;
     check_ = StoreCheck::none;  // sealed a moment ago
     return true;
+  }
+
+  void write_reports(const PlannedStore& planned) {
+    outcome_.summary = summarise(StoreReader(options_.store, StoreCheck::none));
+    outcome_.root = inputs_.root;
+    outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
+    write_run_report(options_, outcome_);
+    write_failed_list(options_, outcome_.summary, [&](std::uint64_t row) { return planned.items[row].path; });
   }
 
   // A store from nothing, or the rest of one. False when it was stopped.
@@ -198,20 +206,14 @@ class RunJob {
   }
 
   int report(const StoreReader& store, const StoreComparison& compared) {
-    outcome_.summary = summarise(store);
+    if (!made_) {
+      outcome_.summary = summarise(store);
+      tidy_store(options_.store);
+    }
     outcome_.inputs = inputs_.notes;
-    outcome_.root = inputs_.root;
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
     print_summary(outcome_, options_);
-    if (made_) {
-      outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
-      write_run_report(options_, outcome_);
-      write_failed_list(options_, outcome_.summary, [&](std::uint64_t row) {
-        const auto item = compared.item_of_row[row];
-        return item ? inputs_.items[*item].path : std::filesystem::path();
-      });
-    }
     return outcome_.exit_code();
   }
 

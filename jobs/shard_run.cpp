@@ -70,6 +70,11 @@ void copy_file(const fs::path& from, const fs::path& to) {
   copy.commit();
 }
 
+void remove_scratch_store(const std::string& store) {
+  tidy_store(store);
+  fs::remove(store);
+}
+
 // What all shards of a task have in common.
 struct ArrayTask {
   std::string store;
@@ -110,7 +115,8 @@ class ShardRun {
   ShardRun(const ShardRun&) = delete;
   ShardRun& operator=(const ShardRun&) = delete;
 
-  bool is_done() const { return rows() == 0 || fs::exists(result_); }
+  // Its result without its own run is finished to the last step.
+  bool is_done() const { return rows() == 0 || (fs::exists(result_) && !fs::exists(result_ + ".run")); }
 
   // What may have killed an earlier process, before this one starts a thread.
   void try_earlier_suspects() {
@@ -121,6 +127,8 @@ class ShardRun {
   // False when it was stopped.
   bool run(bool json) {
     if (is_done()) {
+      tidy_store(result_);
+      if (!task_.scratch.empty()) remove_scratch_store(scratch_store(task_.scratch));
       say(json, read_shard_report(task_.store, number_).value_or(report_of(rows(), 0)), true);
       return true;
     }
@@ -131,25 +139,34 @@ class ShardRun {
         task_.reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, planned_.plan.header);
       parameters.reuse = [this](const auto& content, Row& row) { return task_.reusable->find(content, row); };
     }
+    ShardReport report;
+    const auto write_report = [&](StoreCheck check) {
+      report = report_of(rows(), summarise(StoreReader(options_.store, check)).failed());
+      report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      report.threads = options_.threads;
+      report.ended_unix_time = std::time(nullptr);
+      std::array<char, 256> host{};
+      if (::gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
+      write_shard_report(task_.store, number_, report);
+    };
+    parameters.finished = [&] { write_report(StoreCheck::none); };
     RunOutcome outcome;
     // A copy in the scratch folder that is finished was not handed over.
-    if (!fs::exists(options_.store) && !make_planned_store(planned_, parameters, outcome)) return false;
-    ShardReport report = report_of(rows(), summarise(StoreReader(options_.store)).failed());
+    if (is_made())
+      write_report(StoreCheck::every_byte);
+    else if (!make_planned_store(planned_, parameters, outcome))
+      return false;
     if (options_.store != result_) {
       copy_file(options_.store, result_);
-      fs::remove(options_.store);
+      remove_scratch_store(options_.store);
     }
-    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    report.threads = options_.threads;
-    report.ended_unix_time = std::time(nullptr);
-    std::array<char, 256> host{};
-    if (::gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
-    write_shard_report(task_.store, number_, report);
     say(json, report, false);
     return true;
   }
 
  private:
+  bool is_made() const { return fs::exists(options_.store) && !fs::exists(options_.store + ".run"); }
+
   std::uint64_t rows() const { return task_.array.shards[number_].rows(); }
 
   static ShardReport report_of(std::uint64_t rows, std::uint64_t failed) {

@@ -97,7 +97,6 @@ struct PlannedRow {
 StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<PlanItem>& items,
                                     const StoreHeader& header, TimePoint since) {
   StoreComparison compared;
-  compared.item_of_row.resize(store.rows());
   std::vector<std::pair<std::uint64_t, std::uint64_t>> common;  // row and item
   std::uint64_t item = 0;
   for (std::uint64_t row = 0; row < store.rows(); ++row) {
@@ -107,7 +106,6 @@ StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<
       compared.vanished.push_back(row);
       continue;
     }
-    compared.item_of_row[row] = item;
     common.emplace_back(row, item);
     compared.relabelled |= label_name(store.label_names(), store.label(row)) !=
                                label_name(header.label_names, header.labels[item]) ||

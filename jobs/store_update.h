@@ -21,7 +21,6 @@ struct StoreComparison {
   std::vector<std::uint64_t> changed;   // rows whose input has other bytes than were sampled
   std::vector<std::uint64_t> vanished;  // rows without an input
   bool relabelled = false;              // a label, a split or the list of classes differs
-  std::vector<std::optional<std::uint64_t>> item_of_row;  // position in the list of inputs
 };
 
 // Compares by id. A file counts as changed when its size differs, or when it was modified at or after `since`

@@ -174,6 +174,8 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
   }
 }
 
+constexpr const char* purpose_surfaces = "sample surfaces";
+
 void check_output(const SurfaceOptions& options) {
   OutputGuard guard;
   for (const std::string& surface : options.surfaces) {
@@ -182,8 +184,7 @@ void check_output(const SurfaceOptions& options) {
     guard.protect(surface);
   }
   check_store_output(options.store, options.fresh, guard);
-  if (!options.fresh && fs::exists(options.store))
-    throw UsageError("`" + options.store + "` exists (--fresh replaces it)");
+  if (!options.fresh) refuse_finished_store(options.store, purpose_surfaces);
 }
 
 int sample_surfaces(SurfaceOptions& options) {
@@ -206,7 +207,7 @@ int sample_surfaces(SurfaceOptions& options) {
   }
   check_output(options);
   if (options.fresh) discard_run(options.store);
-  RunDirectory directory(options.store, RunPlan{header, "sample surfaces"});
+  RunDirectory directory(options.store, RunPlan{header, purpose_surfaces});
   std::vector<SurfaceRun> runs;
   bool failed = false;
   for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {

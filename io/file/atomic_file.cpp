@@ -50,7 +50,7 @@ FileDescriptor PendingFile::create() {
 void PendingFile::commit(FileDescriptor file) {
   if (!file) file = try_open(temporary_, O_RDWR);
   if (!file) fail(errno, "open");
-  if (::fsync(file.get()) != 0) fail(errno, "sync");
+  if (uninterrupted([&] { return ::fsync(file.get()); }) != 0) fail(errno, "sync");
   if (const int error = file.close(); error != 0) fail(error, "close");
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno, "rename to");
   committed_ = true;

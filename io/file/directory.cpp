@@ -23,7 +23,8 @@ void sync_folder(const fs::path& folder, FullDisk full_disk) {
   // then as durable as they make it.
   if (!file && errno == EACCES) return;
   if (!file) throw_file_error(errno, "open", name, full_disk);
-  if (::fsync(file.get()) != 0 && errno != EINVAL) throw_file_error(errno, "sync", name, full_disk);
+  if (uninterrupted([&] { return ::fsync(file.get()); }) != 0 && errno != EINVAL)
+    throw_file_error(errno, "sync", name, full_disk);
 }
 
 void rename_file(const fs::path& from, const fs::path& to, FullDisk full_disk) {

@@ -37,10 +37,7 @@ int FileDescriptor::close() {
 }
 
 FileDescriptor try_open(const fs::path& path, int flags) {
-  for (;;) {
-    const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
-    if (descriptor >= 0 || errno != EINTR) return FileDescriptor(descriptor);
-  }
+  return FileDescriptor(uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0666); }));
 }
 
 Transfer try_read(const FileDescriptor& file, std::span<std::byte> bytes, std::uint64_t offset) {
@@ -83,15 +80,16 @@ std::size_t read_at(const FileDescriptor& file, std::span<std::byte> bytes, std:
 }
 
 void sync_file(const FileDescriptor& file, const fs::path& path) {
-  if (::fsync(file.get()) != 0) throw_file_error(errno, "sync", path);
+  if (uninterrupted([&] { return ::fsync(file.get()); }) != 0) throw_file_error(errno, "sync", path);
 }
 
 void sync_data(const FileDescriptor& file, const fs::path& path) {
-  if (::fdatasync(file.get()) != 0) throw_file_error(errno, "sync", path);
+  if (uninterrupted([&] { return ::fdatasync(file.get()); }) != 0) throw_file_error(errno, "sync", path);
 }
 
 void truncate_file(const FileDescriptor& file, std::uint64_t bytes, const fs::path& path) {
-  if (::ftruncate(file.get(), static_cast<off_t>(bytes)) != 0) throw_file_error(errno, "truncate", path);
+  if (uninterrupted([&] { return ::ftruncate(file.get(), static_cast<off_t>(bytes)); }) != 0)
+    throw_file_error(errno, "truncate", path);
 }
 
 void reserve_space(const fs::path& path, std::uint64_t bytes, FullDisk full_disk) {
@@ -102,11 +100,10 @@ void reserve_space(const fs::path& path, std::uint64_t bytes, FullDisk full_disk
   if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && bytes > limit.rlim_cur)
     fail(EFBIG);
   const FileDescriptor file = open_file(path, O_WRONLY);
-  while (::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) != 0) {
-    if (errno == EINTR) continue;
-    if (errno == EOPNOTSUPP || errno == ENOSYS) return;  // writes will report a full disk
-    fail(errno);
-  }
+  const int reserved = uninterrupted(
+      [&] { return ::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)); });
+  if (reserved == 0 || errno == EOPNOTSUPP || errno == ENOSYS) return;  // writes will report a full disk
+  fail(errno);
 }
 
 void release_reserved(const FileDescriptor& file, const fs::path& path) {

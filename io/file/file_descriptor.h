@@ -1,6 +1,7 @@
 // Reading and writing parts of files: every call is checked, continued after signals and partial transfers.
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -28,6 +29,15 @@ class FileDescriptor {
  private:
   int descriptor_ = -1;
 };
+
+// Makes a call of the system again for as long as signals interrupt it: its result.
+template <class Call>
+auto uninterrupted(const Call& call) {
+  for (;;) {
+    const auto result = call();
+    if (result != -1 || errno != EINTR) return result;
+  }
+}
 
 // How far a transfer came, and the error (errno) that ended it; 0 at the end of the file or of the bytes.
 struct Transfer {

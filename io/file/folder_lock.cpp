@@ -31,8 +31,7 @@ FileDescriptor lock_folder(const fs::path& folder, const std::string& name, bool
     if (error == ENOENT && !fs::is_symlink(path))
       continue;  // a finishing process has just removed the folder
     if (error != 0) throw_file_error(error, "open", path);
-    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-      if (errno == EINTR) continue;
+    if (uninterrupted([&] { return ::flock(file.get(), LOCK_EX | LOCK_NB); }) != 0) {
       if (errno != EWOULDBLOCK) throw_file_error(errno, "lock", path);
       const std::string holder = content_if_exists(path).value_or("");
       throw RunError(RunError::Kind::stopped,
@@ -55,7 +54,8 @@ FileDescriptor lock_folder(const fs::path& folder, const std::string& name, bool
 LockState lock_state(const fs::path& folder, const std::string& name) {
   const FileDescriptor file = try_open(folder / name, O_RDONLY);
   if (!file) return LockState::absent;
-  return ::flock(file.get(), LOCK_SH | LOCK_NB) == 0 ? LockState::free : LockState::held;
+  return uninterrupted([&] { return ::flock(file.get(), LOCK_SH | LOCK_NB); }) == 0 ? LockState::free
+                                                                                    : LockState::held;
 }
 
 }  // namespace meander

@@ -28,7 +28,14 @@ std::string in_short(const std::string& description) {
 
 }  // namespace
 
-Hdf5Lock::Hdf5Lock() : lock_(library_mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+Hdf5Lock::Hdf5Lock() : lock_(library_mutex()) {
+  // A file that a broken or full disk did not let the library close is still open when the process ends.
+  // Closing it then, as the library would, crashes it (H5F__close_cb of 1.10); every other file has been
+  // closed by its handle.
+  static const herr_t left_open = H5dont_atexit();
+  static_cast<void>(left_open);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 void throw_hdf5_error(std::string_view action) {
   std::string description;

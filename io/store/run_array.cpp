@@ -154,7 +154,11 @@ void create_run_array(const fs::path& store, const RunArray& array, const RunPla
     make_folder(part);
     write_plan(part, plan_of_shard(plan, array.shards[s]));
     add(s, part);
+    // The names of the shards of a group, once for all; write_plan synced what each holds.
+    const bool last_of_group = s + 1 == array.shards.size() || (s + 1) % shards_of_folder == 0;
+    if (last_of_group) sync_folder(part.parent_path());
   }
+  sync_folder(folder / "shards");
   replace_file(folder / description, json_of(array), FullDisk::stops_run);
   sync_folder(folder.parent_path());
 }
@@ -197,7 +201,7 @@ std::vector<std::size_t> missing_shards(const fs::path& store, const RunArray& a
   return missing;
 }
 
-void merge_run_array(const fs::path& store, const RunArray& array) {
+void merge_run_array(const fs::path& store, const RunArray& array, const std::function<void()>& merged) {
   const fs::path folder = array_folder(store);
   const FileDescriptor lock = lock_folder(folder, "lock", false);
   std::vector<std::pair<std::uint64_t, std::size_t>> by_row;  // shards that have rows
@@ -224,6 +228,7 @@ void merge_run_array(const fs::path& store, const RunArray& array) {
   const fs::path made = part_of_store(store);
   merge_rows(made, whole.header, make_layout(whole.header), sources);
   rename_file(made, store);
+  if (merged) merged();
   remove_run_folder(store);
 }
 

@@ -51,9 +51,11 @@ RunPlan read_shard_plan(const std::filesystem::path& store, std::size_t shard);
 // Shards without a result: ascending.
 std::vector<std::size_t> missing_shards(const std::filesystem::path& store, const RunArray& array);
 
-// Puts the rows of all shards into STORE, which has the bytes of a store that one process made, and removes
-// STORE.run/. Throws RunError: stopped when another process merges, or the disk is full; unusable when a
-// shard is missing, damaged, or of another plan.
-void merge_run_array(const std::filesystem::path& store, const RunArray& array);
+// Puts the rows of all shards into STORE, which has the bytes of a store that one process made, calls
+// `merged`, which writes what else belongs to the store, and removes STORE.run/. Throws RunError: stopped
+// when another process merges, or the disk is full; unusable when a shard is missing, damaged, or of another
+// plan.
+void merge_run_array(const std::filesystem::path& store, const RunArray& array,
+                     const std::function<void()>& merged = {});
 
 }  // namespace meander

@@ -231,7 +231,7 @@ void RunDirectory::forget_begun() {
 
 void RunDirectory::sync() { state_->journals.sync(); }
 
-void RunDirectory::finish() {
+void RunDirectory::finish(const std::function<void()>& finished) {
   State& state = *state_;
   if (state.done != state.layout.rows)
     throw ItemError(Status::internal, fmt::format("{} of {} rows are done", state.done, state.layout.rows));
@@ -243,6 +243,7 @@ void RunDirectory::finish() {
   const fs::path part = part_of_store(state.store);
   merge_rows(part, state.header, state.layout, shards);
   rename_file(part, state.store);
+  if (finished) finished();
   remove_run_folder(state.store);
 }
 
@@ -266,6 +267,10 @@ void discard_run(const fs::path& store) {
   const FileDescriptor lock = lock_folder(with_suffix(store, ".run"), lock_name, false);
   if (lock) remove_run_folder(store);
   remove_leftovers(store);
+}
+
+void tidy_store(const fs::path& store) {
+  if (!fs::exists(with_suffix(store, ".run"))) remove_leftovers(store);
 }
 
 }  // namespace meander

@@ -31,7 +31,8 @@ void remove_leftovers(const fs::path& store) {
        entry.increment(ignored)) {
     const std::string other = entry->path().filename().string();
     // A process number and nothing behind it: NAME.part-1.off is a user's mesh.
-    for (const std::string& prefix : {name + ".part-", name + ".run.removed-"})
+    for (const std::string& prefix :
+         {name + ".part-", name + ".run.removed-", name + ".run.json.tmp", name + ".failed.txt.tmp"})
       if (other.starts_with(prefix) &&
           other.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
         leftovers.push_back(entry->path());

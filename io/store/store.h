@@ -136,9 +136,10 @@ class RunDirectory {
   // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals
-  // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; then
-  // removes STORE.run/. Requires done_count() == M.
-  void finish();
+  // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; calls
+  // `finished`, which writes what else belongs to the store; then removes STORE.run/. A process that dies in
+  // between leaves a run whose next process does all of this again. Requires done_count() == M.
+  void finish(const std::function<void()>& finished = {});
 
  private:
   struct State;
@@ -148,6 +149,10 @@ class RunDirectory {
 // Removes STORE.run/ and what killed processes left beside it (for --fresh); a finished STORE stays until
 // another is renamed over it. Throws RunError(stopped) when another process holds the run, or a shard of it.
 void discard_run(const std::filesystem::path& store);
+
+// Removes what killed processes left beside a store: one half written, a run half removed. Does nothing while
+// there is a STORE.run/, which is continued or discarded.
+void tidy_store(const std::filesystem::path& store);
 
 // What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it
 // finds the values, so one flipped bit there can make it give other values without a word, or crash it.

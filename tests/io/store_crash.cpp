@@ -332,6 +332,45 @@ TEST_CASE("discard_run: removes the run and what was left of others, and no stor
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-1.off", "s.h5x"});
 }
 
+TEST_CASE("run: what belongs to the store is written before the run is forgotten") {
+  const StoreHeader header = make_header(9, 2);
+  const ScratchFolder folder;
+  {
+    RunDirectory run(folder / "s.h5", header);
+    for (std::uint64_t row = 0; row < 9; ++row) run.end_item(make_encoded(header, row));
+    CHECK_THROWS_AS(run.finish([] { throw RunError(RunError::Kind::stopped, "no room for it"); }), RunError);
+  }
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.run"});
+  bool written = false;
+  {
+    RunDirectory run(folder / "s.h5", header);
+    CHECK(run.done_count() == 9);
+    run.finish([&] { written = fs::exists(folder / "s.h5") && fs::exists(folder / "s.h5.run"); });
+  }
+  CHECK(written);
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5"});
+  CHECK((read_file(folder / "s.h5") == store_bytes(header)));
+}
+
+TEST_CASE("tidy_store: removes what killed processes left, and nothing of a run that goes on") {
+  const StoreHeader header = make_header(5, 2);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  fs::create_directories(folder / "s.h5.run.removed-123/shards");
+  write_file(folder / "s.h5.part-9", "half a store");
+  write_file(folder / "s.h5.part-9.off", "a mesh");
+  {
+    const RunDirectory run(folder / "s.h5", header);
+    write_file(folder / "s.h5.part-9", "of a process at work");
+    tidy_store(folder / "s.h5");
+    CHECK(fs::exists(folder / "s.h5.part-9"));
+  }
+  fs::remove_all(folder / "s.h5.run");
+  fs::create_directories(folder / "s.h5.run.removed-123/shards");
+  tidy_store(folder / "s.h5");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-9.off"});
+}
+
 TEST_CASE("run: killed by SIGKILL at random moments") {
   const StoreHeader header = make_header(4096 + 700, 40);
   const ScratchFolder folder;
