@@ -77,8 +77,7 @@ JOBS = {
     "measure": (STORE, ["measure", "spacing", "out/s.h5", "--surface", "in", "--csv", "out/m.csv"]),
     "sheet": (STORE, ["render", "sheet", "out/s.h5", "-o", "out/p.png", "--size", "64"]),
     "splats": (STORE, ["render", "splats", "out/s.h5", "-o", "out/p.png", "--size", "64"]),
-    "turntable": (STORE, ["render", "turntable", "out/s.h5", "--item", "0", "-o", "out/frames", "--frames", "2",
-                          "--size", "64"]),
+    "turntable": (STORE, ["render", "turntable", "out/s.h5", "--item", "0", "-o", "out/frames", "--frames", "2"]),
     "strokes": ([], ["render", "strokes", "in/square/000.off", "-o", "out/p.png", "--strokes", "40", "--size", "64"]),
 }
 
@@ -201,6 +200,8 @@ class JobFaults:
         if input_failed and "--shard" in self.command and " 0 failed" not in ended.out:
             self.counts["inputs recorded as unreadable by a task"] += 1
             return
+        if call[1].endswith(".run.json") and call[0] in ("open", "read") and self.name == "evaluate":
+            return  # the time that descriptors took is left out of its page
         if ended.code == 0 and not self.same(files):
             self.found(label, call, "exit code 0, other files: " + self.difference(files))
         if ended.code in (2, 75) and "meander: " not in ended.err:
