@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "io/run_error.h"
 #include "jobs/inputs.h"
 #include "jobs/store_items.h"
 
@@ -32,10 +33,14 @@ ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const Stor
 bool ReusableRows::find(const std::array<std::uint8_t, 32>& content, Row& row) const {
   const auto at = rows_.find(key_of(content));
   if (at == rows_.end()) return false;
-  Row found = store_.read_row(at->second);
-  found.label = row.label;
-  row = std::move(found);
-  return true;
+  try {
+    Row found = store_.read_row(at->second);
+    found.label = row.label;
+    row = std::move(found);
+    return true;
+  } catch (const RunError&) {  // the disk of the older store fails: sampled anew, the row has the same bytes
+    return false;
+  }
 }
 
 }  // namespace meander

@@ -17,7 +17,8 @@ class ReusableRows {
   // Throws UsageError when the store at `path` was made with other parameters than those of `header`.
   ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header);
 
-  // Replaces everything but the label by the row of this content. Thread-safe.
+  // Replaces everything but the label by the row of this content. False where there is none, or it cannot be
+  // read. Thread-safe.
   bool find(const std::array<std::uint8_t, 32>& content, Row& row) const;
 
  private:

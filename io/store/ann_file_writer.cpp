@@ -137,6 +137,9 @@ void AnnFileWriter::finish() {
     if (filling->filled != filling->rows)
       throw ItemError(Status::internal, "a dataset of " + state.pending.path().string() + " was not filled");
   state.guarded([&] {
+    // While the datasets are open: what their caches hold and cannot be written is only dropped when they
+    // close.
+    hdf5_check(H5Fflush(state.file.get(), H5F_SCOPE_LOCAL), "write " + state.pending.temporary().string());
     state.close_datasets();
     hdf5_check(H5Fflush(state.file.get(), H5F_SCOPE_LOCAL), "write " + state.pending.temporary().string());
     if (!state.file.close()) throw_hdf5_error("close " + state.pending.temporary().string());

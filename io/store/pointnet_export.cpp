@@ -87,6 +87,9 @@ void write_datasets(const Hdf5File& file, const StoreReader& store, const Pointn
       write_rows(data, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, points.data());
       write_rows(normal, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, normals.data());
     }
+    // While the datasets are open: what their caches hold and cannot be written then is only dropped when
+    // they close.
+    hdf5_check(H5Fflush(file.get(), H5F_SCOPE_LOCAL), "write " + path.string());
   } catch (...) {
     // Emptied, the file has room for what the datasets hold and can be closed on a full disk too.
     if (::truncate(path.c_str(), 0) != 0) throw_file_error(errno, "truncate", path, FullDisk::ends_command);
