@@ -41,6 +41,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 // Text of a page: nothing in it is a request, and minus signs stay what they are when they are copied.
 std::string roff(const std::string& text) {
   std::string escaped = replaced(replaced(text, "\\", "\\e"), "-", "\\-");
+  escaped = replaced(escaped, "|", "|\\:");  // a list of words may be broken there
   std::string lines;
   for (std::size_t begin = 0; begin <= escaped.size();) {
     const std::size_t end = std::min(escaped.find('\n', begin), escaped.size());
@@ -131,8 +132,8 @@ std::string manual_page(const NamedCommand& named, const std::vector<NamedComman
   const CommandDescription& command = *named.command;
   const std::string& program = all.front().words.front();
   const std::string name = page_name(named.words);
-  std::string text = fmt::format(".TH \"{}\" 1 \"\" \"{} {}\" \"User Commands\"\n", roff(upper_case(name)),
-                                 roff(program), roff(version));
+  std::string text = fmt::format(".TH \"{}\" 1 \"\" \"{} {}\" \"User Commands\"\n.ad l\n",
+                                 roff(upper_case(name)), roff(program), roff(version));
   text += fmt::format(".SH NAME\n{} \\- {}\n", roff(name), roff(first_line(command.help)));
   text += ".SH SYNOPSIS\n" + synopsis(named);
   text += ".SH DESCRIPTION\n" + roff(command.help) + ".\n";

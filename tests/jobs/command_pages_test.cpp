@@ -95,7 +95,8 @@ TEST_CASE("pages: a manual page for every command that is shown, with all that i
       contains(draw, "\\fBexample draw\\fR [\\fIOPTIONS\\fR] \\fIFILE\\fR ... \\fB\\-o\\fR \\fITEXT\\fR\n"));
   CHECK(contains(draw, "\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fITEXT\\fR\nWhere\n"));
   CHECK(contains(
-      draw, "\\fB\\-\\-form\\fR round|square\nOne [of]: C:\\ex or\n.br\n\\&.hidden line (default: round)\n"));
+      draw,
+      "\\fB\\-\\-form\\fR round|\\:square\nOne [of]: C:\\ex or\n.br\n\\&.hidden line (default: round)\n"));
   CHECK(contains(draw, "\\fB\\-n\\fR \\fIN\\fR\nHow many (default: 4)\n"));
   CHECK(contains(draw, "\\fB\\-\\-bold\\fR\nThick lines\n"));
   CHECK(contains(draw, ".SS Colours\n.TP\n\\fB\\-\\-share\\fR \\fIX\\fR\n\\&'Part' of it\n"));
@@ -170,7 +171,7 @@ TEST_CASE("pages: the program writes those of its own options") {
   if (fs::exists("/usr/bin/man")) {
     for (const auto& page : fs::directory_iterator(manuals)) {
       ProcessOptions wide;
-      wide.environment = {{"MANWIDTH", "100"}, {"LC_ALL", "C.UTF-8"}};
+      wide.environment = {{"MANWIDTH", "80"}, {"LC_ALL", "C.UTF-8"}};
       const ProcessResult shown =
           run_process({"/usr/bin/man", "--warnings", "-l", page.path().string()}, wide);
       CAPTURE(page.path(), shown.err);
