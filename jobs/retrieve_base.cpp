@@ -28,7 +28,7 @@ std::string misfit(const DescriptorSchema& schema, DistanceKind distance) {
         schema.name, emd ? "emd" : "chi2");
   if (emd && !has_bins_in_line(schema))
     return fmt::format(
-        "the bins of {} divide several quantities at once, and emd measures along a line of bins: use l1, "
+        "the values of {} are not bins along one line, and emd measures along a line of bins: use l1, "
         "l2, "
         "chi2 or cosine",
         schema.name);

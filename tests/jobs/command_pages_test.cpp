@@ -192,7 +192,7 @@ TEST_CASE("pages: the program writes those of its own options") {
   }
 }
 
-TEST_CASE("--version names the libraries and the instruction set") {
+TEST_CASE("version: the program names the libraries and the instruction set") {
   const ProcessResult said = meander_with({"--version"});
   CHECK(said.exit_code == 0);
   CHECK(said.out.starts_with("meander "));

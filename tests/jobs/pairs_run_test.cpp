@@ -133,7 +133,8 @@ TEST_CASE("pairs: what describe and run refuse") {
   base.sample("in", "s.h5", {});
   const ProcessResult meshes = meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs"});
   CHECK(meshes.exit_code == 2);
-  CHECK(meshes.err.find("the meshes are needed for geodesic, basics and pairs") != std::string::npos);
+  CHECK(meshes.err.find("the meshes are needed for geodesic, basics, pairs, views and shapedna") !=
+        std::string::npos);
   const ProcessResult bins =
       meander_with({"describe", base.path("s.h5"), "--descriptors", "pairs-unsigned", "--bins", "64"});
   CHECK(bins.exit_code == 2);
@@ -211,7 +212,7 @@ TEST_CASE("retrieve: emd is refused where bins lie in no line, and select leaves
     const ProcessResult refused =
         meander_with({"retrieve", "evaluate", store, "--descriptor", descriptor, "--distance", "emd"});
     CHECK(refused.exit_code == 2);
-    CHECK(contains(refused.err, "divide several quantities at once, and emd measures along a line of bins"));
+    CHECK(contains(refused.err, "are not bins along one line, and emd measures along a line of bins"));
   }
   CHECK(meander_with({"retrieve", "evaluate", store, "--descriptor", "d2", "--distance", "emd"}).exit_code ==
         0);
