@@ -191,8 +191,11 @@ JobFunction add_select_command(Command& retrieve) {
                       "Combinations, separated by commas, such as d2,d2+geodesic,pairs=2+d2 "
                       "(default: all combinations of the store's histograms)")
           .separator(',');
-  command.add_option("--most", options->most, "Most descriptors in a combination of the default, 1 to 10")
-      .show_default()
+  command
+      .add_option(
+          "--most", options->most,
+          "Most descriptors in a combination of the default, 1 to 10 (default: as many as leave 1,023 "
+          "combinations or fewer)")
       .range(1, 10)
       .excludes(listed);
   command

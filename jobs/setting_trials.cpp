@@ -42,6 +42,23 @@ Combinations listed_combinations(const std::vector<std::string>& texts) {
   return result;
 }
 
+// How many of `count` histograms a combination may have: `most`, or, where that is 0, as many as leave no
+// more than most_combinations.
+std::uint32_t largest_combination(std::uint32_t count, std::uint32_t most) {
+  std::size_t all = 0, of_size = 1;
+  for (std::uint32_t size = 1; size <= count && (most == 0 || size <= most); ++size) {
+    of_size = of_size * (count - size + 1) / size;
+    all += of_size;
+    if (all <= most_combinations) continue;
+    if (most == 0 && size > 1) return size - 1;
+    throw UsageError(fmt::format(
+        "{} descriptors have more than {} combinations of up to {}: take a smaller --most, or list "
+        "some with --descriptors",
+        count, most_combinations, size));
+  }
+  return most == 0 ? count : std::min(most, count);
+}
+
 // All sets of up to `most` histograms, small ones first.
 Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
   Combinations result;
@@ -53,16 +70,12 @@ Combinations all_combinations(const StoreReader& store, std::uint32_t most) {
   if (result.names.empty())
     throw UsageError("the store has no histogram descriptors: name what to compare with --descriptors");
   const auto count = static_cast<std::uint32_t>(result.names.size());
-  for (std::uint32_t size = 1; size <= std::min(most, count); ++size) {
+  const std::uint32_t largest = largest_combination(count, most);
+  for (std::uint32_t size = 1; size <= largest; ++size) {
     BlockCombination combination;
     for (std::uint32_t i = 0; i < size; ++i) combination.emplace_back(i);
     while (true) {
       result.list.push_back(combination);
-      if (result.list.size() > most_combinations)
-        throw UsageError(
-            fmt::format("{} descriptors have more than {} combinations of up to {}: take a "
-                        "smaller --most, or list some with --descriptors",
-                        count, most_combinations, most));
       // The next one in lexicographic order: the last index that can still grow.
       std::uint32_t at = size;
       while (at > 0 && combination[at - 1].block == count - size + at - 1) --at;

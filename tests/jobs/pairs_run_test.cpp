@@ -374,3 +374,18 @@ TEST_CASE("a store that grows: new models, new descriptors and both give the byt
   CHECK(contains(meander_with({"info", base.path("a.h5"), "--json"}).out,
                  R"("descriptors":[{"name":"d2","values":16,"version":1,"made_by":")"));
 }
+
+TEST_CASE("retrieve select: of eleven histograms combinations of up to five are tried") {
+  const Base base;
+  base.sample("in", "s.h5",
+              {"--describe", "d2,a3,d1,d3,d4,geodesic,pairs,pairs-unsigned,harmonics,views,shapedna"});
+  const std::string store = base.path("s.h5");
+  const ProcessResult tried =
+      meander_with({"retrieve", "select", store, "--distances", "l1", "--weights", "given"});
+  INFO(tried.err);
+  REQUIRE(tried.exit_code == 0);
+  CHECK(contains(tried.out, "1023 settings"));
+  const ProcessResult refused = meander_with({"retrieve", "select", store, "--most", "6"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "take a smaller --most"));
+}
