@@ -150,7 +150,7 @@ std::string manual_page(const NamedCommand& named, const std::vector<NamedComman
 
 // ---- completions -----------------------------------------------------------------------------------------
 
-std::string quoted(const std::string& text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
+std::string in_shell_quotes(const std::string& text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
 
 std::string subcommand_names(const CommandDescription& command) {
   std::string names;
@@ -174,18 +174,19 @@ std::string bash_completion(const CommandDescription& program) {
   for (const NamedCommand& named : all) {
     const std::string path = fmt::format("{}", fmt::join(named.words, " "));
     if (!named.command->subcommands.empty())
-      subcommands +=
-          fmt::format("    {}) echo {} ;;\n", quoted(path), quoted(subcommand_names(*named.command)));
-    flags += fmt::format("    {}) echo {} ;;\n", quoted(path), quoted(flag_names(*named.command)));
+      subcommands += fmt::format("    {}) echo {} ;;\n", in_shell_quotes(path),
+                                 in_shell_quotes(subcommand_names(*named.command)));
+    flags += fmt::format("    {}) echo {} ;;\n", in_shell_quotes(path),
+                         in_shell_quotes(flag_names(*named.command)));
     for (const OptionDescription& option : named.command->options) {
       if (option.value.empty() || option.flags.empty()) continue;
       std::string patterns;
       for (const std::string& flag : option.flags)
-        patterns += (patterns.empty() ? "" : "|") + quoted(path + " " + flag);
+        patterns += (patterns.empty() ? "" : "|") + in_shell_quotes(path + " " + flag);
       values += fmt::format("    {}) return 0 ;;\n", patterns);
       if (!option.words.empty())
         words += fmt::format("    {}) echo {} ;;\n", patterns,
-                             quoted(fmt::format("{}", fmt::join(option.words, " "))));
+                             in_shell_quotes(fmt::format("{}", fmt::join(option.words, " "))));
     }
   }
   const std::string function = "_" + program.name;
@@ -247,12 +248,13 @@ std::string zsh_argument(const OptionDescription& option) {
   const std::string action = option.words.empty()
                                  ? (option.value == "N" || option.value == "X" ? " " : "_files")
                                  : fmt::format("({})", fmt::join(option.words, " "));
-  if (option.flags.empty()) return quoted((option.repeated ? "*:" : ":") + option.value + ":_files");
+  if (option.flags.empty()) return in_shell_quotes((option.repeated ? "*:" : ":") + option.value + ":_files");
   const std::string value = option.value.empty() ? "" : ":" + option.value + ":" + action;
-  const std::string rest = quoted("[" + help + "]" + value);
+  const std::string rest = in_shell_quotes("[" + help + "]" + value);
   const std::string many = option.repeated ? "*" : "";
-  if (option.flags.size() == 1) return quoted(many + option.flags.front()) + rest;
-  const std::string group = many.empty() ? quoted(fmt::format("({})", fmt::join(option.flags, " "))) : "'*'";
+  if (option.flags.size() == 1) return in_shell_quotes(many + option.flags.front()) + rest;
+  const std::string group =
+      many.empty() ? in_shell_quotes(fmt::format("({})", fmt::join(option.flags, " "))) : "'*'";
   return fmt::format("{}{{{}}}{}", group, fmt::join(option.flags, ","), rest);
 }
 
@@ -267,7 +269,8 @@ std::string zsh_function(const NamedCommand& named) {
       " \\\n    '1: :->command' \\\n    '*:: :->rest'\n  case $state in\n    command)\n      local -a "
       "commands=(";
   for (const CommandDescription& subcommand : command.subcommands)
-    text += "\n        " + quoted(subcommand.name + ":" + replaced(first_line(subcommand.help), ":", "\\:"));
+    text += "\n        " +
+            in_shell_quotes(subcommand.name + ":" + replaced(first_line(subcommand.help), ":", "\\:"));
   text += fmt::format(")\n      _describe command commands ;;\n    rest)\n      case $line[1] in\n");
   for (const CommandDescription& subcommand : command.subcommands)
     text += fmt::format("        {1}) _{0}_{1} ;;\n", fmt::join(named.words, "_"), subcommand.name);
@@ -293,9 +296,10 @@ std::string fish_completion(const CommandDescription& program) {
       const std::string none = "not __fish_seen_subcommand_from " + subcommand_names(command);
       condition += (condition.empty() ? "" : "; and ") + none;
     }
-    const std::string start = fmt::format("complete -c {} -n {}", program.name, quoted(condition));
+    const std::string start = fmt::format("complete -c {} -n {}", program.name, in_shell_quotes(condition));
     for (const CommandDescription& subcommand : command.subcommands)
-      text += fmt::format("{} -f -a {} -d {}\n", start, subcommand.name, quoted(first_line(subcommand.help)));
+      text += fmt::format("{} -f -a {} -d {}\n", start, subcommand.name,
+                          in_shell_quotes(first_line(subcommand.help)));
     for (const OptionDescription& option : command.options) {
       if (option.flags.empty()) continue;
       text += start;
@@ -303,8 +307,8 @@ std::string fish_completion(const CommandDescription& program) {
         text += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
       if (!option.value.empty()) text += " -r";
       if (!option.words.empty())
-        text += fmt::format(" -f -a {}", quoted(fmt::format("{}", fmt::join(option.words, " "))));
-      text += " -d " + quoted(first_line(option.help)) + "\n";
+        text += fmt::format(" -f -a {}", in_shell_quotes(fmt::format("{}", fmt::join(option.words, " "))));
+      text += " -d " + in_shell_quotes(first_line(option.help)) + "\n";
     }
   }
   return text;
