@@ -93,7 +93,7 @@ void check_looks(const Archive& archive) {
 
 }  // namespace
 
-TEST_CASE("member_path: without dots and empty parts; what leads out is escaped") {
+TEST_CASE("member_path: without dots and empty parts, what leads out is escaped") {
   CHECK(member_path("./a//b/./c.off").path == "a/b/c.off");
   CHECK_FALSE(member_path("a..b/..c").leads_out);
   CHECK(member_path("a/../../b.off").path == "a/%2E%2E/%2E%2E/b.off");

@@ -78,7 +78,7 @@ TEST_CASE("atomic files: for every writer, a link is followed and a pipe is neve
   CHECK(entries(folder.path()) == 3);
 }
 
-TEST_CASE("content_of_file: all bytes, from a pipe too; a missing file is an error or empty") {
+TEST_CASE("content_of_file: all bytes, from a pipe too, a missing file is an error or empty") {
   const ScratchFolder folder;
   const std::string text(100000, 'x');
   replace_file(folder / "long", text);

@@ -196,7 +196,7 @@ TEST_CASE("PLY: triangle strips with restarts keep one orientation") {
           "empty: the strips hold no triangle");
 }
 
-TEST_CASE("PLY: faces and strips together; strips have no face attributes") {
+TEST_CASE("PLY: faces and strips together, strips have no face attributes") {
   const PolygonMesh mesh =
       ply(ascii(vertex_head + "element face 1\nproperty list uchar int vertex_indices\nproperty float q\n" +
                     "element tristrips 1\nproperty list int int vertex_indices\n",

@@ -84,7 +84,7 @@ TEST_CASE("render strokes: every option makes another picture, threads do not") 
   CHECK((place.picture({"-j", "1"}) == place.picture({"-j", "2"})));
 }
 
-TEST_CASE("render strokes: several models and media are a sheet; broken models are shown on it") {
+TEST_CASE("render strokes: several models and media are a sheet, broken models are shown on it") {
   const Place place;
   write_file(place.path("in/c.off"), "OFF\n7 8");
   write_file(place.path("in/d.off"), "OFF\n0 0 0\n");

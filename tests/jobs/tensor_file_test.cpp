@@ -159,7 +159,7 @@ TEST_CASE("run --tensor file: a folder has ID.txt or the id with .txt for its ex
   }
 }
 
-TEST_CASE("run --tensor file: datasets of an HDF5 file by id; mistakes are the rows' own") {
+TEST_CASE("run --tensor file: datasets of an HDF5 file by id, mistakes are the rows' own") {
   const ScratchFolder scratch;
   const auto all = write_models(scratch / "in");
   const auto file = scratch / "t.h5";

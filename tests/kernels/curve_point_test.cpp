@@ -56,7 +56,7 @@ TEST_CASE("curve_point: curve_key of H(t) is t to the levels that a double reach
   CHECK(wrong == 0);
 }
 
-TEST_CASE("curve_point: the ends of the curve, and t outside [0, 1)") {
+TEST_CASE("curve_point: the ends of the curve, and t outside the half-open unit interval") {
   for (const CurveKind kind : kinds) {
     const CurvePoint first = curve_point(kind, 0), last = curve_point(kind, 1);
     CHECK(first.u == Approx(0).margin(1e-7));

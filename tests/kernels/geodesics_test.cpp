@@ -240,7 +240,7 @@ TEST_CASE("Heat geodesics: against exact distances on a torus") {
   }
 }
 
-TEST_CASE("Heat geodesics: the plane with its boundary; zero at the source; nearly symmetric") {
+TEST_CASE("Heat geodesics: the plane with its boundary, zero at the source, nearly symmetric") {
   const PreparedMesh mesh = prepare_mesh(grid_plane(40, 40));
   const PointsOnMeshArrays points = random_points(mesh, 40, 7);
   std::vector<double> d(40 * 40);

@@ -15,7 +15,7 @@ TEST_CASE("philox4x32: the published test vectors of Random123") {
         PhiloxBlock{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1});
 }
 
-TEST_CASE("unit_double: stays in [0, 1) at both ends") {
+TEST_CASE("unit_double: stays in the half-open unit interval at both ends") {
   CHECK(unit_double(0, 0) == 0.0);
   CHECK(unit_double(0xFFFFFFFF, 0xFFFFFFFF) < 1.0);
 }

@@ -181,7 +181,7 @@ TEST_CASE("surface_picture: an ellipse has its area and its axes, and is hidden 
   CHECK(red_pixels(surface_picture(scene, from_above(200))) == 0);
 }
 
-TEST_CASE("surface_picture: lines have their width, dots their radius; both are hidden by what is in front") {
+TEST_CASE("surface_picture: lines have their width, dots their radius, both are hidden by what is in front") {
   Plate plate;
   plate.add(1, 0);
   SurfaceScene scene{plate.positions, plate.faces, {}};

@@ -323,7 +323,7 @@ TEST_CASE("sample_surface: at curve vertices the points are leaf centres, 64 lea
     CHECK(centres.count({samples.uv[2 * i], samples.uv[2 * i + 1]}) == 1);
 }
 
-TEST_CASE("sample_surface: the same bytes again, on any number of threads; another seed differs") {
+TEST_CASE("sample_surface: the same bytes again, on any number of threads, another seed differs") {
   const auto surface = make_surface("klein-bottle");
   SurfaceSampleParameters p = with_expression(20000, "1 + x^2");
   const auto run = [&] { return sample_surface(*surface, p); };
