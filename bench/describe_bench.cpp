@@ -5,7 +5,6 @@
 //   the
 //                        largest distance; 0.46 and 5 by the mean; 1024 bins: 0.4 and 0.55
 //   shape functions      50 (D3, D4) to 80 ns (A3) a tuple
-//   eigenvalues          40 of 1,024 vertices: 20 to 30 ms, of 20,000: 1 to 1.5 s
 //   moments              60 to 140 ns a triangle
 //   curved samples       normals 100 to 170 ns a triangle, then 30 ns a point in cache
 #include <numbers>
