@@ -26,6 +26,19 @@ ProcessResult run(const ScratchFolder& scratch, const std::string& store, std::v
   return run_process(arguments);
 }
 
+void sample_described(const ScratchFolder& scratch, const char* store, std::vector<std::string> more) {
+  more.insert(more.end(), {"-n", "1024"});
+  const ProcessResult result = run(scratch, scratch / store, more);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+}
+
+std::vector<float> descriptor_values(const StoreReader& store, const std::string& id, const char* name) {
+  for (const DescriptorRow& row : store.read_row(*store.find(id)).descriptors)
+    if (row.name == name) return row.values;
+  return {};
+}
+
 }  // namespace
 
 TEST_CASE("run --describe: every ok row has histograms of sum 1, the same bytes for any threads") {
@@ -107,24 +120,16 @@ TEST_CASE("harmonics: kept by motion and sense of faces and other triangles and 
   write_mesh(scratch / "in/turned.off", inside_out(block));
   write_mesh(scratch / "in/remeshed.off", two_sided_plate(7, 0.5));
   write_mesh(scratch / "in/plate.off", two_sided_plate(2, 0.2));
-  const auto sample = [&](const char* store, std::vector<std::string> more) {
-    more.insert(more.end(), {"-n", "1024"});
-    const ProcessResult result = run(scratch, scratch / store, more);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
-  };
-  sample("a.h5", {"--describe", "d2,harmonics"});
-  sample("b.h5", {"--describe", "harmonics", "--seed", "2"});
-  sample("c.h5", {"--describe", "d2"});
+  sample_described(scratch, "a.h5", {"--describe", "d2,harmonics"});
+  sample_described(scratch, "b.h5", {"--describe", "harmonics", "--seed", "2"});
+  sample_described(scratch, "c.h5", {"--describe", "d2"});
   const ProcessResult added =
       run_process({program, "describe", scratch / "c.h5", "--descriptors", "harmonics"});
   INFO(added.err);
   REQUIRE(added.exit_code == 0);
   const StoreReader store(scratch / "a.h5"), seeded(scratch / "b.h5"), later(scratch / "c.h5");
-  const auto values = [](const StoreReader& of, const char* id) {
-    for (const DescriptorRow& row : of.read_row(*of.find(id)).descriptors)
-      if (row.name == "harmonics") return row.values;
-    return std::vector<float>();
+  const auto values = [](const StoreReader& of, const std::string& id) {
+    return descriptor_values(of, id, "harmonics");
   };
   const std::vector<float> reference = values(store, "block.off");
   REQUIRE(reference.size() == shell_harmonic_values);
@@ -142,7 +147,7 @@ TEST_CASE("harmonics: kept by motion and sense of faces and other triangles and 
   }
   CHECK(from_reference(values(store, "plate.off")) > 2);
   for (std::uint64_t row = 0; row < store.rows(); ++row)
-    CHECK(values(later, store.id(row).c_str()) == values(store, store.id(row).c_str()));
+    CHECK(values(later, store.id(row)) == values(store, store.id(row)));
 
   const ProcessResult bins = run(scratch, scratch / "d.h5", {"--describe", "harmonics", "--bins", "64"});
   CHECK(bins.exit_code == 2);
@@ -162,24 +167,16 @@ TEST_CASE("shapedna: kept by motion and sense of faces and other triangles and s
   write_mesh(scratch / "in/turned.off", inside_out(ring));
   write_mesh(scratch / "in/remeshed.off", torus(64, 30));
   write_mesh(scratch / "in/plate.off", two_sided_plate(2, 0.2));
-  const auto sample = [&](const char* store, std::vector<std::string> more) {
-    more.insert(more.end(), {"-n", "1024"});
-    const ProcessResult result = run(scratch, scratch / store, more);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
-  };
-  sample("a.h5", {"--describe", "d2,shapedna"});
-  sample("b.h5", {"--describe", "shapedna", "--seed", "2"});
-  sample("c.h5", {"--describe", "d2"});
+  sample_described(scratch, "a.h5", {"--describe", "d2,shapedna"});
+  sample_described(scratch, "b.h5", {"--describe", "shapedna", "--seed", "2"});
+  sample_described(scratch, "c.h5", {"--describe", "d2"});
   const ProcessResult added =
       run_process({program, "describe", scratch / "c.h5", scratch / "in", "--descriptors", "shapedna"});
   INFO(added.err);
   REQUIRE(added.exit_code == 0);
   const StoreReader store(scratch / "a.h5"), seeded(scratch / "b.h5"), later(scratch / "c.h5");
-  const auto values = [](const StoreReader& of, const char* id) {
-    for (const DescriptorRow& row : of.read_row(*of.find(id)).descriptors)
-      if (row.name == "shapedna") return row.values;
-    return std::vector<float>();
+  const auto values = [](const StoreReader& of, const std::string& id) {
+    return descriptor_values(of, id, "shapedna");
   };
   const std::vector<float> reference = values(store, "ring.off");
   REQUIRE(reference.size() == shape_dna_values);
@@ -197,7 +194,7 @@ TEST_CASE("shapedna: kept by motion and sense of faces and other triangles and s
   }
   CHECK(from_reference(values(store, "plate.off")) > 0.1);
   for (std::uint64_t row = 0; row < store.rows(); ++row)
-    CHECK(values(later, store.id(row).c_str()) == values(store, store.id(row).c_str()));
+    CHECK(values(later, store.id(row)) == values(store, store.id(row)));
   const ProcessResult emd = run_process(
       {program, "retrieve", "query", scratch / "a.h5", "0", "--descriptor", "shapedna", "--distance", "emd"});
   CHECK(emd.exit_code == 2);
