@@ -5,6 +5,7 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -33,11 +34,15 @@ void parallel_blocks(std::size_t count, std::size_t block, const Body& body) {
     return;
   }
   const LoopHandoff loop;
+  oneapi::tbb::task_group_context unbound(oneapi::tbb::task_group_context::isolated);
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) MEANDER_CALLED_BY_TBB {
-      const LoopHandoff::Task task(loop);
-      body(b * block, std::min(count, (b + 1) * block));
-    });
+    oneapi::tbb::parallel_for(
+        std::size_t{0}, blocks,
+        [&](std::size_t b) MEANDER_CALLED_BY_TBB {
+          const LoopHandoff::Task task(loop);
+          body(b * block, std::min(count, (b + 1) * block));
+        },
+        unbound);
   });
 }
 
@@ -50,11 +55,15 @@ void parallel_tasks(std::size_t count, const Body& body) {
     return;
   }
   const LoopHandoff loop;
+  oneapi::tbb::task_group_context unbound(oneapi::tbb::task_group_context::isolated);
   oneapi::tbb::this_task_arena::isolate([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) MEANDER_CALLED_BY_TBB {
-      const LoopHandoff::Task task(loop);
-      body(i);
-    });
+    oneapi::tbb::parallel_for(
+        std::size_t{0}, count,
+        [&](std::size_t i) MEANDER_CALLED_BY_TBB {
+          const LoopHandoff::Task task(loop);
+          body(i);
+        },
+        unbound);
   });
 }
 

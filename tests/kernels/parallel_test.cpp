@@ -1,6 +1,9 @@
 // Loops whose result does not depend on the number of threads, alone, nested and with exceptions.
 #include "kernels/core/parallel.h"
 
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_group.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -53,6 +56,25 @@ TEST_CASE("parallel_blocks: every element once, in blocks that do not depend on 
     bool right = true;
     for (std::size_t i = 0; i < count; ++i) right = right && visits[i] == 1 && block_of[i] == i / 1000 * 1000;
     CHECK(right);
+  });
+}
+
+TEST_CASE("parallel loops: complete where the work around them is cancelled") {
+  with_threads([] {
+    std::atomic<std::size_t> elements{0}, tasks{0}, bodies{0};
+    oneapi::tbb::task_group_context around;
+    oneapi::tbb::parallel_for(
+        0, 16,
+        [&](int) {
+          ++bodies;
+          around.cancel_group_execution();
+          parallel_blocks(count, 1000, [&](std::size_t begin, std::size_t end) { elements += end - begin; });
+          parallel_tasks(64, [&](std::size_t) { ++tasks; });
+        },
+        around);
+    CHECK(bodies > 0);
+    CHECK(elements == bodies * count);
+    CHECK(tasks == bodies * 64);
   });
 }
 

@@ -349,7 +349,8 @@ class Many(unittest.TestCase):
         self.assertGreater(sum(start < t < end for t in ticks), 3)
 
     def test_a_signal_ends_long_work(self):
-        code = ("import meander, numpy, sys\n"
+        code = ("import meander, numpy, signal, sys\n"
+                "signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored\n"
                 "sys.path.insert(0, %r)\n"
                 "from module_test import bumpy_sphere\n"
                 "v, f = bumpy_sphere()\n"
@@ -358,15 +359,16 @@ class Many(unittest.TestCase):
                 "    %s\n"
                 "except KeyboardInterrupt:\n"
                 "    print('interrupted', flush=True)\n")
-        for call in ("meander.sample(v, f, 2000000, sequence='spaced')",
-                     "meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000)"):
+        one = "meander.sample(v, f, 2000000, sequence='spaced')"
+        many = "meander.sample_many(((v, f) for _ in range(10 ** 7)), 20000)"
+        for call, delay in ((one, 0.3), (many, 0.3), (many, 0.21), (many, 0.13), (many, 0.05)):
             child = subprocess.Popen([sys.executable, "-c", code % (str(Path(__file__).parent), call)],
                                      stdout=subprocess.PIPE, text=True)
             self.assertEqual(child.stdout.readline(), "ready\n")
-            time.sleep(0.3)
+            time.sleep(delay)
             child.send_signal(signal.SIGINT)
-            self.assertEqual(child.communicate(timeout=120)[0], "interrupted\n")
-            self.assertEqual(child.returncode, 0)
+            output = child.communicate(timeout=120)[0]
+            self.assertEqual((child.returncode, output), (0, "interrupted\n"), (call, delay))
 
     def test_a_forked_process_samples_with_one_thread(self):
         expected = meander.sample(*bumpy_sphere(100, 200), 20000).points.tobytes()
