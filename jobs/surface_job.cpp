@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <utility>
 
 #include "io/digest.h"
 #include "io/file/mapped_file.h"
@@ -22,9 +22,9 @@
 #include "jobs/sequence_options.h"
 #include "jobs/surface_sources.h"
 #include "kernels/core/failure.h"
-#include "kernels/sample/point_frames.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
+#include "kernels/surface/surface_row.h"
 
 namespace meander {
 
@@ -63,49 +63,6 @@ struct SurfaceRun {
   double seconds = 0;
 };
 
-// The box around the samples and a grid over the surface: it may lack a bump between them.
-std::array<double, 6> bounding_box(const ParametricSurface& surface, const SurfaceSamples& samples,
-                                   const ItemReport& report) {
-  constexpr std::size_t side = 65;
-  std::vector<double> u, v;
-  for (std::size_t i = 0; i < side * side; ++i) {
-    u.push_back(static_cast<double>(i % side) / (side - 1));
-    v.push_back(static_cast<double>(i / side) / (side - 1));
-  }
-  std::vector<Vector3> grid(u.size());
-  surface.positions(u, v, grid);
-  std::array<double, 6> box = {grid[0].x, grid[0].y, grid[0].z, grid[0].x, grid[0].y, grid[0].z};
-  const auto add = [&](std::array<double, 3> p) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box[axis] = std::min(box[axis], p[axis]);
-      box[axis + 3] = std::max(box[axis + 3], p[axis]);
-    }
-  };
-  for (const Vector3& p : grid) add({p.x, p.y, p.z});
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    const Vector3 p = file_point(report, samples.points, i);
-    add({p.x, p.y, p.z});
-  }
-  return box;
-}
-
-void fill_row(const ParametricSurface& surface, const SurfaceSamples& samples, Row& row) {
-  ItemReport& report = row.report;
-  report.status = Status::ok;
-  report.components = 1;
-  report.area = samples.area;
-  report.measure = samples.measure;
-  report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
-  report.loc = {samples.frame.loc.x, samples.frame.loc.y, samples.frame.loc.z};
-  report.scale = samples.frame.scale;
-  report.bbox = bounding_box(surface, samples, report);
-  row.samples.points = samples.points;
-  row.samples.normals = samples.normals;
-  row.samples.uv.assign(samples.uv.begin(), samples.uv.end());
-  row.samples.curve_rank = samples.curve_rank;
-  row.samples.density = samples.density;
-}
-
 // A surface that cannot be sampled is a row with its status, as in `meander run`.
 SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options) {
   SurfaceRun run;
@@ -114,12 +71,13 @@ SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options
   try {
     const SurfaceSource source = open_surface(argument, options.height_field);
     run.row.report.content_sha256 = source.content_sha256;
-    const SurfaceSamples samples = sample_surface(*source.surface, options.sample);
+    SurfaceSamples samples = sample_surface(*source.surface, options.sample);
     run.patches = samples.patches;
     run.leaves = samples.leaves;
     run.unresolved_patches = samples.unresolved_patches;
     run.bound_violations = samples.bound_violations;
-    fill_row(*source.surface, samples, run.row);
+    run.row = surface_row(*source.surface, std::move(samples));
+    run.row.report.content_sha256 = source.content_sha256;
   } catch (const RunCancelled&) {
     throw;
   } catch (...) {

@@ -10,13 +10,12 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/archive/model_bytes.h"
@@ -32,6 +31,7 @@
 #include "kernels/core/failure.h"
 #include "kernels/model/sampler.h"
 #include "kernels/surface/sample_surface.h"
+#include "kernels/surface/surface_row.h"
 #include "meander_version.h"
 
 namespace py = pybind11;
@@ -336,30 +336,6 @@ py::list sample_many(const Sampler& sampler, const py::iterator& meshes, int thr
 
 // ---- surfaces
 
-Row surface_row(SurfaceSamples samples) {
-  Row row;
-  ItemReport& report = row.report;
-  report.status = Status::ok;
-  report.components = 1;
-  report.area = samples.area;
-  report.measure = samples.measure;
-  report.repairs[Repair::coincident_points] = static_cast<std::uint32_t>(samples.coincident_points);
-  report.loc = {samples.frame.loc.x, samples.frame.loc.y, samples.frame.loc.z};
-  report.scale = samples.frame.scale;
-  report.bbox = {HUGE_VAL, HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  for (std::size_t i = 0; i < samples.points.size(); ++i) {
-    const double at = report.loc[i % 3] + report.scale * static_cast<double>(samples.points[i]);
-    report.bbox[i % 3] = std::min(report.bbox[i % 3], at);
-    report.bbox[i % 3 + 3] = std::max(report.bbox[i % 3 + 3], at);
-  }
-  row.samples.points = std::move(samples.points);
-  row.samples.normals = std::move(samples.normals);
-  row.samples.uv.assign(samples.uv.begin(), samples.uv.end());
-  row.samples.curve_rank = std::move(samples.curve_rank);
-  row.samples.density = std::move(samples.density);
-  return row;
-}
-
 // Throws what a caller must see: an interruption, an exception of Python.
 template <class Work>
 Row row_or_failure(const Work& work) {
@@ -391,7 +367,8 @@ py::dict sample_named_surface(const std::string& name, double tolerance, int thr
     row = row_or_failure([&] {
       const SurfaceSource source = open_surface(name);
       content = source.content_sha256;
-      return surface_row(sample_surface(*source.surface, parameters, token_of(cancelled, timeout)));
+      return surface_row(*source.surface,
+                         sample_surface(*source.surface, parameters, token_of(cancelled, timeout)));
     });
   });
   return arrays_of(std::move(row), content);
@@ -405,8 +382,9 @@ py::dict sample_callable_surface(py::function function, double tolerance, std::o
   // Loops in an arena of one slot stay in this thread, which has the GIL.
   Row row;
   oneapi::tbb::task_arena(1).execute([&] {
-    row = row_or_failure(
-        [&] { return surface_row(sample_surface(surface, parameters, token_of(nullptr, timeout))); });
+    row = row_or_failure([&] {
+      return surface_row(surface, sample_surface(surface, parameters, token_of(nullptr, timeout)));
+    });
   });
   return arrays_of(std::move(row), surface.content_sha256());
 }

@@ -1,0 +1,15 @@
+// Samples of a parametric surface as a row of a store.
+#pragma once
+
+#include "kernels/sample/samples.h"
+#include "kernels/surface/sample_surface.h"
+#include "kernels/surface/surface.h"
+
+namespace meander {
+
+// The row of status ok with these samples of that surface; its content hash is left to the caller. The
+// bounding box is that of the samples and of a grid of 65 x 65 points of the surface: it may lack a bump
+// between them. O(N).
+Row surface_row(const ParametricSurface& surface, SurfaceSamples&& samples);
+
+}  // namespace meander
