@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "io/mesh/format_readers.h"
-#include "io/mesh/mtl_reader.h"
 #include "io/mesh/tensor_table.h"
 #include "scratch_file.h"
 #include "targets.h"
@@ -184,15 +183,6 @@ void run_gltf(std::string_view bytes) {
 
 void run_mtl(std::string_view bytes) {
   const CompanionFile libraries[] = {{"a.mtl", bytes_of(bytes), {}}};
-  const MaterialColors materials = read_material_colors(libraries);
-  demand(materials.size() <= 16384, "materials are bounded");
-  for (const auto& [name, color] : materials) {
-    demand(name.empty() || (std::less_equal<>()(bytes.data(), name.data()) &&
-                            std::less_equal<>()(name.data() + name.size(), bytes.data() + bytes.size())),
-           "names are views of the library");
-    for (const float value : color)
-      demand(std::isnan(value) || (value >= 0 && value <= 1), "components of materials are in [0, 1]");
-  }
   run_mesh(
       "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 3 2\nusemtl\nf 2 3 1\n",
       MeshFormat::obj, libraries);
