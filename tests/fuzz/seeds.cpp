@@ -127,14 +127,26 @@ std::vector<std::string> point_seeds() {
           "0, 0, 0\n1, 1, 1"};
 }
 
+ArchiveEntry entry(const std::string& name, const std::string& content) {
+  ArchiveEntry made;
+  made.name = name;
+  made.content = content;
+  return made;
+}
+
+ArchiveEntry link_entry(const std::string& name, char type) {
+  ArchiveEntry made = entry(name, "");
+  made.type = type;
+  made.link = "set/a.off";
+  return made;
+}
+
 std::vector<ArchiveEntry> archive_entries() {
-  std::vector<ArchiveEntry> entries(5);
-  entries[0] = {.name = "set/a.off", .content = mesh_bytes(tetrahedron(), MeshFile::off)};
-  entries[1] = {
-      .name = "set/b/b.stl", .content = mesh_bytes(tetrahedron(), MeshFile::stl_binary), .deflate = false};
-  entries[2] = {.name = "../out.off", .content = "OFF"};
-  entries[3] = {.name = "set/a.off", .content = ""};
-  entries[4] = {.name = std::string(120, 'n') + "/long.obj", .content = std::string(3000, 'v')};
+  std::vector<ArchiveEntry> entries = {entry("set/a.off", mesh_bytes(tetrahedron(), MeshFile::off)),
+                                       entry("set/b/b.stl", mesh_bytes(tetrahedron(), MeshFile::stl_binary)),
+                                       entry("../out.off", "OFF"), entry("set/a.off", ""),
+                                       entry(std::string(120, 'n') + "/long.obj", std::string(3000, 'v'))};
+  entries[1].deflate = false;
   return entries;
 }
 
@@ -154,8 +166,8 @@ std::vector<std::string> zip_seeds() {
 std::vector<std::string> tar_seeds() {
   std::vector<ArchiveEntry> odd = archive_entries();
   odd[1].type = '5';
-  odd[2] = {.name = "link.off", .type = '1', .link = "set/a.off"};
-  odd[3] = {.name = "soft.off", .type = '2', .link = "set/a.off"};
+  odd[2] = link_entry("link.off", '1');
+  odd[3] = link_entry("soft.off", '2');
   return {tar_bytes(archive_entries(), LongNames::gnu), tar_bytes(archive_entries(), LongNames::pax),
           tar_bytes(odd, LongNames::ustar), tar_bytes({})};
 }
