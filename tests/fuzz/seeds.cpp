@@ -237,7 +237,7 @@ std::vector<std::string> journal_seeds() {
           static_cast<char>((samples == 3 ? 1 : 0) | (compression == Compression::standard ? 2 : 0));
       if (compression == Compression::standard || samples == 3)
         seeds.push_back(choice + bytes.substr(store::record_header_bytes));
-      if (samples == 3) seeds.push_back(bytes + bytes);
+      if (samples == 3 && compression == Compression::standard) seeds.push_back(bytes + bytes);
     }
   Row failed;
   failed.report.status = Status::unreadable;
