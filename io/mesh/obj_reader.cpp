@@ -358,7 +358,9 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
     ObjBlockReader(starts[b], starts[b + 1], around.colors, parts[b]).read();
   });
   check_parts(content, parts);
-  const bool cut = parts.back().cut_vertex;
+  // The last line is in the last part that has one: those behind it are empty where it is longer than they
+  // are.
+  const bool cut = std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return p.cut_vertex; });
   std::vector<std::size_t> polygons;
   for (const ObjPart& part : parts) polygons.push_back(part.polygons.count());
   PolygonMesh mesh = join_parts(parts, content.size(), block);

@@ -139,6 +139,14 @@ TEST_CASE("OBJ: a file cut in its last vertex") {
     REQUIRE(mesh.vertex_count() == 4);
     REQUIRE(mesh.repairs[Repair::missing_vertices] == 1);
   }
+  // The cut line may reach over the beginning of the last block, which then is empty, and over several.
+  const std::string text = four + "f 1 2 3\nv 1 " + std::string(100, ' ');
+  for (std::size_t block = 1; block <= text.size() + 1; ++block) {
+    CAPTURE(block);
+    const PolygonMesh mesh = read(text, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block});
+    REQUIRE(mesh.vertex_count() == 4);
+    REQUIRE(mesh.repairs[Repair::missing_vertices] == 1);
+  }
 }
 
 TEST_CASE("OBJ: what cannot be read says where") {
