@@ -48,10 +48,10 @@ struct ObjPart {
   bool keywords = false;             // a line that only OBJ files have was seen
 };
 
-// A line end behind a backslash does not end the line.
+// A line end behind a backslash, and blanks, does not end the line.
 bool is_continued(const char* line_end, const char* text_begin) {
   const char* p = line_end;
-  while (p > text_begin && p[-1] == '\r') --p;
+  while (p > text_begin && text::is_blank(p[-1])) --p;
   return p > text_begin && p[-1] == '\\';
 }
 

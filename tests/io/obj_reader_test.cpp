@@ -96,6 +96,10 @@ TEST_CASE("OBJ: line ends, continuations, blanks and comments") {
   REQUIRE(faces_of(obj(four + "f 1 2 \\\n3\nf 2 \\\r\n 3\\\n 4\n")) == expected);
   REQUIRE(faces_of(obj("  \tv\t0 0 0\nv 1 0 0#c\n v 0\t1  0\nv 0 0 1 \\\n0.5 0.5\n\n\nf   1\t2 3 # f 1 1 "
                        "1\nf 2 3 4#\n")) == expected);
+  // Blanks between the backslash and the end of the line, wherever the blocks are cut.
+  const std::string blanks = four + "f 1 2 \\ \t\n3\nf 2 \\  \r\n 3\\ \n 4\n";
+  for (std::size_t block = 1; block <= blanks.size(); ++block)
+    REQUIRE(faces_of(read(blanks, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block})) == expected);
   // The backslash of a Windows path does not continue the line.
   REQUIRE(faces_of(obj("# C:\\models\\\nmtllib C:\\models\\\n" + four + "f 1 2 3\nf 2 3 4\n")) == expected);
 }
