@@ -191,11 +191,12 @@ class ObjBlockReader {
 
   void read_face() {
     const char* const start = at_;
+    const std::size_t normals = part_.corner_normals.size();
     while (next_on_line()) {
       if (read_corner()) continue;
       part_.polygons.give_up_polygon();
       const std::size_t kept = part_.polygons.corners.size();
-      if (part_.corner_normals.size() > kept) part_.corner_normals.resize(kept);
+      part_.corner_normals.resize(normals);  // a face that cannot be read names none
       for (std::vector<RelativeIndex>* const list : {&part_.relative_corners, &part_.relative_normals})
         while (!list->empty() && list->back().position >= kept) list->pop_back();
       if (part_.bad_faces++ == 0) part_.first_bad_face = start;

@@ -136,6 +136,17 @@ TEST_CASE("OBJ: short faces and faces that cannot be read keep their numbers") {
   REQUIRE(mesh.corner_normals == std::vector<std::uint32_t>{no_index, no_index, 0, 0, 0});
 }
 
+TEST_CASE("OBJ: normals of a face that cannot be read count nowhere, whatever the blocks") {
+  const std::string text = "vn 0 0 1\n" + four + "f 1 2 3\nf 1//1 2//1 x\n";
+  for (std::size_t block = 1; block <= text.size(); ++block) {
+    CAPTURE(block);
+    const PolygonMesh mesh = read(text, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block});
+    REQUIRE(mesh.corner_normals.empty());
+    REQUIRE(mesh.normals.empty());
+    REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {}});
+  }
+}
+
 TEST_CASE("OBJ: a file cut in its last vertex") {
   for (const std::string end : {"v", "v ", "v 1", "v 1 2", "v 1 2 -", "v 1 2 1e"}) {
     CAPTURE(end);
