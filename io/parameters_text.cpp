@@ -5,6 +5,7 @@
 #include <set>
 
 #include "io/json/json_reader.h"
+#include "io/json_writer.h"
 #include "io/run_error.h"
 
 namespace meander {
@@ -15,7 +16,11 @@ std::map<std::string, std::string> split_members(std::string_view json) {
 
 std::string join_members(const std::map<std::string, std::string>& members) {
   std::string text = "{";
-  for (const auto& [name, value] : members) text += (text.size() > 1 ? ",\"" : "\"") + name + "\":" + value;
+  for (const auto& [name, value] : members) {
+    JsonWriter quoted;
+    quoted.value(name);
+    text += (text.size() > 1 ? "," : "") + quoted.text() + ":" + value;
+  }
   return text + "}";
 }
 

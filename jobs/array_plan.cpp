@@ -153,7 +153,10 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
       item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("member").value_or("")));
     const auto known = json.members().find("known_format");
     item.known_format = known == json.members().end() || known->second != "false";
-    item.format = static_cast<MeshFormat>(json.integer("format").value_or(0));
+    const std::int64_t format = json.integer("format").value_or(0);
+    if (format < 0 || format > static_cast<std::int64_t>(MeshFormat::gltf))
+      refuse_items(path, fmt::format("line {} has the format {}, which is none", items.size(), format));
+    item.format = static_cast<MeshFormat>(format);
     item.tensor_path = unescape_id(json.text("tensor_path").value_or(""));
     item.tensor_dataset = json.text("tensor_dataset").value_or("");
     item.label = header.labels[item.row];

@@ -96,6 +96,7 @@ Archive::Archive(fs::path path)
     ArchiveMember& member = listing_.members.emplace_back();
     member.name = name_without_packing(path_);
     member.deflated = true;
+    position_.emplace(member.name, 0);
     return;
   }
   const InputFile file(path_);

@@ -29,6 +29,10 @@ MemberPath member_path(std::string_view stored) {
 void name_member(ArchiveMember& member, std::string_view stored) {
   MemberPath path = member_path(stored);
   member.name = std::move(path.path);
+  if (member.name.empty()) {  // the archive itself, if anything
+    member.name = "%2E";
+    member.refuse(Status::unreadable, "its name in the archive is no name of a file");
+  }
   if (path.leads_out)
     member.refuse(Status::unreadable,
                   "its name in the archive leads out of the archive (`..` or a leading /)");

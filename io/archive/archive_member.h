@@ -46,7 +46,8 @@ struct MemberPath {
 };
 MemberPath member_path(std::string_view stored);
 
-// Sets the name of the member, and its status where the name leads out of the archive.
+// Sets the name of the member, and its status where the name leads out of the archive, or is none: then it is
+// called %2E.
 void name_member(ArchiveMember& member, std::string_view stored);
 
 // Members of one name: the first stays and is refused, the others are taken out.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -112,6 +113,13 @@ PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelTo
   return read_stl(content, cancel, rule);
 }
 
+// Whatever numbers the file has: see read_mesh.
+PolygonMesh with_colors_in_range(PolygonMesh mesh) {
+  for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face})
+    for (float& value : *values) value = std::isfinite(value) ? std::clamp(value, 0.0F, 1.0F) : no_color;
+  return mesh;
+}
+
 }  // namespace
 
 std::optional<std::string> converted(std::string_view content, bool is_ply) {
@@ -176,12 +184,12 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   cancel.check();
   if (bytes.empty()) throw ItemError(Status::empty, "the file is empty");
   std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (format == MeshFormat::gltf) return read_gltf(content, cancel, around);
+  if (format == MeshFormat::gltf) return with_colors_in_range(read_gltf(content, cancel, around));
   if (format == MeshFormat::stl && is_exact_binary_stl(content)) return read_stl(content, cancel, rule);
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
-    return dispatch(*copy, format, cancel, rule, around);
-  return dispatch(content, format, cancel, rule, around);
+    return with_colors_in_range(dispatch(*copy, format, cancel, rule, around));
+  return with_colors_in_range(dispatch(content, format, cancel, rule, around));
 }
 
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel,

@@ -1,6 +1,7 @@
 #include "io/mesh/mtl_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <vector>
@@ -92,7 +93,9 @@ std::array<float, 3> color_of(const MaterialColors& materials, std::string_view 
 }
 
 void scale_colors(std::vector<float>& values) {
-  if (std::none_of(values.begin(), values.end(), [](float value) { return value > 1; })) return;
+  if (std::none_of(values.begin(), values.end(),
+                   [](float value) { return std::isfinite(value) && value > 1; }))
+    return;
   for (float& value : values) value /= 255;
 }
 

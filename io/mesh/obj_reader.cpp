@@ -48,10 +48,10 @@ struct ObjPart {
   bool keywords = false;             // a line that only OBJ files have was seen
 };
 
-// A line end behind a backslash does not end the line.
+// A line end behind a backslash, and blanks, does not end the line.
 bool is_continued(const char* line_end, const char* text_begin) {
   const char* p = line_end;
-  while (p > text_begin && p[-1] == '\r') --p;
+  while (p > text_begin && text::is_blank(p[-1])) --p;
   return p > text_begin && p[-1] == '\\';
 }
 
@@ -191,11 +191,12 @@ class ObjBlockReader {
 
   void read_face() {
     const char* const start = at_;
+    const std::size_t normals = part_.corner_normals.size();
     while (next_on_line()) {
       if (read_corner()) continue;
       part_.polygons.give_up_polygon();
       const std::size_t kept = part_.polygons.corners.size();
-      if (part_.corner_normals.size() > kept) part_.corner_normals.resize(kept);
+      part_.corner_normals.resize(normals);  // a face that cannot be read names none
       for (std::vector<RelativeIndex>* const list : {&part_.relative_corners, &part_.relative_normals})
         while (!list->empty() && list->back().position >= kept) list->pop_back();
       if (part_.bad_faces++ == 0) part_.first_bad_face = start;
@@ -358,7 +359,9 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
     ObjBlockReader(starts[b], starts[b + 1], around.colors, parts[b]).read();
   });
   check_parts(content, parts);
-  const bool cut = parts.back().cut_vertex;
+  // The last line is in the last part that has one: those behind it are empty where it is longer than they
+  // are.
+  const bool cut = std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return p.cut_vertex; });
   std::vector<std::size_t> polygons;
   for (const ObjPart& part : parts) polygons.push_back(part.polygons.count());
   PolygonMesh mesh = join_parts(parts, content.size(), block);

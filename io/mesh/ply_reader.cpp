@@ -117,6 +117,7 @@ class PlyMeshReader {
     if (role == Role::faces || role == Role::strips) columns.index_list = element.index_list();
     if (role != Role::vertices && role != Role::faces) return columns;
     check_count(rows, role == Role::vertices ? "vertices" : "faces");
+    if (rows == 0) return columns;
     const auto column = [&](const char* name) -> PlyColumns::Column& {
       return columns.columns[static_cast<std::size_t>(property_named(element, name))];
     };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -41,7 +42,8 @@ class PlanWriter {
   std::string text_;
 };
 
-// Reads what PlanWriter wrote. The checksum has been checked: running out of bytes is damage all the same.
+// Reads what PlanWriter wrote. The checksum has been checked, but it says nothing of who wrote it: every
+// number is checked before it is used.
 class PlanReader {
  public:
   PlanReader(std::string_view text, const fs::path& path) : text_(text), path_(path) {}
@@ -49,6 +51,17 @@ class PlanReader {
     std::uint64_t value;
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
+  }
+  // At most `most`.
+  std::uint64_t number(std::uint64_t most) {
+    const std::uint64_t value = number();
+    if (value > most) damaged();
+    return value;
+  }
+  // Of elements that have at least so many bytes each.
+  std::size_t count(std::size_t bytes_each) { return number(text_.size() / bytes_each); }
+  void end() const {
+    if (!text_.empty()) damaged();
   }
   std::string text() { return std::string(take(number())); }
   std::vector<std::string> texts() {
@@ -59,11 +72,16 @@ class PlanReader {
 
  private:
   std::string_view take(std::uint64_t count) {
-    if (count > text_.size()) throw RunError(RunError::Kind::unusable, path_.string() + " is damaged");
+    if (count > text_.size()) damaged();
     const std::string_view taken = text_.substr(0, count);
     text_.remove_prefix(count);
     return taken;
   }
+  [[noreturn]] void damaged() const {
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} is damaged: start anew with --fresh", path_.string()));
+  }
+
   std::string_view text_;
   const fs::path& path_;
 };
@@ -106,26 +124,28 @@ struct StoredPlan {
 };
 
 StoredPlan parse_plan(std::string_view text, const fs::path& path) {
+  constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
   PlanReader plan(text, path);
   StoredPlan stored;
   StoreHeader& header = stored.run.header;
   stored.format_version = plan.number();
-  header.method_version = static_cast<std::uint32_t>(plan.number());
+  if (stored.format_version != store_format_version) return stored;  // the rest may be laid out otherwise
+  header.method_version = static_cast<std::uint32_t>(plan.number(most32));
   stored.run.purpose = plan.text();
   stored.run.root = plan.text();
-  header.content = static_cast<StoreContent>(plan.number());
-  header.samples = static_cast<std::uint32_t>(plan.number());
-  header.compression = static_cast<Compression>(plan.number());
+  header.content = static_cast<StoreContent>(plan.number(store_content_names.size() - 1));
+  header.samples = static_cast<std::uint32_t>(plan.number(most32));
+  header.compression = static_cast<Compression>(plan.number(static_cast<std::uint64_t>(Compression::none)));
   header.seed = plan.number();
   header.order = plan.text();
   header.parameters_json = plan.text();
   header.label_names = plan.texts();
-  header.descriptors.resize(plan.number());
+  header.descriptors.resize(plan.count(4 * sizeof(std::uint64_t)));
   for (DescriptorSchema& descriptor : header.descriptors) {
     descriptor.group = plan.text();
     descriptor.name = plan.text();
-    descriptor.width = static_cast<std::uint32_t>(plan.number());
-    descriptor.attributes.resize(plan.number());
+    descriptor.width = static_cast<std::uint32_t>(plan.number(most32));
+    descriptor.attributes.resize(plan.count(2 * sizeof(std::uint64_t)));
     for (auto& [name, value] : descriptor.attributes) {
       name = plan.text();
       value = plan.text();
@@ -134,9 +154,10 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   header.ids = plan.texts();
   header.labels.resize(header.ids.size());
   for (std::int32_t& label : header.labels)
-    label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number()));
+    label = static_cast<std::int32_t>(static_cast<std::uint32_t>(plan.number(most32)));
   for (std::size_t row = 0; row < header.ids.size(); ++row)
-    header.splits.push_back(static_cast<Split>(plan.number()));
+    header.splits.push_back(static_cast<Split>(plan.number(split_names.size() - 1)));
+  plan.end();
   return stored;
 }
 

@@ -176,6 +176,8 @@ TEST_CASE("archives: a mesh in a .gz file") {
     const Written file("a.off.gz", bytes);
     CHECK(file.outcome() == Lines{"a.off=" + text});
     check_looks(Archive(file.path()));
+    CHECK(Archive(file.path()).find("a.off") == 0);
+    CHECK_FALSE(Archive(file.path()).find("b.off"));
     CHECK_THROWS_AS(Archive(file.path()).unpack(0, 1'000'000), ItemError);
   }
   CHECK(Written("e.off.gz", gzip_bytes("")).outcome() == Lines{"e.off="});
@@ -222,6 +224,15 @@ TEST_CASE("archives: what an archive holds of no use is named") {
               "sparse unsupported_format: a sparse file in a tar archive",
               "%2E%2E/out unreadable: its name in the archive leads out of the archive (`..` or a leading /)",
               "last=z"});
+}
+
+TEST_CASE("archives: a member whose name is none is refused under the name of a dot") {
+  const Lines refused = {"ok=a", "%2E unreadable: its name in the archive is no name of a file"};
+  for (const char* const name : {"", ".", "./."}) {
+    const std::vector<ArchiveEntry> entries = {entry("ok", "a"), entry(name, "b")};
+    CHECK(Written("x.zip", zip_bytes(entries)).outcome() == refused);
+    CHECK(Written("x.tar", tar_bytes(entries)).outcome() == refused);
+  }
 }
 
 TEST_CASE("archives: names of DOS, and a folder of the archive's name that counts once") {

@@ -57,9 +57,4 @@ inline std::string cube_with_nodes(const std::string& rest) {
   return cube_file().glb("," + cube_mesh + "," + rest);
 }
 
-inline std::string primitive_of(const std::string& members) {
-  return R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0})" + members +
-         R"(}]}],"nodes":[{"mesh":0}])";
-}
-
 }  // namespace meander::test

@@ -1,6 +1,5 @@
 // Compressed geometry, and files that are damaged, hostile or of others.
 #include <draco/compression/expert_encode.h>
-#include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
@@ -17,6 +16,7 @@
 #include "io/archive/model_bytes.h"
 #include "kernels/core/random.h"
 #include "kernels/core/vector3.h"
+#include "support/gltf_streams.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -25,20 +25,6 @@ using Catch::Matchers::Contains;
 namespace {
 
 namespace fs = std::filesystem;
-
-// A grid of n x n vertices that is bent, so that no coordinate is constant.
-struct Grid {
-  std::vector<float> points;
-  std::vector<std::uint32_t> indices;
-  explicit Grid(std::uint32_t n) {
-    for (std::uint32_t i = 0; i < n * n; ++i) {
-      const auto x = static_cast<float>(i % n), y = static_cast<float>(i / n);
-      points.insert(points.end(), {x, y, std::round(8 * std::sin(x + 2 * y)) / 8 + 0.0F});
-    }
-    for (std::uint32_t i = 0; i + n + 1 < n * n; ++i)
-      if (i % n + 1 < n) indices.insert(indices.end(), {i, i + 1, i + n, i + 1, i + n + 1, i + n});
-  }
-};
 
 // Triangles as positions, in an order of their own.
 std::multiset<std::vector<double>> triangle_set(const PolygonMesh& m) {
@@ -55,80 +41,11 @@ std::multiset<std::vector<double>> triangle_set(const PolygonMesh& m) {
   return set;
 }
 
-PolygonMesh plain_grid(const Grid& grid) {
+PolygonMesh plain_grid(const BentGrid& grid) {
   GltfFile file;
   file.add_points(grid.points);
   file.add_indices(grid.indices);
   return read_gltf_file(file.glb(primitive_of(",\"indices\":1")));
-}
-
-std::string draco_stream(const Grid& grid, int method) {
-  draco::TriangleSoupMeshBuilder builder;
-  const auto faces = static_cast<int>(grid.indices.size() / 3);
-  builder.Start(faces);
-  const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
-  for (int f = 0; f < faces; ++f) {
-    const auto at = [&](std::size_t k) {
-      return grid.points.data() + 3 * grid.indices[3 * static_cast<std::size_t>(f) + k];
-    };
-    builder.SetAttributeValuesForFace(position, draco::FaceIndex(static_cast<std::uint32_t>(f)), at(0), at(1),
-                                      at(2));
-  }
-  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
-  draco::ExpertEncoder encoder(*mesh);
-  encoder.SetEncodingMethod(method);
-  draco::EncoderBuffer buffer;
-  REQUIRE(encoder.EncodeToBuffer(&buffer).ok());
-  return {buffer.data(), buffer.size()};
-}
-
-std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices, int id = 0) {
-  GltfFile file;
-  file.add_view(stream);
-  file.add_accessor(-1, 5126, vertices, "VEC3");
-  file.add_accessor(-1, 5125, indices, "SCALAR");
-  return file.glb(
-      primitive_of(fmt::format(
-          R"(,"indices":1,"extensions":{{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":{{"POSITION":{}}}}}}})",
-          id)) +
-      R"(,"extensionsRequired":["KHR_draco_mesh_compression"])");
-}
-
-// A view that is compressed; the view itself is the fallback, which holds nothing.
-int add_packed(GltfFile& file, const std::vector<unsigned char>& stream, std::size_t count,
-               std::size_t stride, const std::string& mode, const std::string& filter = "NONE") {
-  const int plain = file.add_view(stream);
-  const std::size_t offset = file.binary.size() - stream.size();
-  file.views += fmt::format(
-      R"(,{{"buffer":1,"byteLength":{},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{},"byteLength":{},"byteStride":{},"count":{},"mode":"{}","filter":"{}"}}}}}})",
-      count * stride, offset, stream.size(), stride, count, mode, filter);
-  ++file.view_count;
-  return plain + 1;
-}
-
-std::vector<unsigned char> packed_vertices(const void* data, std::size_t count, std::size_t stride) {
-  std::vector<unsigned char> out(meshopt_encodeVertexBufferBound(count, stride));
-  out.resize(meshopt_encodeVertexBuffer(out.data(), out.size(), data, count, stride));
-  return out;
-}
-
-std::string meshopt_file(const Grid& grid, bool sequence = false, bool exponential = false) {
-  GltfFile file;
-  const std::size_t count = grid.points.size() / 3;
-  std::vector<float> points = grid.points;
-  if (exponential) meshopt_encodeFilterExp(points.data(), count, 12, 24, grid.points.data());
-  const int vertices = add_packed(file, packed_vertices(points.data(), count, 12), count, 12, "ATTRIBUTES",
-                                  exponential ? "EXPONENTIAL" : "NONE");
-  std::vector<unsigned char> packed(std::max(meshopt_encodeIndexBufferBound(grid.indices.size(), count),
-                                             meshopt_encodeIndexSequenceBound(grid.indices.size(), count)));
-  packed.resize(sequence ? meshopt_encodeIndexSequence(packed.data(), packed.size(), grid.indices.data(),
-                                                       grid.indices.size())
-                         : meshopt_encodeIndexBuffer(packed.data(), packed.size(), grid.indices.data(),
-                                                     grid.indices.size()));
-  const int indices = add_packed(file, packed, grid.indices.size(), 4, sequence ? "INDICES" : "TRIANGLES");
-  file.add_accessor(vertices, 5126, count, "VEC3");
-  file.add_accessor(indices, 5125, grid.indices.size(), "SCALAR");
-  return file.glb(primitive_of(",\"indices\":1") + R"(,"extensionsRequired":["EXT_meshopt_compression"])");
 }
 
 // Whatever becomes of it: a mesh that holds together, or a status with a sentence.
@@ -251,7 +168,7 @@ std::vector<Case> odd_buffers() {
 }  // namespace
 
 TEST_CASE("glTF: Draco streams") {
-  const Grid grid(9);
+  const BentGrid grid(9);
   const std::size_t vertices = grid.points.size() / 3, indices = grid.indices.size();
   const auto expected = triangle_set(plain_grid(grid));
   for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
@@ -270,13 +187,13 @@ TEST_CASE("glTF: Draco streams") {
 }
 
 TEST_CASE("glTF: meshopt streams") {
-  const Grid grid(9);
+  const BentGrid grid(9);
   const PolygonMesh expected = plain_grid(grid);
   CHECK(triangle_set(read_gltf_file(meshopt_file(grid))) == triangle_set(expected));
   const PolygonMesh sequence = read_gltf_file(meshopt_file(grid, true));
   CHECK(same_mesh(sequence, expected));
   CHECK(same_mesh(read_gltf_file(meshopt_file(grid, true, true)), expected));
-  check_cuts_and_flips(meshopt_file(Grid(4)));
+  check_cuts_and_flips(meshopt_file(BentGrid(4)));
 }
 
 TEST_CASE("glTF: cut and damaged files have a status") {
@@ -317,7 +234,7 @@ TEST_CASE("glTF: what is stated is known before memory is taken") {
   const MeshEstimate peeked = peek_mesh(MemorySource(content), MeshFormat::gltf);
   CHECK(peeked.vertices == stated.vertices);
   CHECK(peeked.triangles == stated.triangles);
-  const Grid grid(9);
+  const BentGrid grid(9);
   const std::string packed = draco_file(draco_stream(grid, draco::MESH_EDGEBREAKER_ENCODING), 81, 384);
   for (const std::string& whole : {cube_file().glb(plain_cube), meshopt_file(grid), packed}) {
     const PolygonMesh mesh = read_gltf_file(whole);
@@ -392,7 +309,7 @@ TEST_CASE("glTF: the models of a distribution package") {
 }
 
 TEST_CASE("glTF: streams that are damaged at random places", "[slow]") {
-  const Grid grid(9);
+  const BentGrid grid(9);
   const std::string files[] = {draco_file(draco_stream(grid, draco::MESH_SEQUENTIAL_ENCODING), 81, 384),
                                draco_file(draco_stream(grid, draco::MESH_EDGEBREAKER_ENCODING), 81, 384),
                                meshopt_file(grid), meshopt_file(grid, true, true)};

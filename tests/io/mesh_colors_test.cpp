@@ -81,6 +81,20 @@ TEST_CASE("colours: OFF with colours of vertices, of faces, and rows without any
   CHECK(plain.colors.face.empty());
 }
 
+TEST_CASE("colours: components are from 0 to 1, and infinite ones are none") {
+  const PolygonMesh off =
+      read_text("COFF\n3 1 0\n0 0 0 300 -5 51\n1 0 0 inf 255 0\n0 1 0 0 1e400 102\n3 0 1 2 -1 0.5 1\n",
+                MeshFormat::off);
+  CHECK(same(off.colors.vertex, {1, 0, .2f, none, 1, 0, 0, none, .4f}));
+  CHECK(same(off.colors.face, {0, .5f, 1}));
+  const std::vector<CompanionFile> libraries = {library("newmtl a\nKd 2 -1 nan\n")};
+  const PolygonMesh obj =
+      read_text("mtllib m.mtl\nv 0 0 0 inf 0.5 0\nv 1 0 0 0 0 0\nv 0 1 0 1 1 1\nusemtl a\nf 1 2 3\n",
+                MeshFormat::obj, true, BlockRule{}, libraries);
+  CHECK(same(obj.colors.vertex, {none, .5f, 0, 0, 0, 0, 1, 1, 1}));
+  CHECK(same(obj.colors.face, {1, 0, none}));
+}
+
 TEST_CASE("colours: large OFF and OBJ files read in blocks have those that they have in order") {
   std::string off = "COFF\n2000 1000 0\n", obj = "mtllib m.mtl\n";
   for (int v = 0; v < 2000; ++v) {

@@ -96,6 +96,10 @@ TEST_CASE("OBJ: line ends, continuations, blanks and comments") {
   REQUIRE(faces_of(obj(four + "f 1 2 \\\n3\nf 2 \\\r\n 3\\\n 4\n")) == expected);
   REQUIRE(faces_of(obj("  \tv\t0 0 0\nv 1 0 0#c\n v 0\t1  0\nv 0 0 1 \\\n0.5 0.5\n\n\nf   1\t2 3 # f 1 1 "
                        "1\nf 2 3 4#\n")) == expected);
+  // Blanks between the backslash and the end of the line, wherever the blocks are cut.
+  const std::string blanks = four + "f 1 2 \\ \t\n3\nf 2 \\  \r\n 3\\ \n 4\n";
+  for (std::size_t block = 1; block <= blanks.size(); ++block)
+    REQUIRE(faces_of(read(blanks, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block})) == expected);
   // The backslash of a Windows path does not continue the line.
   REQUIRE(faces_of(obj("# C:\\models\\\nmtllib C:\\models\\\n" + four + "f 1 2 3\nf 2 3 4\n")) == expected);
 }
@@ -132,10 +136,29 @@ TEST_CASE("OBJ: short faces and faces that cannot be read keep their numbers") {
   REQUIRE(mesh.corner_normals == std::vector<std::uint32_t>{no_index, no_index, 0, 0, 0});
 }
 
+TEST_CASE("OBJ: normals of a face that cannot be read count nowhere, whatever the blocks") {
+  const std::string text = "vn 0 0 1\n" + four + "f 1 2 3\nf 1//1 2//1 x\n";
+  for (std::size_t block = 1; block <= text.size(); ++block) {
+    CAPTURE(block);
+    const PolygonMesh mesh = read(text, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block});
+    REQUIRE(mesh.corner_normals.empty());
+    REQUIRE(mesh.normals.empty());
+    REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {}});
+  }
+}
+
 TEST_CASE("OBJ: a file cut in its last vertex") {
   for (const std::string end : {"v", "v ", "v 1", "v 1 2", "v 1 2 -", "v 1 2 1e"}) {
     CAPTURE(end);
     const PolygonMesh mesh = obj(four + "f 1 2 3\n" + end);
+    REQUIRE(mesh.vertex_count() == 4);
+    REQUIRE(mesh.repairs[Repair::missing_vertices] == 1);
+  }
+  // The cut line may reach over the beginning of the last block, which then is empty, and over several.
+  const std::string text = four + "f 1 2 3\nv 1 " + std::string(100, ' ');
+  for (std::size_t block = 1; block <= text.size() + 1; ++block) {
+    CAPTURE(block);
+    const PolygonMesh mesh = read(text, MeshFormat::obj, {.parallel_from = 0, .block_bytes = block});
     REQUIRE(mesh.vertex_count() == 4);
     REQUIRE(mesh.repairs[Repair::missing_vertices] == 1);
   }

@@ -22,4 +22,10 @@ TEST_CASE("parameters: split and joined again they are the same text") {
   CHECK(members.size() == 3);
   CHECK(members.at("b") == R"({"c":[1,{"d":2}]})");
   CHECK(join_members(members) == text);
+  // Names are escaped as texts are.
+  for (const char* const odd : {R"({"a\"b":1,"c\\":[]})", R"({"\u0001":"x","":{}})", "{}"}) {
+    const auto parts = split_members(odd);
+    CHECK(split_members(join_members(parts)) == parts);
+  }
+  CHECK(join_members(split_members(R"({"c\\":[]})")) == R"({"c\\":[]})");
 }

@@ -171,6 +171,15 @@ TEST_CASE("PLY: normals are kept when all three are there") {
       ascii(vertex_head + "property float nx\n" + face_head, "0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n" + two));
   REQUIRE(partial.normals.empty());
   REQUIRE(partial.vertex_attributes.size() == 1);
+  // Not one vertex that is whole.
+  REQUIRE(outcome(binary_head(false, vertex_head + normals + face_head) + "cut", MeshFormat::ply) ==
+          "unreadable: the file ends in row 0 of 4 of the element `vertex`, before any face");
+  const PolygonMesh none =
+      ply(binary_head(false, face_head + vertex_head + normals) +
+          Bytes(false).put('\3').put(0).put(1).put(2).put('\3').put(1).put(2).put(3).data);
+  REQUIRE(none.vertex_count() == 0);
+  REQUIRE(none.polygon_count() == 2);
+  REQUIRE(none.normals.empty());
 }
 
 TEST_CASE("PLY: faces before vertices, positions in any order and double") {

@@ -1,6 +1,7 @@
 // Runs that must not start or continue, and their messages.
 #include <catch2/catch.hpp>
 
+#include "io/store/crc32c.h"
 #include "store_support.h"
 
 using namespace meander;
@@ -83,6 +84,45 @@ TEST_CASE("run: a damaged plan is refused at every byte") {
     CHECK(refusal(folder / "s.h5", header).second == 0);
     write_file(plan, bytes.substr(0, i));
     CHECK(refusal(folder / "s.h5", header).second == 0);
+  }
+}
+
+TEST_CASE("run: a plan whose checksum is right and whose numbers are wrong is refused") {
+  const StoreHeader header = make_header(2, 4);
+  const ScratchFolder folder;
+  { const RunDirectory run(folder / "s.h5", header); }
+  const fs::path path = folder / "s.h5.run/plan.bin";
+  std::string plan = read_file(path);
+  plan.resize(plan.size() - sizeof(std::uint32_t));
+  const auto outcome = [&](std::string text) -> std::string {
+    const std::uint32_t checksum = crc32c(std::span<const char>(text));
+    text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+    write_file(path, text);
+    try {
+      return read_run_plan(folder / "s.h5") ? "read" : "none";
+    } catch (const RunError& error) {
+      return error.kind() == RunError::Kind::unusable ? "refused" : "stopped";
+    }
+  };
+  REQUIRE(outcome(plan) == "read");
+  CHECK(outcome(plan + std::string(8, '\0')) == "refused");
+  const std::size_t magic = plan.find('\n') + 1;
+  std::size_t refused = 0;
+  // Every number of the plan is overwritten, counts of lists and lengths of texts among them.
+  for (std::size_t at = magic; at + 8 <= plan.size(); ++at)
+    for (const std::uint64_t value : {~std::uint64_t{0}, std::uint64_t{1} << 40, std::uint64_t{200}}) {
+      std::string wrong = plan;
+      std::memcpy(wrong.data() + at, &value, sizeof value);
+      const std::string result = outcome(wrong);
+      REQUIRE((result == "refused" || result == "read"));
+      refused += result == "refused" ? 1 : 0;
+    }
+  CHECK(refused > plan.size());
+  // The last number is the split of the last item: there are four.
+  for (const std::uint64_t value : {0, 1, 2, 3, 4, 255}) {
+    std::string other = plan;
+    std::memcpy(other.data() + other.size() - sizeof value, &value, sizeof value);
+    CHECK(outcome(other) == (value < split_names.size() ? "read" : "refused"));
   }
 }
 

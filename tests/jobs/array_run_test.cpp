@@ -254,6 +254,32 @@ TEST_CASE("array: damaged and foreign shards are refused by name") {
   CHECK(scene.is_as_one_process_makes_it());
 }
 
+TEST_CASE("array: the list of a shard names the items of its plan, in formats that there are") {
+  const ScratchFolder scratch;
+  StoreHeader header;
+  header.ids = {"a.off", "b.glb"};
+  header.labels = {0, -1};
+  std::vector<PlanItem> items(2);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    items[i].id = header.ids[i];
+    items[i].path = scratch / header.ids[i];
+  }
+  items[1].format = MeshFormat::gltf;
+  write_shard_items(scratch.path(), items);
+  const std::vector<PlanItem> back = read_shard_items(scratch.path(), header);
+  REQUIRE(back.size() == 2);
+  CHECK(back[1].format == MeshFormat::gltf);
+  CHECK(back[1].path == items[1].path);
+  const std::string text = read_file(scratch / "items.jsonl");
+  const std::size_t at = text.find("\"format\":4");
+  REQUIRE(at != std::string::npos);
+  for (const char* const format : {"5", "-1", "260", "4294967296"}) {
+    write_file(scratch / "items.jsonl", std::string(text).replace(at + 9, 1, format));
+    REQUIRE_THROWS_WITH(read_shard_items(scratch.path(), header),
+                        Catch::Contains("line 2 has the format " + std::string(format) + ", which is none"));
+  }
+}
+
 TEST_CASE("array: what the plan decided cannot be given to a task, and the other way round") {
   const Scene scene;
   REQUIRE(scene.plan(2).exit_code == 0);

@@ -87,6 +87,12 @@ class GltfFile {
   }
 };
 
+// One mesh of one primitive in one node; `members`: of the primitive, with a comma in front.
+inline std::string primitive_of(const std::string& members) {
+  return R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0})" + members +
+         R"(}]}],"nodes":[{"mesh":0}])";
+}
+
 // A cube from (0, 0, 0) to (1, 1, 1), its outside outside.
 inline const std::vector<float> gltf_cube_points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
                                                     0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};

@@ -1,0 +1,28 @@
+#include "targets.h"
+
+#include <array>
+
+namespace meander::fuzz {
+
+std::span<const Target> targets() {
+  static constexpr std::array<Target, 17> all = {{{"array", run_array},
+                                                  {"gltf", run_gltf},
+                                                  {"gz", run_gz},
+                                                  {"journal", run_journal},
+                                                  {"json", run_json},
+                                                  {"labels", run_labels},
+                                                  {"mtl", run_mtl},
+                                                  {"obj", run_obj},
+                                                  {"off", run_off},
+                                                  {"plan", run_plan},
+                                                  {"ply", run_ply},
+                                                  {"png", run_png},
+                                                  {"points", run_points},
+                                                  {"stl", run_stl},
+                                                  {"tar", run_tar},
+                                                  {"tensor", run_tensor},
+                                                  {"zip", run_zip}}};
+  return all;
+}
+
+}  // namespace meander::fuzz

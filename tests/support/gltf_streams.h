@@ -1,0 +1,105 @@
+// Compressed glTF files as the tests need them: streams of Draco and of meshopt.
+#pragma once
+
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+#include <fmt/format.h>
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/gltf_files.h"
+
+namespace meander::test {
+
+// A grid of n x n vertices that is bent, so that no coordinate is constant.
+struct BentGrid {
+  std::vector<float> points;
+  std::vector<std::uint32_t> indices;
+  explicit BentGrid(std::uint32_t n) {
+    for (std::uint32_t i = 0; i < n * n; ++i) {
+      const auto x = static_cast<float>(i % n), y = static_cast<float>(i / n);
+      points.insert(points.end(), {x, y, std::round(8 * std::sin(x + 2 * y)) / 8 + 0.0F});
+    }
+    for (std::uint32_t i = 0; i + n + 1 < n * n; ++i)
+      if (i % n + 1 < n) indices.insert(indices.end(), {i, i + 1, i + n, i + 1, i + n + 1, i + n});
+  }
+};
+
+inline std::string draco_stream(const BentGrid& grid, int method) {
+  draco::TriangleSoupMeshBuilder builder;
+  const auto faces = static_cast<int>(grid.indices.size() / 3);
+  builder.Start(faces);
+  const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  for (int f = 0; f < faces; ++f) {
+    const auto at = [&](std::size_t k) {
+      return grid.points.data() + 3 * grid.indices[3 * static_cast<std::size_t>(f) + k];
+    };
+    builder.SetAttributeValuesForFace(position, draco::FaceIndex(static_cast<std::uint32_t>(f)), at(0), at(1),
+                                      at(2));
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(method);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
+  return {buffer.data(), buffer.size()};
+}
+
+inline std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices,
+                              int id = 0) {
+  GltfFile file;
+  file.add_view(stream);
+  file.add_accessor(-1, 5126, vertices, "VEC3");
+  file.add_accessor(-1, 5125, indices, "SCALAR");
+  return file.glb(
+      primitive_of(fmt::format(
+          R"(,"indices":1,"extensions":{{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":{{"POSITION":{}}}}}}})",
+          id)) +
+      R"(,"extensionsRequired":["KHR_draco_mesh_compression"])");
+}
+
+// A view that is compressed; the view itself is the fallback, which holds nothing.
+inline int add_packed(GltfFile& file, const std::vector<unsigned char>& stream, std::size_t count,
+                      std::size_t stride, const std::string& mode, const std::string& filter = "NONE") {
+  const int plain = file.add_view(stream);
+  const std::size_t offset = file.binary.size() - stream.size();
+  file.views += fmt::format(
+      R"(,{{"buffer":1,"byteLength":{},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{},"byteLength":{},"byteStride":{},"count":{},"mode":"{}","filter":"{}"}}}}}})",
+      count * stride, offset, stream.size(), stride, count, mode, filter);
+  ++file.view_count;
+  return plain + 1;
+}
+
+inline std::vector<unsigned char> packed_vertices(const void* data, std::size_t count, std::size_t stride) {
+  std::vector<unsigned char> out(meshopt_encodeVertexBufferBound(count, stride));
+  out.resize(meshopt_encodeVertexBuffer(out.data(), out.size(), data, count, stride));
+  return out;
+}
+
+inline std::string meshopt_file(const BentGrid& grid, bool sequence = false, bool exponential = false) {
+  GltfFile file;
+  const std::size_t count = grid.points.size() / 3;
+  std::vector<float> points = grid.points;
+  if (exponential) meshopt_encodeFilterExp(points.data(), count, 12, 24, grid.points.data());
+  const int vertices = add_packed(file, packed_vertices(points.data(), count, 12), count, 12, "ATTRIBUTES",
+                                  exponential ? "EXPONENTIAL" : "NONE");
+  std::vector<unsigned char> packed(std::max(meshopt_encodeIndexBufferBound(grid.indices.size(), count),
+                                             meshopt_encodeIndexSequenceBound(grid.indices.size(), count)));
+  packed.resize(sequence ? meshopt_encodeIndexSequence(packed.data(), packed.size(), grid.indices.data(),
+                                                       grid.indices.size())
+                         : meshopt_encodeIndexBuffer(packed.data(), packed.size(), grid.indices.data(),
+                                                     grid.indices.size()));
+  const int indices = add_packed(file, packed, grid.indices.size(), 4, sequence ? "INDICES" : "TRIANGLES");
+  file.add_accessor(vertices, 5126, count, "VEC3");
+  file.add_accessor(indices, 5125, grid.indices.size(), "SCALAR");
+  return file.glb(primitive_of(",\"indices\":1") + R"(,"extensionsRequired":["EXT_meshopt_compression"])");
+}
+
+}  // namespace meander::test
