@@ -23,13 +23,13 @@ double fifth_root(double y) {
 }
 
 // Into [0, 1], or for a mirrored image [0, 2]; coordinates of any size.
-double wrapped(double x, TextureWrap wrap) {
+double wrapped_coordinate(double x, TextureWrap wrap) {
   if (wrap == TextureWrap::clamp) return std::clamp(x, 0.0, 1.0);
   return wrap == TextureWrap::repeat ? x - std::floor(x) : x - 2 * std::floor(x / 2);
 }
 
 // Of pixels in [-1, 2 size].
-std::uint32_t wrapped(std::int64_t pixel, std::uint32_t size, TextureWrap wrap) {
+std::uint32_t wrapped_pixel(std::int64_t pixel, std::uint32_t size, TextureWrap wrap) {
   const auto count = static_cast<std::int64_t>(size);
   if (wrap == TextureWrap::clamp)
     return static_cast<std::uint32_t>(std::clamp<std::int64_t>(pixel, 0, count - 1));
@@ -44,8 +44,8 @@ struct TexelReader {
   bool linear;
 
   TexelColor at(std::int64_t x, std::int64_t y) const {
-    const std::size_t column = wrapped(x, image.width, texture.wrap_u),
-                      row = wrapped(y, image.height, texture.wrap_v);
+    const std::size_t column = wrapped_pixel(x, image.width, texture.wrap_u),
+                      row = wrapped_pixel(y, image.height, texture.wrap_v);
     const std::uint8_t* const rgb = image.rgb.data() + 3 * (row * image.width + column);
     static const std::array<double, 256> light = [] {
       std::array<double, 256> values{};
@@ -61,9 +61,9 @@ struct TexelReader {
 }  // namespace
 
 // x^2.4 = x^2 (x^2)^(1/5).
-double linear_light(double displayed) {
-  if (displayed <= 0.04045) return displayed / 12.92;
-  const double x = (displayed + 0.055) / 1.055;
+double linear_light(double value) {
+  if (value <= 0.04045) return value / 12.92;
+  const double x = (value + 0.055) / 1.055;
   return x * x * fifth_root(x * x);
 }
 
@@ -75,8 +75,8 @@ std::array<double, 3> texture_color(const SurfaceTextures& textures, const Textu
   if (!std::isfinite(x) || !std::isfinite(y)) return no_texel;
   const ColorImage& image = textures.images[texture.image];
   const TexelReader texels{image, texture, linear};
-  const double column = wrapped(x, texture.wrap_u) * image.width,
-               row = wrapped(y, texture.wrap_v) * image.height;
+  const double column = wrapped_coordinate(x, texture.wrap_u) * image.width,
+               row = wrapped_coordinate(y, texture.wrap_v) * image.height;
   TexelColor color;
   if (texture.nearest) {
     color =

@@ -12,7 +12,7 @@
 namespace meander {
 
 // The light of a value as displayed, both in [0, 1]: the inverse transfer function of sRGB (IEC 61966-2-1).
-double linear_light(double displayed);
+double linear_light(double value);
 
 // The colour that a texture shows at coordinates (u, v), as displayed or, with `linear`, in linear light, in
 // which it is interpolated too. NaN where its image is lost or the coordinates are not finite. O(1).
