@@ -226,7 +226,8 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
     PlanItem plan;
     plan.path = scratch / name;
     REQUIRE(mesh_format_of(plan.path, plan.format));
-    plan.reserved_bytes = estimate_bytes(peek_mesh(plan.path, plan.format), parameters, 1);
+    plan.reserved_bytes = estimate_bytes(peek_mesh(plan.path, plan.format), parameters,
+                                         oneapi::tbb::this_task_arena::max_concurrency());
     GraphItem item;
     item.plan = &plan;
     item.reserved_bytes = plan.reserved_bytes;
