@@ -15,7 +15,7 @@ set(included_headers
   describe/shell_harmonics.h
   flatten/flatten_chart.h
   locate/chart_places.h locate/elements.h locate/embree_locator.h
-  mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h
+  mesh/box_frame.h mesh/coarsen_mesh.h mesh/measured_mesh.h mesh/polygon_mesh.h mesh/prepared_mesh.h mesh/surface_textures.h
   model/sample_parameters.h model/sampler.h
   sample/place_samples.h sample/samples.h sample/spaced_samples.h
   segment/random_walk.h segment/segment_mesh.h

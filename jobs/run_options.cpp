@@ -69,7 +69,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
             "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
   collection.add_flag(
       "--colors", options.sample.colors,
-      "Store the colours of the models at the points (/rgb): of vertices, faces or materials");
+      "Store the colours of the models at the points (/rgb): of vertices, faces, materials or textures");
   table.compute(
       "colors", "--colors", [&options] { return options.sample.colors; },
       [&options] { return options.sample.colors; });

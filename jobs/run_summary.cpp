@@ -208,8 +208,10 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
     if (summary.by_color_source[c] > 0)
       fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
   if (summary.rows_with_fills > 0)
-    fmt::print("  {:<20}{:>10}   some of their samples have no colour and got the grey {}\n", "color fills",
-               summary.rows_with_fills, color_fill);
+    fmt::print(
+        "  {:<20}{:>10}   some of their samples have no colour, or an image that is lost, and got the grey "
+        "{}\n",
+        "color fills", summary.rows_with_fills, color_fill);
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());

@@ -17,9 +17,10 @@ constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, on
 constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
 constexpr double bytes_per_file_triangle = 24;     // corners, offsets
 // Half-edges, slots, positions of half a vertex, areas, scratch.
-constexpr double bytes_per_colored_vertex = 64;    // values, and the attributes or parts they are made of
-constexpr double bytes_per_colored_triangle = 80;  // the same, of a polygon and its three corners
-constexpr double bytes_per_colored_sample = 6;     // red, green, blue, while the vector grows
+constexpr double bytes_per_colored_vertex = 64;  // values, and the attributes or parts they are made of
+// The same, of a polygon and its three corners; of textured ones with three coordinates of their own.
+constexpr double bytes_per_colored_triangle = 180;
+constexpr double bytes_per_colored_sample = 6;            // red, green, blue, while the vector grows
 constexpr double most_library_bytes = 2.0 * 1024 * 1024;  // materials of OBJ
 constexpr double bytes_per_prepared_triangle = 150;
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances

@@ -1,8 +1,10 @@
 #include "io/archive/model_bytes.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "io/digest.h"
+#include "io/image/color_image.h"
 
 namespace meander {
 
@@ -27,6 +29,38 @@ PackedFile member_beside(const PackedFile& packed, const std::string& path) {
 fs::path folder_of_model(const fs::path& path, const PackedFile& packed) {
   const fs::path folder = (packed ? packed.archive->path() : path).parent_path();
   return folder.empty() ? "." : folder;
+}
+
+char ascii_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
+
+bool same_but_case(const std::string& a, const std::string& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return ascii_lower(x) == ascii_lower(y); });
+}
+
+// The file of this name below a folder, or the first by bytes of those whose names differ in the case of
+// letters: many collections were made where that makes no difference. The path as it stands where there is
+// none.
+fs::path find_in_any_case(const fs::path& folder, const fs::path& path) {
+  std::error_code error;
+  if (fs::exists(folder / path, error)) return folder / path;
+  fs::path found = folder;
+  for (const fs::path& name : path) {
+    if (fs::exists(found / name, error)) {
+      found /= name;
+      continue;
+    }
+    std::string first;
+    std::size_t names = 0;
+    for (fs::directory_iterator at(found, error), end; !error && at != end; at.increment(error)) {
+      if (++names > most_searched_names) return folder / path;
+      const std::string other = at->path().filename().string();
+      if (same_but_case(other, name.string()) && (first.empty() || other < first)) first = other;
+    }
+    if (first.empty()) return folder / path;
+    found /= first;
+  }
+  return found;
 }
 
 void append_digests(std::span<const CompanionFile> files, std::vector<std::uint8_t>& digests) {
@@ -58,25 +92,32 @@ ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed
 ModelBytes::ModelBytes(const fs::path& path, const PackedFile& packed, MeshFormat format,
                        std::uint64_t most_unpacked, bool colors)
     : format_(format), may_unpack_(most_unpacked), own_(open(path, packed)), colors_(colors) {
-  const auto add = [&](std::vector<std::string> names) {
-    for (std::string& name : names) companions_.push_back({std::move(name), {}, {}});
+  const auto open_all = [&](std::vector<std::string> names, bool of_colors, bool is_image) {
+    const std::size_t first = companions_.size();
+    for (std::string& name : names) companions_.push_back({std::move(name), {}, {}, is_image});
+    for (std::size_t k = first; k < companions_.size(); ++k)
+      open_companion(path, packed, companions_[k], of_colors);
   };
-  add(companion_paths(own_.bytes(), format_));
+  open_all(companion_paths(own_.bytes(), format_), false, false);
   const std::size_t of_surface = companions_.size();
-  if (colors_) add(color_companion_paths(own_.bytes(), format_));
+  if (colors_) {
+    open_all(color_companion_paths(own_.bytes(), format_), true, format_ == MeshFormat::gltf);
+    open_all(library_image_paths(own_.bytes(), format_, companions_), true, true);
+  }
   color_companions_ = companions_.size() - of_surface;
-  beside_.reserve(companions_.size());
-  for (CompanionFile& companion : companions_) open_companion(path, packed, companion);
 }
 
-void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, CompanionFile& companion) {
+void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, CompanionFile& companion,
+                                bool any_case) {
   try {
     if (is_member(packed)) {
       const PackedFile member = member_beside(packed, companion.path);
       if (!member) throw ItemError(Status::unreadable, "the archive has no such member");
       beside_.push_back(open({}, member));
     } else {
-      beside_.push_back(open(folder_of_model(path, packed) / companion.path, {}));
+      const fs::path folder = folder_of_model(path, packed);
+      beside_.push_back(
+          open(any_case ? find_in_any_case(folder, companion.path) : folder / companion.path, {}));
     }
     companion.bytes = beside_.back().bytes();
   } catch (const ItemError& error) {
@@ -93,6 +134,18 @@ std::uint64_t ModelBytes::file_bytes() const {
   std::uint64_t bytes = own_.bytes().size();
   for (const CompanionFile& companion : surface_companions()) bytes += companion.bytes.size();
   return bytes;
+}
+
+std::uint64_t ModelBytes::color_bytes() const {
+  std::uint64_t bytes = 0, working = 0;
+  for (const CompanionFile& companion : std::span(companions_).last(color_companions_)) {
+    bytes += companion.bytes.size();
+    if (!companion.is_image) continue;
+    const ImageMemory memory = memory_of_image(companion.bytes);
+    bytes += memory.kept_bytes;
+    working = std::max(working, memory.working_bytes);
+  }
+  return bytes + working;
 }
 
 std::array<std::uint8_t, 32> ModelBytes::content_sha256() const {

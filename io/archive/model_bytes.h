@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -19,13 +20,17 @@
 
 namespace meander {
 
+inline constexpr std::size_t most_searched_names = 4096;
+
 // Mapped where the model has a file of its own (`packed` is none), else unpacked into memory.
 class ModelBytes {
  public:
   // Throws ItemError as MappedFile and Archive::unpack do, and too_large when all that has to be unpacked is
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
   // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
-  // hold them (MTL) are opened too; one that cannot be read costs its colours alone.
+  // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those of a model
+  // that is no member of an archive are also found where letters have another case, in folders of up to
+  // most_searched_names.
   ModelBytes(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format,
              std::uint64_t most_unpacked = ~std::uint64_t{0}, bool colors = false);
   ModelBytes(const ModelBytes&) = delete;
@@ -34,6 +39,9 @@ class ModelBytes {
   std::uint64_t file_bytes() const;  // of all files but those of colours alone
   // What the bytes took beside themselves while they were unpacked.
   std::uint64_t packed_bytes() const { return packed_bytes_; }
+  // Of the files of colours alone: their size, and what decoding images of their own takes, as their headers
+  // state.
+  std::uint64_t color_bytes() const;
   // The content of the model: the SHA-256 of its file; of a model that names other files, of the digests of
   // its file and of these in the order in which it names them (zeros for one that cannot be read).
   std::array<std::uint8_t, 32> content_sha256() const;
@@ -54,12 +62,13 @@ class ModelBytes {
   };
   File open(const std::filesystem::path& path, const PackedFile& packed);
   std::span<const CompanionFile> surface_companions() const;
-  void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion);
+  void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion,
+                      bool any_case);
 
   MeshFormat format_;
   std::uint64_t packed_bytes_ = 0, may_unpack_ = 0;
   File own_;
-  std::vector<File> beside_;
+  std::deque<File> beside_;
   std::vector<CompanionFile> companions_;  // of the surface, then those of its colours
   std::size_t color_companions_ = 0;
   bool colors_;

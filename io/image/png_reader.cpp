@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io/file/mapped_file.h"
+#include "io/image/color_formats.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -68,6 +69,18 @@ struct Decoder {
     return true;
   }
 
+  // From here on rows are RGB of 8 bits.
+  bool set_color_transformations(int& passes) {
+    if (setjmp(png_jmpbuf(png)) != 0) return false;
+    png_set_expand(png);
+    png_set_scale_16(png);
+    png_set_strip_alpha(png);
+    png_set_gray_to_rgb(png);
+    passes = png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+    return true;
+  }
+
   bool read_row(png_bytep row) {
     if (setjmp(png_jmpbuf(png)) != 0) return false;
     png_read_row(png, row, nullptr);
@@ -105,21 +118,67 @@ void append_row(const png_byte* row, std::size_t width, bool colour, bool wide, 
   }
 }
 
+// Of a decoder that has read the header.
+void check_promise(const Decoder& decoder, std::uint32_t width, std::uint32_t height) {
+  if (png_get_rowbytes(decoder.png, decoder.info) > decoder.bytes.size() * most_expansion / height)
+    fail("the header promises " + size_of(width, height) + ", more than " +
+         std::to_string(decoder.bytes.size()) + " bytes can hold");
+}
+
 }  // namespace
 
+bool is_png(std::span<const std::byte> bytes) {
+  return bytes.size() >= signature_bytes &&
+         png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, signature_bytes) == 0;
+}
+
+// The header is the first chunk.
+ImageMemory memory_of_png(std::span<const std::byte> bytes) {
+  constexpr std::size_t width_at = 16, height_at = 20, depth_at = 24, type_at = 25, end = 26;
+  if (bytes.size() < end) fail("the PNG file ends in its header");
+  const auto word = [&](std::size_t at) {
+    return png_get_uint_32(reinterpret_cast<png_const_bytep>(bytes.data()) + at);
+  };
+  const std::uint64_t width = word(width_at), height = word(height_at);
+  check_image_size(width, height);
+  const auto type = static_cast<int>(bytes[type_at]);
+  const std::uint64_t channels = type == PNG_COLOR_TYPE_RGB ? 3 : type == PNG_COLOR_TYPE_RGB_ALPHA ? 4 : 1;
+  const std::uint64_t row_bytes = (width * channels * static_cast<std::uint64_t>(bytes[depth_at]) + 7) / 8;
+  if (row_bytes > bytes.size() * most_expansion / height) fail("the PNG file promises more than it holds");
+  return {3 * width * height, (1 << 20) + 16 * width};
+}
+
+ColorImage decode_color_png(std::span<const std::byte> bytes, const CancelToken& cancel) {
+  Decoder decoder(bytes);
+  if (!decoder.read_header()) fail_decoding(decoder);
+  ColorImage image;
+  image.width = png_get_image_width(decoder.png, decoder.info);
+  image.height = png_get_image_height(decoder.png, decoder.info);
+  check_image_size(image.width, image.height);
+  check_promise(decoder, image.width, image.height);
+  int passes = 1;
+  if (!decoder.set_color_transformations(passes)) fail_decoding(decoder);
+  const std::size_t row_bytes = std::size_t{3} * image.width;
+  if (png_get_rowbytes(decoder.png, decoder.info) != row_bytes) fail("the PNG file cannot be made RGB");
+  image.rgb.resize(row_bytes * image.height);
+  for (int pass = 0; pass < passes; ++pass)
+    for (std::size_t y = 0; y < image.height; ++y) {
+      if (y % image_rows_between_checks == 0) cancel.check();
+      if (!decoder.read_row(image.rgb.data() + y * row_bytes)) fail_decoding(decoder);
+    }
+  if (!decoder.read_end()) fail_decoding(decoder);
+  return image;
+}
+
 GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_bytes) {
-  if (bytes.size() < signature_bytes ||
-      png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, signature_bytes) != 0)
-    fail("not a PNG file: it does not begin with the PNG signature");
+  if (!is_png(bytes)) fail("not a PNG file: it does not begin with the PNG signature");
   Decoder decoder(bytes);
   if (!decoder.read_header()) fail_decoding(decoder);
 
   GrayImage image;
   image.width = png_get_image_width(decoder.png, decoder.info);
   image.height = png_get_image_height(decoder.png, decoder.info);
-  if (png_get_rowbytes(decoder.png, decoder.info) > bytes.size() * most_expansion / image.height)
-    fail("the header promises " + size_of(image.width, image.height) + ", more than " +
-         std::to_string(bytes.size()) + " bytes can hold");
+  check_promise(decoder, image.width, image.height);
   int passes = 1;
   if (!decoder.set_transformations(passes)) fail_decoding(decoder);
   const std::size_t row_bytes = png_get_rowbytes(decoder.png, decoder.info);

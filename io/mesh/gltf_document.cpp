@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "io/mesh/byte_order.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 
@@ -201,16 +203,86 @@ std::uint32_t lenient_reference(JsonValue value) {
   return number && *number < no_index ? static_cast<std::uint32_t>(*number) : no_index;
 }
 
-// The factor alone: white, where there is none, is what the format says.
-std::array<float, 3> base_color(JsonValue material) {
-  std::array<float, 3> color = {1, 1, 1};
-  JsonValue factor = material.member("pbrMetallicRoughness").member("baseColorFactor");
-  const JsonValue glossy = material.member("extensions").member("KHR_materials_pbrSpecularGlossiness");
-  if (glossy && glossy.member("diffuseFactor")) factor = glossy.member("diffuseFactor");
+double lenient_number(JsonValue value, double otherwise) {
+  const std::optional<double> number = value ? value.number() : std::nullopt;
+  return number && std::isfinite(*number) ? *number : otherwise;
+}
+
+// The lists that materials lead into.
+struct TextureLists {
+  std::vector<JsonValue> textures, samplers;
+
+  explicit TextureLists(JsonValue root)
+      : textures(root.member("textures").items()), samplers(root.member("samplers").items()) {}
+  static JsonValue entry(const std::vector<JsonValue>& list, std::uint32_t number) {
+    return number < list.size() ? list[number] : JsonValue();
+  }
+};
+
+TextureWrap wrap_of(JsonValue sampler, std::string_view name) {
+  switch (lenient_reference(sampler.member(name))) {
+    case 33071:
+      return TextureWrap::clamp;
+    case 33648:
+      return TextureWrap::mirror;
+    default:
+      return TextureWrap::repeat;
+  }
+}
+
+// KHR_texture_transform: scaled, turned counter-clockwise as one sees the image, moved. v points down.
+std::array<double, 6> placement_of(JsonValue transform) {
+  const std::vector<JsonValue> scales = transform.member("scale").items(),
+                               moves = transform.member("offset").items();
+  const auto pair = [](const std::vector<JsonValue>& values, std::size_t k, double otherwise) {
+    return values.size() == 2 ? lenient_number(values[k], otherwise) : otherwise;
+  };
+  const Direction turn =
+      direction_of(std::fmod(lenient_number(transform.member("rotation"), 0), 2 * std::numbers::pi));
+  const double x = pair(scales, 0, 1), y = pair(scales, 1, 1);
+  return {turn.cosine * x, turn.sine * y,   pair(moves, 0, 0),
+          -turn.sine * x,  turn.cosine * y, pair(moves, 1, 0)};
+}
+
+// The image itself, where it is not of a format that only an extension allows.
+void read_texture(const TextureLists& lists, JsonValue info, GltfMaterial& material) {
+  constexpr std::uint32_t nearest_filter = 9728;
+  material.has_texture = true;
+  const JsonValue transform = info.member("extensions").member("KHR_texture_transform");
+  const std::uint32_t set = lenient_reference(info.member("texCoord")),
+                      other = lenient_reference(transform.member("texCoord"));
+  material.coordinate_set = other != no_index ? other : set != no_index ? set : 0;
+  if (transform) material.texture.placement = placement_of(transform);
+  const JsonValue texture = TextureLists::entry(lists.textures, lenient_reference(info.member("index")));
+  material.image = lenient_reference(texture.member("source"));
+  const JsonValue sampler = TextureLists::entry(lists.samplers, lenient_reference(texture.member("sampler")));
+  material.texture.wrap_u = wrap_of(sampler, "wrapS");
+  material.texture.wrap_v = wrap_of(sampler, "wrapT");
+  material.texture.nearest = lenient_reference(sampler.member("magFilter")) == nearest_filter;
+}
+
+// White, where there is no factor, is what the format says.
+GltfMaterial read_material(const TextureLists& lists, JsonValue value) {
+  GltfMaterial material;
+  const JsonValue rough = value.member("pbrMetallicRoughness"),
+                  glossy = value.member("extensions").member("KHR_materials_pbrSpecularGlossiness");
+  const bool is_glossy = glossy && (glossy.member("diffuseFactor") || glossy.member("diffuseTexture"));
+  const JsonValue factor = is_glossy ? glossy.member("diffuseFactor") : rough.member("baseColorFactor"),
+                  texture = is_glossy ? glossy.member("diffuseTexture") : rough.member("baseColorTexture");
   const std::vector<JsonValue> values = factor.items();
   for (std::size_t k = 0; k < 3 && values.size() >= 3; ++k)
-    color[k] = static_cast<float>(values[k].number().value_or(1));
-  return color;
+    material.color[k] = static_cast<float>(values[k].number().value_or(1));
+  if (texture) read_texture(lists, texture, material);
+  return material;
+}
+
+std::vector<std::uint32_t> read_coordinates(JsonValue attributes) {
+  std::vector<std::uint32_t> sets;
+  for (int set = 0;; ++set) {
+    const JsonValue coordinates = attributes.member(fmt::format("TEXCOORD_{}", set));
+    if (!coordinates) return sets;
+    sets.push_back(lenient_reference(coordinates));
+  }
 }
 
 std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
@@ -225,6 +297,7 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
     if (colors) {
       primitive.colors = lenient_reference(from->member("attributes").member("COLOR_0"));
       primitive.material = lenient_reference(from->member("material"));
+      primitive.coordinates = read_coordinates(from->member("attributes"));
     }
     const std::uint64_t mode = from->count("mode", 4);
     if (mode > 6) entry.fail(fmt::format("the mode {} of a primitive is none", mode));
@@ -233,6 +306,7 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
     if (!draco) continue;
     primitive.draco_view = draco->reference("bufferView");
     primitive.draco_ids = read_attributes(*draco);
+    if (colors) primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
     if (primitive.draco_view == no_index) entry.fail("its Draco stream has no buffer view");
     if (primitive.mode < 4) entry.fail("a Draco stream holds triangles only");
   }
@@ -403,9 +477,13 @@ GltfDocument parse_gltf(const JsonTree& json, bool colors) {
   read_list(root, "skins", [&](const Entry& e) {
     document.skins.push_back({e.reference("inverseBindMatrices"), e.references("joints")});
   });
-  if (colors)
+  if (colors) {
+    const TextureLists lists(root);
     for (const JsonValue& material : root.member("materials").items())
-      document.material_colors.push_back(base_color(material));
+      document.materials.push_back(read_material(lists, material));
+    for (const JsonValue& image : root.member("images").items())
+      document.images.push_back({image.member("uri").text(), lenient_reference(image.member("bufferView"))});
+  }
   choose_scene(root, document);
   return document;
 }

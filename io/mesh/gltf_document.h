@@ -14,6 +14,7 @@
 #include "io/json/json_tree.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/count_limit.h"
+#include "kernels/mesh/surface_textures.h"
 
 namespace meander {
 
@@ -73,11 +74,29 @@ struct GltfAttributes {
 struct GltfPrimitive {
   GltfAttributes attributes;
   std::uint32_t indices = no_index;
-  std::uint32_t mode = 4;             // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
-  std::uint32_t colors = no_index;    // an accessor; not of a Draco stream
-  std::uint32_t material = no_index;  // this and the one above only if they are asked for
+  std::uint32_t mode = 4;           // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
+  std::uint32_t colors = no_index;  // an accessor; not of a Draco stream
+  std::uint32_t material = no_index;
+  // Sets of texture coordinates, accessors; in a Draco stream ids. These and the two above only if colours
+  // are asked for.
+  std::vector<std::uint32_t> coordinates, draco_coordinates;
   std::uint32_t draco_view = no_index;
   GltfAttributes draco_ids;
+};
+
+// A file, a data URI or a part of a buffer.
+struct GltfImage {
+  std::optional<std::string_view> uri;
+  std::uint32_t view = no_index;
+};
+
+// What is wrong in it costs the colours, not the model.
+struct GltfMaterial {
+  std::array<float, 3> color = {1, 1, 1};  // base colour in linear light
+  bool has_texture = false;
+  std::uint32_t image = no_index;    // no_index although it has a texture: one that is not there
+  std::uint32_t coordinate_set = 0;  // the number of the texture coordinates
+  Texture texture;                   // without the number of the image
 };
 
 struct GltfNode {
@@ -96,7 +115,8 @@ struct GltfDocument {
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<std::vector<GltfPrimitive>> meshes;
-  std::vector<std::array<float, 3>> material_colors;  // base colours in linear light, if they are asked for
+  std::vector<GltfMaterial> materials;  // this and the next if colours are asked for
+  std::vector<GltfImage> images;
   std::vector<GltfNode> nodes;
   std::vector<GltfSkin> skins;
   bool has_scenes = false;
@@ -151,6 +171,11 @@ GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& pr
 
 // The external buffers, see companion_paths. Throws ItemError(unsupported_format) for more than a thousand.
 std::vector<std::string> companions_of(const GltfDocument& document);
+
+// The files of images that materials show, the same way; of more than a thousand the first.
+std::vector<std::string> image_companions_of(const GltfDocument& document);
+// The same of the bytes of a file; none of one that cannot be read.
+std::vector<std::string> gltf_image_paths(std::string_view content);
 
 // What reading takes: vertices, triangles, the memory beside them; not the files. Throws as count_primitive,
 // and ItemError(unsupported_format) when there is more than 32 bits can number.

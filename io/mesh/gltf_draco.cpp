@@ -119,6 +119,14 @@ std::vector<double> values_of(const draco::Mesh& mesh, const DracoAttribute& wan
   return values;
 }
 
+std::vector<double> optional_values_of(const draco::Mesh& mesh, const DracoAttribute& wanted) {
+  try {
+    return values_of(mesh, wanted);
+  } catch (const ItemError&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 DracoMesh decode_draco(std::string_view stream, std::span<const DracoAttribute> attributes,
@@ -128,7 +136,9 @@ DracoMesh decode_draco(std::string_view stream, std::span<const DracoAttribute> 
   decode(stream, mesh, bounds);
   DracoMesh decoded;
   decoded.vertices = mesh.num_points();
-  for (const DracoAttribute& attribute : attributes) decoded.values.push_back(values_of(mesh, attribute));
+  for (const DracoAttribute& attribute : attributes)
+    decoded.values.push_back(attribute.optional ? optional_values_of(mesh, attribute)
+                                                : values_of(mesh, attribute));
   decoded.corners.reserve(std::size_t{3} * mesh.num_faces());
   for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
     for (const draco::PointIndex& corner : mesh.face(face)) decoded.corners.push_back(corner.value());

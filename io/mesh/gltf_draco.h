@@ -13,6 +13,7 @@ namespace meander {
 struct DracoAttribute {
   std::uint32_t id = 0;     // in the stream
   std::uint32_t width = 3;  // numbers per vertex
+  bool optional = false;    // where the stream lacks it, or has it otherwise, there are no values
 };
 
 struct DracoMesh {

@@ -6,13 +6,17 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <memory>
+#include <optional>
 #include <utility>
 
+#include "io/image/color_image.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/gltf_data.h"
 #include "io/mesh/gltf_document.h"
 #include "io/mesh/gltf_draco.h"
 #include "io/mesh/text_cursor.h"
+#include "io/mesh/texture_images.h"
 
 namespace meander {
 
@@ -53,15 +57,110 @@ std::array<std::size_t, 3> triangle_corners(std::uint32_t mode, std::size_t t) {
   return {t + 1, t + 2, 0};
 }
 
+// The textures of materials, read when the first triangle has one.
+class SceneTextures {
+ public:
+  SceneTextures(const GltfDocument& document, GltfData& data, std::span<const CompanionFile> companions,
+                const CancelToken& cancel)
+      : document_(document),
+        data_(data),
+        companions_(companions),
+        cancel_(cancel),
+        numbers_(document.materials.size(), no_index) {}
+
+  static bool has_any(const GltfDocument& document) {
+    return std::any_of(document.materials.begin(), document.materials.end(),
+                       [](const GltfMaterial& material) { return material.has_texture; });
+  }
+
+  // What decoding those takes that are no files of their own, as their headers state.
+  std::uint64_t embedded_bytes() {
+    std::uint64_t bytes = 0, working = 0;
+    std::vector<bool> counted(document_.images.size(), false);
+    for (const GltfMaterial& material : document_.materials) {
+      const std::uint32_t image = material.image;
+      if (image >= counted.size() || counted[image]) continue;
+      counted[image] = true;
+      with_bytes(image, [&](std::string_view content) {
+        const ImageMemory memory = memory_of_image(std::as_bytes(std::span(content)));
+        bytes += memory.kept_bytes;
+        working = std::max(working, memory.working_bytes + content.size());
+      });
+    }
+    return bytes + working;
+  }
+
+  // The number of the material's texture; no_index where it has none.
+  std::uint32_t of(std::uint32_t material) {
+    if (material >= numbers_.size() || !document_.materials[material].has_texture) return no_index;
+    std::uint32_t& number = numbers_[material];
+    if (number != no_index) return number;
+    number = static_cast<std::uint32_t>(textures_->textures.size());
+    textures_->textures.push_back(document_.materials[material].texture);
+    textures_->textures.back().image = image(document_.materials[material].image);
+    return number;
+  }
+
+  SurfaceTextures& made() { return *textures_; }
+  std::shared_ptr<const SurfaceTextures> take() { return std::move(textures_); }
+
+ private:
+  // Calls use(bytes) for an image inside the file, unless it cannot be found.
+  template <class Use>
+  void with_bytes(std::uint32_t number, Use use) {
+    const GltfImage& image = document_.images[number];
+    try {
+      if (image.uri && is_data_uri(*image.uri))
+        use(std::string_view(decode_data_uri(*image.uri)));
+      else if (!image.uri && image.view != no_index)
+        use(data_.view(image.view));
+    } catch (const ItemError& error) {
+      if (error.status() != Status::unreadable) throw;
+    }
+  }
+
+  ColorImage read(std::uint32_t number) {
+    ColorImage read;
+    read.problem = "is not there";
+    const std::optional<std::string_view>& uri = document_.images[number].uri;
+    if (uri && !is_data_uri(*uri)) {
+      std::string reason;
+      return image_of_file(companions_, companion_path(*uri, reason), cancel_);
+    }
+    with_bytes(number, [&](std::string_view content) {
+      read = decode_color_image(std::as_bytes(std::span(content)), cancel_);
+    });
+    return read;
+  }
+
+  std::uint32_t image(std::uint32_t number) {
+    if (number >= document_.images.size()) return no_index;
+    const auto [at, is_new] =
+        images_.try_emplace(number, static_cast<std::uint32_t>(textures_->images.size()));
+    if (is_new) textures_->images.push_back(read(number));
+    return at->second;
+  }
+
+  const GltfDocument& document_;
+  GltfData& data_;
+  std::span<const CompanionFile> companions_;
+  const CancelToken& cancel_;
+  std::vector<std::uint32_t> numbers_;             // of textures, by material
+  std::map<std::uint32_t, std::uint32_t> images_;  // of those that were read
+  std::shared_ptr<SurfaceTextures> textures_ = std::make_shared<SurfaceTextures>();
+};
+
 class SceneReader {
  public:
   SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
-              const CancelToken& cancel, bool colors)
+              const CancelToken& cancel, bool colors, SceneTextures& textures)
       : document_(document),
         scene_(scene),
         data_(data),
         cancel_(cancel),
         colors_(colors),
+        textured_(colors && SceneTextures::has_any(document)),
+        textures_(textures),
         skins_(document.skins.size()) {
     for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
     mesh_.corners.reserve(3 * total.triangles);
@@ -85,6 +184,7 @@ class SceneReader {
     mesh_.corners = std::move(corners);
     mesh_.face_attributes.push_back({"part", std::move(part_)});
     mesh_.colors.linear = mesh_.colors.of_materials = colors_;
+    if (!textures_.made().textures.empty()) mesh_.colors.textures = textures_.take();
     return std::move(mesh_);
   }
 
@@ -103,8 +203,42 @@ class SceneReader {
     }
     std::vector<std::uint32_t> indices;
     if (primitive.indices != no_index) indices = data_.indices(primitive.indices, cancel_);
-    add_triangles(primitive.mode, counts.triangles, indices, block->second, number);
+    add_triangles(primitive.mode, counts.triangles, indices, block->second, number,
+                  coordinates_of(primitive, block->second.count));
     if (colors_) add_face_colors(primitive.material, counts.triangles);
+  }
+
+  // Which set of coordinates the texture of this material is laid by; none: it has no texture.
+  std::optional<std::uint32_t> coordinate_set_of(std::uint32_t material) const {
+    if (!textured_ || material >= document_.materials.size()) return std::nullopt;
+    if (!document_.materials[material].has_texture) return std::nullopt;
+    return document_.materials[material].coordinate_set;
+  }
+
+  // The first of `count` texture coordinates of the vertices of a primitive; no_index where it has none that
+  // can be read.
+  std::uint32_t coordinates_of(const GltfPrimitive& primitive, std::uint32_t count) {
+    const auto set = coordinate_set_of(primitive.material);
+    if (!set || *set >= primitive.coordinates.size()) return no_index;
+    const std::uint32_t accessor = primitive.coordinates[*set];
+    if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count)
+      return no_index;
+    const auto [at, is_new] = coordinates_.try_emplace(accessor, no_index);
+    if (!is_new) return at->second;
+    try {
+      at->second = add_coordinates(data_.numbers(accessor, 2, cancel_));
+    } catch (const ItemError& error) {
+      if (error.status() != Status::unreadable) throw;
+    }
+    return at->second;
+  }
+
+  std::uint32_t add_coordinates(const std::vector<double>& values) {
+    std::vector<float>& all = textures_.made().coordinates;
+    const std::uint64_t first = all.size() / 2;
+    check_count(first + values.size() / 2, "texture coordinates");
+    for (const double value : values) all.push_back(static_cast<float>(value));
+    return static_cast<std::uint32_t>(first);
   }
 
   // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone.
@@ -127,9 +261,12 @@ class SceneReader {
 
   void add_face_colors(std::uint32_t material, std::size_t triangles) {
     std::array<float, 3> color = {no_color, no_color, no_color};
-    if (material < document_.material_colors.size()) color = document_.material_colors[material];
+    if (material < document_.materials.size()) color = document_.materials[material].color;
     for (std::size_t t = 0; t < triangles; ++t)
       mesh_.colors.face.insert(mesh_.colors.face.end(), color.begin(), color.end());
+    if (!textured_) return;
+    std::vector<std::uint32_t>& faces = textures_.made().face;
+    faces.insert(faces.end(), triangles, textures_.of(material));
   }
 
   void read_draco(const GltfPart& part, const GltfPrimitive& primitive, const GltfCounts& counts,
@@ -143,6 +280,10 @@ class SceneReader {
       wanted.push_back({ids.joints[s], joints_per_set});
       wanted.push_back({ids.weights[s], joints_per_set});
     }
+    const auto set = coordinate_set_of(primitive.material);
+    const bool has_coordinates =
+        set && *set < primitive.draco_coordinates.size() && primitive.draco_coordinates[*set] != no_index;
+    if (has_coordinates) wanted.push_back({primitive.draco_coordinates[*set], 2, true});
     DracoMesh decoded =
         decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
     VertexValues values;
@@ -154,7 +295,9 @@ class SceneReader {
     const VertexBlock block = place(part, values);
     if (colors_) add_vertex_colors(no_index, block.count);
     if (decoded.corners.empty()) return;
-    add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number);
+    const bool found = has_coordinates && !decoded.values.back().empty();
+    add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number,
+                  found ? add_coordinates(decoded.values.back()) : no_index);
     if (colors_) add_face_colors(primitive.material, decoded.corners.size() / 3);
   }
 
@@ -254,10 +397,11 @@ class SceneReader {
     return sum;
   }
 
-  // Without indices the corners are the vertices in order.
+  // Without indices the corners are the vertices in order. `coordinates`: the first of those of the vertices.
   void add_triangles(std::uint32_t mode, std::size_t triangles, const std::vector<std::uint32_t>& indices,
-                     const VertexBlock& block, double number) {
+                     const VertexBlock& block, double number, std::uint32_t coordinates) {
     check_count(mesh_.corners.size() + 3 * std::uint64_t{triangles}, "corners");
+    std::vector<std::uint32_t>& of_corners = textures_.made().corner;
     for (std::size_t t = 0; t < triangles; ++t) {
       std::array<std::uint32_t, 3> corners{};
       const std::array<std::size_t, 3> places = triangle_corners(mode, t);
@@ -266,6 +410,10 @@ class SceneReader {
       if (block.mirrors(corners[0])) std::swap(corners[1], corners[2]);
       for (const std::uint32_t corner : corners)
         mesh_.corners.push_back(corner < block.count ? block.first + corner : no_index);
+      if (!textured_) continue;
+      for (const std::uint32_t corner : corners)
+        of_corners.push_back(corner < block.count && coordinates != no_index ? coordinates + corner
+                                                                             : no_index);
     }
     part_.insert(part_.end(), triangles, number);
   }
@@ -274,8 +422,10 @@ class SceneReader {
   const GltfScene& scene_;
   GltfData& data_;
   const CancelToken& cancel_;
-  bool colors_;
-  std::vector<std::vector<AffineMap>> skins_;  // of joints, once they are asked for
+  bool colors_, textured_;
+  SceneTextures& textures_;
+  std::map<std::uint32_t, std::uint32_t> coordinates_;  // where those of an accessor begin
+  std::vector<std::vector<AffineMap>> skins_;           // of joints, once they are asked for
   // Of the mesh that is being placed, with the accessor of its colours.
   std::map<std::pair<GltfAttributes, std::uint32_t>, VertexBlock> blocks_;
   PolygonMesh mesh_;
@@ -312,7 +462,12 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   std::optional<std::string_view> binary;
   if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
   GltfData data(document, binary, around.companions);
-  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel, around.colors).read();
+  SceneTextures textures(document, data, around.companions, cancel);
+  if (const std::uint64_t bytes = textures.embedded_bytes(); bytes > 0 && around.admit) {
+    total.decoding_bytes += bytes;
+    around.admit(total);
+  }
+  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel, around.colors, textures).read();
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   return mesh;
 }
@@ -329,6 +484,16 @@ std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshF
   } catch (const ItemError&) {
     return {};
   }
+}
+
+std::vector<std::string> gltf_image_paths(std::string_view content) try {
+  if (content.empty()) return {};
+  const GltfChunks chunks = gltf_chunks(content, content.size());
+  const std::string_view text = part_of(content, chunks.json_begin, chunks.json_bytes);
+  if (text.find("\"uri\"") == std::string_view::npos) return {};
+  return image_companions_of(parse_gltf(JsonTree(text), true));
+} catch (const ItemError&) {
+  return {};
 }
 
 MeshEstimate peek_gltf(const ByteSource& file) try {

@@ -223,4 +223,19 @@ std::vector<std::string> companions_of(const GltfDocument& document) {
   return paths;
 }
 
+std::vector<std::string> image_companions_of(const GltfDocument& document) {
+  std::vector<std::string> paths;
+  std::set<std::string> named;
+  std::string reason;
+  for (const GltfMaterial& material : document.materials) {
+    if (material.image >= document.images.size()) continue;
+    const auto& uri = document.images[material.image].uri;
+    if (!uri || is_data_uri(*uri)) continue;
+    const std::string path = companion_path(*uri, reason);
+    if (path.empty() || paths.size() == most_companions) continue;
+    if (named.insert(path).second) paths.push_back(path);
+  }
+  return paths;
+}
+
 }  // namespace meander

@@ -49,7 +49,8 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
 struct CompanionFile {
   std::string path;
   std::span<const std::byte> bytes;
-  std::string problem;  // why it could not be read; empty: it was
+  std::string problem;    // why it could not be read; empty: it was
+  bool is_image = false;  // a texture: no reader takes it for anything else
 };
 
 // What a reader may need beside the bytes of the file. Only glTF does.
@@ -65,8 +66,14 @@ struct MeshSurroundings {
 // it names them, each once. None for the formats that are one file, and for a file that cannot be read.
 std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 
-// The same of the files that hold colours alone: the material libraries (MTL) of OBJ. O(bytes).
+// The same of the files that hold colours alone: the material libraries (MTL) of OBJ, the images of glTF
+// (CompanionFile::is_image). O(bytes).
 std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format);
+// The images of the materials that the OBJ file of these bytes uses, from these libraries, each once; none
+// for other formats. A name counts from the folder of its library, and of an absolute path the file's name
+// alone is taken. O(bytes).
+std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, MeshFormat format,
+                                             std::span<const CompanionFile> libraries);
 
 // Parses the bytes of a file. Never trusts a count: every count is checked against the bytes that are there
 // before memory is taken. Large files are parsed in parallel blocks (the result does not depend on it). Extra
@@ -100,9 +107,12 @@ std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes,
 //
 // Colours, when asked for: of vertices from PLY (red green blue), OBJ (`v x y z r g b`), OFF (COFF) and glTF
 // (COLOR_0); of faces from PLY and OFF; of materials from OBJ (Kd of the MTL files) and glTF
-// (baseColorFactor). Integers of PLY have the range of their type. Elsewhere values are in [0, 1], or in
-// [0, 255] where one of a file's vertices or faces is above 1. A colour that is not there or cannot be read
-// is none, never an error. Colours of vertices in binary OFF and in Draco streams are not read.
+// (baseColorFactor); and textures, PNG and JPEG, of OBJ (map_Kd of the MTL files) and glTF
+// (baseColorTexture), of which those are decoded that a polygon has. An image that is missing, damaged or
+// beyond most_image_pixels is kept without pixels. Integers of PLY have the range of their type. Elsewhere
+// values are in [0, 1], or in [0, 255] where one of a file's vertices or faces is above 1. A colour that is
+// not there or cannot be read is none, never an error. Colours of vertices in binary OFF and in Draco streams
+// are not read.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 

@@ -1,5 +1,5 @@
-// Wavefront OBJ: v, vn and f lines; everything else (texture, groups, lines, points, and unless colours are
-// asked for materials) is skipped, so that several objects become one mesh.
+// Wavefront OBJ: v, vn and f lines; everything else (groups, lines, points, and unless colours are asked for
+// materials and texture coordinates) is skipped, so that several objects become one mesh.
 //
 // The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
 // current line depends on how many vertices earlier blocks hold, so it is kept aside and resolved when blocks
@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "io/mesh/line_blocks.h"
 #include "io/mesh/mtl_reader.h"
 #include "io/mesh/text_cursor.h"
+#include "io/mesh/texture_images.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -32,15 +35,22 @@ struct MaterialUse {
   std::string_view name;
 };
 
-// Index numbers of one kind (vertices or normals) that faces of a part name.
+// What is read beside positions, normals and faces.
+struct ObjExtras {
+  bool colors = false, textures = false;
+};
+
+// Index numbers of one kind (vertices, normals or texture coordinates) that faces of a part name.
 struct ObjPart {
   std::vector<double> x, y, z;
   std::vector<float> normals;
   std::vector<float> colors;           // three per vertex, where they are asked for
   std::vector<MaterialUse> materials;  // the same
   PolygonPart polygons;
-  std::vector<std::uint32_t> corner_normals;  // for the first corners, as far as faces name normals
-  std::vector<RelativeIndex> relative_corners, relative_normals;
+  std::vector<std::uint32_t> corner_normals;      // for the first corners, as far as faces name normals
+  std::vector<float> coordinates;                 // two per texture coordinate, where textures are asked for
+  std::vector<std::uint32_t> corner_coordinates;  // as corner_normals
+  std::vector<RelativeIndex> relative_corners, relative_normals, relative_coordinates;
   std::uint64_t bad_faces = 0;
   const char* first_bad_face = nullptr;
   const char* bad_vertex = nullptr;  // the token that is not a number
@@ -57,8 +67,8 @@ bool is_continued(const char* line_end, const char* text_begin) {
 
 class ObjBlockReader {
  public:
-  ObjBlockReader(const char* begin, const char* end, bool colors, ObjPart& part)
-      : at_(begin), end_(end), begin_(begin), colors_(colors), part_(part) {}
+  ObjBlockReader(const char* begin, const char* end, ObjExtras extras, ObjPart& part)
+      : at_(begin), end_(end), begin_(begin), extras_(extras), part_(part) {}
 
   void read() {
     while (at_ < end_ && part_.bad_vertex == nullptr) {
@@ -76,9 +86,15 @@ class ObjBlockReader {
         at_ += 2;
         read_normal();
         skip_logical_line();
+      } else if (extras_.textures && first == 'v' && second == 't' && at_ + 2 < end_ &&
+                 text::is_blank(at_[2])) {
+        part_.keywords = true;
+        at_ += 2;
+        read_coordinate();
+        skip_logical_line();
       } else {
         if (!part_.keywords) part_.keywords = is_keyword();
-        if (colors_ && first == 'u') read_material();
+        if (extras_.colors && first == 'u') read_material();
         // Never continued: a comment or a material path may well end in a backslash.
         at_ = text::find_line_end(at_, end_);
       }
@@ -129,7 +145,7 @@ class ObjBlockReader {
     part_.x.push_back(x);
     part_.y.push_back(y);
     part_.z.push_back(z);
-    if (colors_) read_color();
+    if (extras_.colors) read_color();
     skip_logical_line();
   }
 
@@ -155,6 +171,15 @@ class ObjBlockReader {
     double n[3] = {0, 0, 0};
     if (!read_number(n[0]) || !read_number(n[1]) || !read_number(n[2])) n[0] = n[1] = n[2] = 0;
     for (const double value : n) part_.normals.push_back(static_cast<float>(value));
+  }
+
+  // Of one to three numbers, of which the second is 0 where it is not given.
+  void read_coordinate() {
+    double u = 0, v = 0;
+    if (!read_number(u)) u = std::numeric_limits<double>::quiet_NaN();
+    if (!read_number(v)) v = 0;
+    part_.coordinates.push_back(static_cast<float>(u));
+    part_.coordinates.push_back(static_cast<float>(v));
   }
 
   static std::uint32_t resolve(std::int64_t number, std::size_t count, std::size_t position,
@@ -185,6 +210,11 @@ class ObjBlockReader {
       part_.corner_normals.push_back(
           resolve(normal, part_.normals.size() / 3, corners.size(), part_.relative_normals));
     }
+    if (texture != 0 && extras_.textures) {
+      part_.corner_coordinates.resize(corners.size(), no_index);
+      part_.corner_coordinates.push_back(
+          resolve(texture, part_.coordinates.size() / 2, corners.size(), part_.relative_coordinates));
+    }
     corners.push_back(resolve(vertex, part_.x.size(), corners.size(), part_.relative_corners));
     return true;
   }
@@ -192,12 +222,15 @@ class ObjBlockReader {
   void read_face() {
     const char* const start = at_;
     const std::size_t normals = part_.corner_normals.size();
+    const std::size_t coordinates = part_.corner_coordinates.size();
     while (next_on_line()) {
       if (read_corner()) continue;
       part_.polygons.give_up_polygon();
       const std::size_t kept = part_.polygons.corners.size();
       part_.corner_normals.resize(normals);  // a face that cannot be read names none
-      for (std::vector<RelativeIndex>* const list : {&part_.relative_corners, &part_.relative_normals})
+      part_.corner_coordinates.resize(coordinates);
+      for (std::vector<RelativeIndex>* const list :
+           {&part_.relative_corners, &part_.relative_normals, &part_.relative_coordinates})
         while (!list->empty() && list->back().position >= kept) list->pop_back();
       if (part_.bad_faces++ == 0) part_.first_bad_face = start;
       return;
@@ -218,13 +251,13 @@ class ObjBlockReader {
   const char* at_;
   const char* end_;
   const char* begin_;
-  bool colors_;
+  ObjExtras extras_;
   ObjPart& part_;
 };
 
-// Where the vertices, normals, corners and polygons of each part begin in the mesh.
+// Where the vertices, normals, corners and texture coordinates of each part begin in the mesh.
 struct Offsets {
-  std::uint64_t vertices = 0, normals = 0, corners = 0;
+  std::uint64_t vertices = 0, normals = 0, corners = 0, coordinates = 0;
 };
 
 std::vector<Offsets> offsets_of(const std::vector<ObjPart>& parts) {
@@ -232,10 +265,12 @@ std::vector<Offsets> offsets_of(const std::vector<ObjPart>& parts) {
   for (std::size_t b = 0; b < parts.size(); ++b)
     offsets[b + 1] = {offsets[b].vertices + parts[b].x.size(),
                       offsets[b].normals + parts[b].normals.size() / 3,
-                      offsets[b].corners + parts[b].polygons.corners.size()};
+                      offsets[b].corners + parts[b].polygons.corners.size(),
+                      offsets[b].coordinates + parts[b].coordinates.size() / 2};
   check_count(offsets.back().vertices, "vertices");
   check_count(offsets.back().normals, "normals");
   check_count(offsets.back().corners, "corners");
+  check_count(offsets.back().coordinates, "texture coordinates");
   return offsets;
 }
 
@@ -259,8 +294,8 @@ void drop_out_of_range(std::uint32_t* begin, std::uint32_t* end, std::uint64_t c
     if (*index >= count) *index = no_index;
 }
 
-PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size_t block) {
-  const std::vector<Offsets> offsets = offsets_of(parts);
+PolygonMesh join_parts(std::vector<ObjPart>& parts, const std::vector<Offsets>& offsets, std::size_t bytes,
+                       std::size_t block) {
   const Offsets total = offsets.back();
   const bool normals =
       std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.corner_normals.empty(); });
@@ -291,9 +326,69 @@ PolygonMesh join_parts(std::vector<ObjPart>& parts, std::size_t bytes, std::size
   return mesh;
 }
 
+// Coordinates of all corners, as far as faces name them.
+void join_coordinates(std::vector<ObjPart>& parts, const std::vector<Offsets>& offsets,
+                      SurfaceTextures& textures) {
+  textures.corner.resize(offsets.back().corners, no_index);
+  textures.coordinates.reserve(2 * offsets.back().coordinates);
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    ObjPart& part = parts[b];
+    textures.coordinates.insert(textures.coordinates.end(), part.coordinates.begin(), part.coordinates.end());
+    std::uint32_t* const corners = textures.corner.data() + offsets[b].corners;
+    std::copy(part.corner_coordinates.begin(), part.corner_coordinates.end(), corners);
+    resolve_relative(part.relative_coordinates, offsets[b].coordinates, corners);
+    part.coordinates = {};
+    part.corner_coordinates = {};
+  }
+  // Others would be found to be none when they are looked up; a file may name those that follow.
+  drop_out_of_range(textures.corner.data(), textures.corner.data() + textures.corner.size(),
+                    offsets.back().coordinates);
+}
+
+// The textures of materials, each once; their images are read when the first polygon has one.
+class MaterialTextures {
+ public:
+  MaterialTextures(std::span<const CompanionFile> companions, const CancelToken& cancel,
+                   SurfaceTextures& textures)
+      : companions_(companions), cancel_(cancel), textures_(textures) {}
+
+  // no_index for a material without an image.
+  std::uint32_t of(const MtlMaterial& material) {
+    if (!material.has_image) return no_index;
+    const auto [at, is_new] = numbers_.try_emplace(&material, 0);
+    if (!is_new) return at->second;
+    at->second = static_cast<std::uint32_t>(textures_.textures.size());
+    textures_.textures.push_back(material.texture);
+    textures_.textures.back().image = image(material.image);
+    return at->second;
+  }
+
+ private:
+  std::uint32_t image(const std::string& path) {
+    const auto [at, is_new] = images_.try_emplace(path, static_cast<std::uint32_t>(textures_.images.size()));
+    if (is_new) textures_.images.push_back(image_of_file(companions_, path, cancel_));
+    return at->second;
+  }
+
+  std::span<const CompanionFile> companions_;
+  const CancelToken& cancel_;
+  SurfaceTextures& textures_;
+  std::map<const MtlMaterial*, std::uint32_t> numbers_;
+  std::map<std::string, std::uint32_t> images_;
+};
+
+// What a polygon of this material has; where it has an image, the factor of the image. By the format the two
+// are multiplied, but programs write black where the image is all that they mean.
+std::array<float, 3> face_color(const MtlMaterial& material) {
+  const bool is_black = material.color == std::array<float, 3>{0, 0, 0};
+  return material.has_image && is_black ? no_material_color : material.color;
+}
+
 // Colours of vertices, polygons and blocks: a material holds until the next one is named.
 SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
-                          std::span<const CompanionFile> libraries) {
+                          const std::vector<Offsets>& offsets, const MtlMaterials& materials,
+                          ObjExtras extras, std::span<const CompanionFile> companions,
+                          const CancelToken& cancel) {
   SurfaceColors colors;
   for (ObjPart& part : parts) {
     colors.vertex.insert(colors.vertex.end(), part.colors.begin(), part.colors.end());
@@ -302,19 +397,34 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   if (std::none_of(colors.vertex.begin(), colors.vertex.end(), [](float v) { return v == v; }))
     colors.vertex = {};
   scale_colors(colors.vertex);
-  if (libraries.empty()) return colors;
-  const MaterialColors materials = read_material_colors(libraries);
+  if (companions.empty()) return colors;
   colors.of_materials = true;
+  auto textures = std::make_shared<SurfaceTextures>();
+  if (extras.textures) join_coordinates(parts, offsets, *textures);
+  MaterialTextures images(companions, cancel, *textures);
   std::array<float, 3> current = no_material_color;
+  std::uint32_t texture = no_index;
+  const auto use = [&](std::string_view name) {
+    const MtlMaterial& material = material_of(materials, name);
+    current = face_color(material);
+    texture = images.of(material);
+  };
   for (std::size_t b = 0; b < parts.size(); ++b) {
     std::size_t next = 0;
     for (std::size_t p = 0; p < polygons[b]; ++p) {
-      for (; next < parts[b].materials.size() && parts[b].materials[next].polygon <= p; ++next)
-        current = color_of(materials, parts[b].materials[next].name);
+      std::string_view name;
+      bool is_named = false;
+      for (; next < parts[b].materials.size() && parts[b].materials[next].polygon <= p; ++next) {
+        name = parts[b].materials[next].name;
+        is_named = true;
+      }
+      if (is_named) use(name);
       colors.face.insert(colors.face.end(), current.begin(), current.end());
+      if (extras.textures) textures->face.push_back(texture);
     }
-    if (next < parts[b].materials.size()) current = color_of(materials, parts[b].materials.back().name);
+    if (next < parts[b].materials.size()) use(parts[b].materials.back().name);
   }
+  if (!textures->textures.empty()) colors.textures = std::move(textures);
   return colors;
 }
 
@@ -353,10 +463,14 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   const std::vector<const char*> starts = text::split_lines(
       content, block, [&](const char* line_end) { return is_continued(line_end, content.data()); });
   std::vector<ObjPart> parts(starts.size() - 1);
+  const MtlMaterials materials = around.colors ? read_materials(around.companions) : MtlMaterials();
+  const ObjExtras extras = {around.colors,
+                            std::any_of(materials.begin(), materials.end(),
+                                        [](const auto& material) { return material.second.has_image; })};
   parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
     cancel.check();
     const std::size_t b = begin / block;
-    ObjBlockReader(starts[b], starts[b + 1], around.colors, parts[b]).read();
+    ObjBlockReader(starts[b], starts[b + 1], extras, parts[b]).read();
   });
   check_parts(content, parts);
   // The last line is in the last part that has one: those behind it are empty where it is longer than they
@@ -364,8 +478,10 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   const bool cut = std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return p.cut_vertex; });
   std::vector<std::size_t> polygons;
   for (const ObjPart& part : parts) polygons.push_back(part.polygons.count());
-  PolygonMesh mesh = join_parts(parts, content.size(), block);
-  if (around.colors) mesh.colors = join_colors(parts, polygons, around.companions);
+  const std::vector<Offsets> offsets = offsets_of(parts);
+  PolygonMesh mesh = join_parts(parts, offsets, content.size(), block);
+  if (around.colors)
+    mesh.colors = join_colors(parts, polygons, offsets, materials, extras, around.companions, cancel);
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   return mesh;
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct ScalarAttribute {
   std::vector<double> values;
 };
 
+struct SurfaceTextures;  // kernels/mesh/surface_textures.h
+
 // Colours of a surface, three numbers each (red, green, blue) in [0, 1]; NaN where there is none. Both arrays
 // are empty unless the reader was asked for colours.
 struct SurfaceColors {
@@ -27,6 +30,9 @@ struct SurfaceColors {
   // Linear light, and the colour of a point is the product of both (glTF); otherwise values as they are
   // displayed, and the colour of a vertex goes before that of a face.
   bool linear = false;
+  // Images on polygons, with the coordinates of their corners; none where no polygon has one. Their colours
+  // are multiplied by `face`, where it has one.
+  std::shared_ptr<const SurfaceTextures> textures;
 };
 
 // V vertices, P polygons, K corners in all. Nothing is checked here: corners may name vertices that are not

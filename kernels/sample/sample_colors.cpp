@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/sample/texture_colors.h"
+
 namespace meander {
 
 namespace {
@@ -61,23 +63,30 @@ std::uint8_t stored(double value) {
 SampleColors sample_colors(const PolygonMesh& mesh, const Samples& samples, const CancelToken& cancel) {
   const SurfaceColors& colors = mesh.colors;
   const ColorSource of_face = colors.of_materials ? ColorSource::material : ColorSource::face;
+  SampleTextures textures(mesh);
   SampleColors made;
   made.rgb.resize(3 * samples.count(), color_fill);
   for (std::size_t i = 0; i < samples.count(); ++i) {
     if (i % samples_between_checks == 0) cancel.check();
-    Color color = vertex_color(colors, samples, i);
-    const Color face = color_at(colors.face, samples.face[i]);
-    const bool of_vertices = is_color(color), has_face = is_color(face);
-    if (!of_vertices && !has_face) {
+    const bool textured = textures.has(samples, i);
+    const Color texture = textured ? textures.color(samples, i) : no_color;
+    const Color vertex = vertex_color(colors, samples, i), face = color_at(colors.face, samples.face[i]);
+    const bool of_texture = is_color(texture), of_vertices = is_color(vertex), has_face = is_color(face);
+    // What stands in for a lost image would hide that it is lost, unless it is a colour of its own.
+    const bool has_color = textured ? of_texture || (of_vertices && !colors.linear) : of_vertices || has_face;
+    if (!has_color) {
       ++made.fills;
       continue;
     }
-    made.source = std::max(made.source, of_vertices ? ColorSource::vertex : of_face);
-    if (!of_vertices) color = face;
+    made.source = std::max(made.source, of_texture    ? ColorSource::texture
+                                        : of_vertices ? ColorSource::vertex
+                                                      : of_face);
     for (std::size_t c = 0; c < 3; ++c) {
-      double value = color[c];
+      double value = of_texture ? texture[c] : of_vertices ? vertex[c] : face[c];
+      if (of_texture && has_face) value *= face[c];
       if (colors.linear) {
-        if (of_vertices && has_face) value *= face[c];
+        if (of_texture && of_vertices) value *= vertex[c];
+        if (!of_texture && of_vertices && has_face) value *= face[c];
         value = displayed(std::clamp(value, 0.0, 1.0));
       }
       made.rgb[3 * i + c] = stored(value);

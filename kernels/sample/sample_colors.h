@@ -26,6 +26,9 @@ struct SampleColors {
 // viewers do. Of colours in linear light, the product of vertex and face is made, one that is missing being
 // white, and put through the transfer function of sRGB (IEC 61966-2-1). Values are clamped to [0, 1] and
 // rounded to the nearest of 256. A sample with neither has color_fill thrice.
+// On a polygon with a texture (see SampleTextures) the colour of the image goes first, times that of the
+// polygon and, of colours in linear light, of the vertices. Where the image or its coordinates are lost, the
+// sample has color_fill, but for colours of vertices as displayed, which are colours of their own.
 // Throws RunCancelled and ItemError(timeout) by `cancel`. O(N).
 SampleColors sample_colors(const PolygonMesh& mesh, const Samples& samples, const CancelToken& cancel = {});
 

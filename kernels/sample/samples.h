@@ -18,8 +18,9 @@ constexpr std::string_view name_of(Split split) { return split_names[static_cast
 
 // Where the colours of the samples of a model come from; of several sources the largest. The numbers are part
 // of the store format.
-enum class ColorSource : std::uint8_t { none = 0, material = 1, face = 2, vertex = 3 };
-inline constexpr std::array<std::string_view, 4> color_source_names = {"none", "material", "face", "vertex"};
+enum class ColorSource : std::uint8_t { none = 0, material = 1, face = 2, vertex = 3, texture = 4 };
+inline constexpr std::array<std::string_view, 5> color_source_names = {"none", "material", "face", "vertex",
+                                                                       "texture"};
 constexpr std::string_view name_of(ColorSource source) {
   return color_source_names[static_cast<std::size_t>(source)];
 }

@@ -14,6 +14,8 @@
 #include "pipeline/memory_estimate.h"
 #include "pipeline/sampling_graph.h"
 #include "support/allocation_counter.h"
+#include "support/gltf_files.h"
+#include "support/image_files.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -194,6 +196,61 @@ TEST_CASE(
   add("many.off", many);
   check_models(models, 2048);
   check_models({models[0], models[2]}, 16384);
+}
+
+TEST_CASE("read_mesh: images are reserved for by their headers, before they are decoded") {
+  const ScratchFolder scratch;
+  const TestImage image(1500, 1000, [](std::uint32_t x, std::uint32_t y) {
+    return std::vector<int>{static_cast<int>(x / 8), static_cast<int>(y / 8), 90};
+  });
+  constexpr double pixels = 1500.0 * 1000;
+  write_file(scratch / "image.png", png_bytes(image));
+  write_file(scratch / "m.mtl", "newmtl m\nmap_Kd image.png\n");
+  write_file(scratch / "png.obj",
+             "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n");
+  GltfFile file;
+  file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  file.add_accessor(file.add_view(std::vector<float>{0, 0, 1, 0, 0, 1}), 5126, 3, "VEC2");
+  const int view = file.add_view(jpeg_bytes(image, {true, false, false}));
+  write_file(
+      scratch / "jpeg.glb",
+      file.glb(R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],)"
+               R"("nodes":[{"mesh":0}],"textures":[{"source":0}],"images":[{"bufferView":)" +
+               std::to_string(view) +
+               R"(}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])"));
+  for (const char* name : {"png.obj", "jpeg.glb"}) {
+    SampleParameters parameters = parameters_for("auto");
+    set_samples(parameters, 512);
+    parameters.colors = true;
+    const GraphStages stages = sampling_stages(parameters, nullptr);
+    PlanItem plan;
+    plan.path = scratch / name;
+    REQUIRE(mesh_format_of(plan.path, plan.format));
+    plan.reserved_bytes = estimate_bytes(peek_mesh(plan.path, plan.format), parameters,
+                                         oneapi::tbb::this_task_arena::max_concurrency());
+    GraphItem item;
+    item.plan = &plan;
+    item.reserved_bytes = plan.reserved_bytes;
+    std::uint64_t needed = 0;
+    const std::int64_t before = allocated_bytes();
+    reset_peak();
+    try {
+      stages[0].body(item);
+    } catch (const NeedsMoreMemory& more) {
+      needed = more.bytes();
+    }
+    INFO(name);
+    if (counts_allocations()) CHECK(static_cast<double>(peak_allocated_bytes() - before) < 3 * pixels);
+    CHECK(static_cast<double>(needed) >= static_cast<double>(plan.reserved_bytes) + 3 * pixels);
+
+    GraphItem again;
+    again.plan = &plan;
+    again.reserved_bytes = needed;
+    reset_peak();
+    for (const GraphStage& stage : stages) stage.body(again);
+    CHECK(again.model.row.report.color_source == ColorSource::texture);
+    if (counts_allocations()) CHECK(peak_allocated_bytes() - before <= static_cast<std::int64_t>(needed));
+  }
 }
 
 TEST_CASE("estimate_bytes: large sets, put in order region by region, take no more than is reserved",

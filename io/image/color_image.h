@@ -1,0 +1,32 @@
+// Reading pictures as colours: PNG and JPEG, by what they contain whatever their name is.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kernels/core/cancel.h"
+#include "kernels/mesh/surface_textures.h"
+
+namespace meander {
+
+// Larger ones are not decoded: 8192 x 8192, 192 MiB as RGB.
+inline constexpr std::uint64_t most_image_pixels = std::uint64_t{1} << 26;
+
+// What decoding takes, from the header alone: for good, and beside that while it is under way. Zeros for what
+// decode_color_image would not decode. Of damaged files perhaps too much. O(header).
+struct ImageMemory {
+  std::uint64_t kept_bytes = 0, working_bytes = 0;
+};
+ImageMemory memory_of_image(std::span<const std::byte> bytes);
+
+// Any PNG file: grey of 1, 2, 4, 8 and 16 bits, palette, RGB; 16 bits are rounded to 8. Any JPEG file of 8
+// bits by libjpeg: grey, RGB, YCbCr, CMYK, YCCK; baseline and progressive. Alpha, gamma, colour profiles and
+// the orientation that a camera notes are not applied: values are as stored, taken as sRGB.
+//
+// An image that is neither, is cut or damaged, has more than most_image_pixels, or promises more pixels than
+// its bytes can hold comes back without pixels and with a sentence. Sizes are checked before memory is taken.
+// Throws what `cancel` throws, and bad_alloc. Cost: linear.
+ColorImage decode_color_image(std::span<const std::byte> bytes, const CancelToken& cancel = {});
+
+}  // namespace meander

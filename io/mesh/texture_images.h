@@ -1,0 +1,16 @@
+// Internal to io/mesh: the images that textures of a model show.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "io/mesh/mesh_reader.h"
+#include "kernels/mesh/surface_textures.h"
+
+namespace meander {
+
+// The image in this file below the model's folder, or none, with the reason: see decode_color_image.
+ColorImage image_of_file(std::span<const CompanionFile> companions, const std::string& path,
+                         const CancelToken& cancel);
+
+}  // namespace meander

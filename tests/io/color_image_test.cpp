@@ -1,0 +1,188 @@
+// PNG and JPEG files as colours: every kind, and what is not decoded.
+#include "io/image/color_image.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+
+#include "kernels/core/status.h"
+#include "support/image_files.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+ColorImage decoded(const std::string& bytes) { return decode_color_image(std::as_bytes(std::span(bytes))); }
+
+ImageMemory memory_of(const std::string& bytes) { return memory_of_image(std::as_bytes(std::span(bytes))); }
+
+// A smooth picture, which JPEG keeps within a few.
+TestImage ramp(std::uint32_t width, std::uint32_t height) {
+  return {width, height, [](std::uint32_t x, std::uint32_t y) {
+            return std::vector<int>{static_cast<int>(40 + 3 * x), static_cast<int>(200 - 2 * y),
+                                    static_cast<int>(60 + x + y)};
+          }};
+}
+
+int most_difference(const ColorImage& image, const std::vector<std::uint8_t>& rgb) {
+  REQUIRE(image.rgb.size() == rgb.size());
+  int most = 0;
+  for (std::size_t k = 0; k < rgb.size(); ++k) most = std::max(most, std::abs(image.rgb[k] - rgb[k]));
+  return most;
+}
+
+struct PngKind {
+  int depth, type;
+  bool interlaced;
+};
+
+// A picture of 13 x 9 whose channels are known.
+std::string png_of_kind(const PngKind& kind,
+                        const std::function<unsigned(unsigned, unsigned, unsigned)>& value) {
+  std::string bytes;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &bytes,
+      [](png_structp to, png_bytep data, std::size_t count) {
+        static_cast<std::string*>(png_get_io_ptr(to))->append(reinterpret_cast<char*>(data), count);
+      },
+      [](png_structp) {});
+  png_set_IHDR(png, info, 13, 9, kind.depth, kind.type,
+               kind.interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  const png_color palette[4] = {{10, 20, 30}, {255, 0, 0}, {0, 200, 0}, {7, 7, 250}};
+  const png_byte alpha[2] = {0, 128};
+  if (kind.type == PNG_COLOR_TYPE_PALETTE) {
+    png_set_PLTE(png, info, palette, 4);
+    png_set_tRNS(png, info, alpha, 2, nullptr);
+  }
+  png_set_gAMA(png, info, 0.45455);
+  png_write_info(png, info);
+  png_set_packing(png);
+  const unsigned channels = png_get_channels(png, info);
+  std::vector<std::vector<png_byte>> rows(9);
+  std::vector<png_bytep> pointers;
+  for (unsigned y = 0; y < 9; ++y) {
+    for (unsigned k = 0; k < 13 * channels; ++k) {
+      const unsigned v = value(k / channels, y, k % channels);
+      if (kind.depth == 16) rows[y].push_back(static_cast<png_byte>(v >> 8));
+      rows[y].push_back(static_cast<png_byte>(v & 255));
+    }
+    pointers.push_back(rows[y].data());
+  }
+  png_write_image(png, pointers.data());
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("color_image: PNG of every colour type, interlaced or not, without its alpha") {
+  for (const bool interlaced : {false, true}) {
+    const auto pixel = [](const ColorImage& image, unsigned x, unsigned y) {
+      const std::size_t at = 3 * (y * 13 + x);
+      return std::vector<int>{image.rgb.at(at), image.rgb.at(at + 1), image.rgb.at(at + 2)};
+    };
+    const ColorImage rgba =
+        decoded(png_of_kind({8, PNG_COLOR_TYPE_RGB_ALPHA, interlaced},
+                            [](unsigned x, unsigned y, unsigned c) { return 17 * x + y + 3 * c; }));
+    CHECK(rgba.problem.empty());
+    CHECK((rgba.width == 13 && rgba.height == 9));
+    CHECK(pixel(rgba, 5, 7) == std::vector<int>{92, 95, 98});
+    const ColorImage wide =
+        decoded(png_of_kind({16, PNG_COLOR_TYPE_RGB, interlaced},
+                            [](unsigned x, unsigned, unsigned c) { return 257 * (x + c) + 100; }));
+    CHECK(pixel(wide, 4, 0) == std::vector<int>{4, 5, 6});
+    const ColorImage grey =
+        decoded(png_of_kind({8, PNG_COLOR_TYPE_GRAY_ALPHA, interlaced},
+                            [](unsigned x, unsigned, unsigned c) { return c == 0 ? 9 * x : 3u; }));
+    CHECK(pixel(grey, 12, 8) == std::vector<int>{108, 108, 108});
+    const ColorImage bits = decoded(png_of_kind(
+        {1, PNG_COLOR_TYPE_GRAY, interlaced}, [](unsigned x, unsigned y, unsigned) { return (x + y) % 2; }));
+    CHECK(pixel(bits, 2, 1) == std::vector<int>{255, 255, 255});
+    CHECK(pixel(bits, 2, 2) == std::vector<int>{0, 0, 0});
+    const ColorImage palette = decoded(png_of_kind({2, PNG_COLOR_TYPE_PALETTE, interlaced},
+                                                   [](unsigned x, unsigned, unsigned) { return x % 4; }));
+    CHECK(pixel(palette, 0, 0) == std::vector<int>{10, 20, 30});
+    CHECK(pixel(palette, 7, 3) == std::vector<int>{7, 7, 250});
+  }
+}
+
+TEST_CASE("color_image: JPEG of colours, of grey and of inks, baseline and progressive") {
+  const TestImage image = ramp(50, 37);
+  for (const bool progressive : {false, true}) {
+    const ColorImage read = decoded(jpeg_bytes(image, {progressive, false, false}));
+    INFO(read.problem);
+    CHECK((read.width == 50 && read.height == 37));
+    CHECK(most_difference(read, image.rgb) <= 3);
+    const ColorImage grey = decoded(jpeg_bytes(image, {progressive, true, false}));
+    REQUIRE(grey.rgb.size() == image.rgb.size());
+    for (std::size_t p = 0; p < grey.rgb.size(); p += 3) {
+      CHECK(std::abs(grey.rgb[p] - image.rgb[p]) <= 2);
+      CHECK((grey.rgb[p] == grey.rgb[p + 1] && grey.rgb[p] == grey.rgb[p + 2]));
+    }
+    // Adobe's inks: 255 is none, so that the three channels are the light that is left.
+    CHECK(most_difference(decoded(jpeg_bytes(image, {progressive, false, true})), image.rgb) <= 3);
+  }
+}
+
+TEST_CASE("color_image: what is cut, damaged, too large or of another kind has no pixels and a reason") {
+  const std::string png = png_bytes(ramp(64, 64)), jpeg = jpeg_bytes(ramp(64, 64)),
+                    progressive = jpeg_bytes(ramp(64, 64), {true, false, false});
+  for (const std::string& whole : {png, jpeg, progressive})
+    for (const double share : {0.0, 0.001, 0.01, 0.1, 0.5, 0.9, 0.97}) {
+      const auto bytes = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
+      const ColorImage image = decoded(whole.substr(0, bytes));
+      INFO(bytes << " of " << whole.size());
+      CHECK(image.is_lost());
+      CHECK_FALSE(image.problem.empty());
+    }
+  CHECK_THAT(decoded("GIF89a").problem, Contains("neither"));
+
+  std::string damaged = png;
+  damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x55);
+  CHECK(decoded(damaged).is_lost());
+
+  // Headers that promise much: beyond the limit, and within it but more than the bytes can hold.
+  const auto with_size = [](std::string bytes, std::size_t at, std::size_t words, std::uint32_t width,
+                            std::uint32_t height) {
+    for (std::size_t k = 0; k < words; ++k) {
+      bytes[at + k] = static_cast<char>(height >> (8 * (words - 1 - k)));
+      bytes[at + words + k] = static_cast<char>(width >> (8 * (words - 1 - k)));
+    }
+    return bytes;
+  };
+  const std::size_t frame = jpeg.find("\xFF\xC0");
+  REQUIRE(frame != std::string::npos);
+  const std::string large_jpeg = with_size(jpeg, frame + 5, 2, 9000, 9000);
+  CHECK_THAT(decoded(large_jpeg).problem,
+             Contains("9000 x 9000") && Contains(std::to_string(most_image_pixels)));
+  CHECK(memory_of(large_jpeg).kept_bytes == 0);
+  for (const std::uint32_t size : {20000u, 8192u}) {
+    const std::string large_png = with_size(png, 16, 4, size, size);
+    CHECK(decoded(large_png).is_lost());  // its checksum is wrong as well
+    CHECK(memory_of(large_png).kept_bytes == 0);
+  }
+}
+
+TEST_CASE("color_image: memory is known from the header") {
+  CHECK(memory_of(png_bytes(ramp(64, 32))).kept_bytes == 64 * 32 * 3);
+  const ImageMemory plain = memory_of(jpeg_bytes(ramp(64, 32))),
+                    progressive = memory_of(jpeg_bytes(ramp(64, 32), {true, false, false}));
+  CHECK(plain.kept_bytes == 64 * 32 * 3);
+  CHECK(progressive.working_bytes >= plain.working_bytes + 64 * 32 * 6);
+  CHECK(memory_of("no image").kept_bytes == 0);
+}
+
+TEST_CASE("color_image: a run that stops is stopped, not an image lost") {
+  const std::atomic<bool> cancelled{true};
+  CancelToken token;
+  token.cancelled = &cancelled;
+  for (const std::string& bytes :
+       {png_bytes(ramp(64, 64)), jpeg_bytes(ramp(64, 64)), jpeg_bytes(ramp(64, 64), {true, false, false})})
+    CHECK_THROWS_AS(decode_color_image(std::as_bytes(std::span(bytes)), token), RunCancelled);
+}

@@ -1,0 +1,91 @@
+// PNG and JPEG files that tests make. Programs that use it link libpng or libjpeg themselves.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <vector>
+// Needs stdio.h in front of it.
+#include <jpeglib.h>
+#include <png.h>
+
+namespace meander::test {
+
+// Rows from top to bottom of pixels of three bytes.
+struct TestImage {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+
+  TestImage(std::uint32_t columns, std::uint32_t rows,
+            const std::function<std::vector<int>(std::uint32_t, std::uint32_t)>& color)
+      : width(columns), height(rows) {
+    for (std::uint32_t y = 0; y < height; ++y)
+      for (std::uint32_t x = 0; x < width; ++x)
+        for (const int value : color(x, y)) rgb.push_back(static_cast<std::uint8_t>(value));
+  }
+};
+
+inline std::string png_bytes(const TestImage& image) {
+  std::string bytes;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &bytes,
+      [](png_structp to, png_bytep data, std::size_t count) {
+        static_cast<std::string*>(png_get_io_ptr(to))->append(reinterpret_cast<char*>(data), count);
+      },
+      [](png_structp) {});
+  png_set_IHDR(png, info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  for (std::uint32_t y = 0; y < image.height; ++y)
+    png_write_row(png, image.rgb.data() + std::size_t{3} * y * image.width);
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return bytes;
+}
+
+struct JpegKind {
+  bool progressive = false, grey = false, inks = false;  // inks: CMYK with Adobe's mark, paper 255
+};
+
+// Quality 100 without subsampling: within a few of 255. Of grey files the red values, of inks white ink.
+inline std::string jpeg_bytes(const TestImage& image, JpegKind kind = {}) {
+  jpeg_compress_struct info{};
+  jpeg_error_mgr errors{};
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* data = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &data, &size);
+  info.image_width = image.width;
+  info.image_height = image.height;
+  info.input_components = kind.grey ? 1 : kind.inks ? 4 : 3;
+  info.in_color_space = kind.grey ? JCS_GRAYSCALE : kind.inks ? JCS_CMYK : JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, 100, TRUE);
+  info.comp_info[0].h_samp_factor = info.comp_info[0].v_samp_factor = 1;
+  if (kind.progressive) jpeg_simple_progression(&info);
+  jpeg_start_compress(&info, TRUE);
+  std::vector<JSAMPLE> row;
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    row.clear();
+    for (std::uint32_t x = 0; x < image.width; ++x) {
+      const std::uint8_t* const pixel = image.rgb.data() + std::size_t{3} * (y * image.width + x);
+      row.insert(row.end(), pixel, pixel + (kind.grey ? 1 : 3));
+      if (kind.inks) row.push_back(255);
+    }
+    JSAMPLE* const rows = row.data();
+    JSAMPROW of_rows[] = {rows};
+    jpeg_write_scanlines(&info, of_rows, 1);
+  }
+  jpeg_finish_compress(&info);
+  std::string bytes(reinterpret_cast<char*>(data), size);
+  jpeg_destroy_compress(&info);
+  std::free(data);
+  return bytes;
+}
+
+}  // namespace meander::test
