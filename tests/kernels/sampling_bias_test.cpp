@@ -250,7 +250,7 @@ TEST_CASE("sampling bias: linear density, 300 seeds") {
   check_model(small_torus(), MethodChoice::conformal, true, 300);
 }
 
-TEST_CASE("sampling bias: over coarse charts, 300 seeds") {
+TEST_CASE("sampling bias: over coarse charts, 300 seeds", "[statistics]") {
   for (const bool linear_density : {false, true}) {
     ChartedModel model =
         flattened(moved(torus(20, 11), 1, 0, 0, 0), MethodChoice::conformal, linear_density, {0.25, 64, 64});
