@@ -257,6 +257,8 @@ std::string_view describe(FileKind kind) {
                                 "a glTF mesh"sv,
                                 "an fbin file"sv,
                                 "a numpy array"sv,
+                                "a tar archive"sv,
+                                "a zip archive"sv,
                                 "a matrix of distances"sv,
                                 "a text file"sv,
                                 "a file of unknown content"sv};
@@ -273,6 +275,8 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
   if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;
   if (bytes.starts_with("glTF"sv)) return FileKind::gltf_mesh;
+  if (bytes.starts_with("PK\3\4"sv) || bytes.starts_with("PK\5\6"sv)) return FileKind::zip;
+  if (bytes.substr(std::min<std::size_t>(257, bytes.size())).starts_with("ustar"sv)) return FileKind::tar;
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_kind(bytes);
   if (const auto off = off_kind(head)) return *off;
   return is_text(head) ? text_kind(head) : binary_kind(head);

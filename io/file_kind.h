@@ -24,9 +24,11 @@ enum class FileKind : std::uint8_t {
   off_mesh,
   obj_mesh,
   stl_mesh,
-  gltf_mesh,        // binary glTF, or JSON with members of glTF
-  fbin,             // number of rows, width, then that many float32
-  npy,              // an array of numpy
+  gltf_mesh,  // binary glTF, or JSON with members of glTF
+  fbin,       // number of rows, width, then that many float32
+  npy,        // an array of numpy
+  tar,
+  zip,              // arrays of numpy (npz) among others
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
   unknown

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <iterator>
 #include <limits>
@@ -11,6 +12,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/store/ann_file_writer.h"
+#include "io/table/npy_header.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
@@ -163,19 +165,6 @@ std::string fbin_header(const DescribedRows& table) {
     throw UsageError("fbin holds at most 2^32 - 1 rows");
   const std::uint32_t header[2] = {static_cast<std::uint32_t>(table.rows().size()), table.width()};
   return {reinterpret_cast<const char*>(header), sizeof header};
-}
-
-// Version 1.0 of the format; the values begin at a multiple of 64 bytes.
-std::string npy_header(const DescribedRows& table) {
-  std::string text = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
-                                 table.rows().size(), table.width());
-  constexpr std::size_t before = 10, alignment = 64;
-  text.resize((before + text.size() + alignment) / alignment * alignment - before - 1, ' ');
-  text += '\n';
-  std::string header("\x93NUMPY\x01\x00", 8);
-  header += static_cast<char>(text.size() & 0xFF);
-  header += static_cast<char>(text.size() >> 8);
-  return header + text;
 }
 
 // The header, then all values row by row, little-endian; and the list of the rows.
@@ -358,7 +347,8 @@ int export_descriptors(const StoreReader& store, const DescriptorExport& options
   } else if (options.format == "fbin") {
     write_values(store, table, fbin_header(table), options.output);
   } else if (options.format == "npy") {
-    write_values(store, table, npy_header(table), options.output);
+    const std::array<std::uint64_t, 2> shape = {table.rows().size(), table.width()};
+    write_values(store, table, npy_header("<f4", shape), options.output);
   } else {
     write_ann(store, table, options);
   }

@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <memory>
 
+#include "io/file/atomic_file.h"
 #include "io/mesh/point_writer.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
+#include "jobs/export_arrays.h"
 #include "jobs/export_descriptors.h"
 #include "jobs/export_page.h"
 #include "jobs/inputs.h"
@@ -30,6 +32,7 @@ struct ExportOptions {
   bool pointnet = false;
   std::uint32_t shard_rows = 2048;
   DescriptorExport descriptors;
+  ArrayExport arrays;
   PageExport page;
   bool fresh = false;
 
@@ -65,34 +68,42 @@ fs::path path_below(const fs::path& folder, const std::string& id, const std::st
   return folder / (id + extension);
 }
 
-int export_points(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
-  const PointFormat format = options.format == "ply"   ? PointFormat::ply
-                             : options.format == "off" ? PointFormat::off
-                                                       : PointFormat::xyz;
-  const FileKind kind = format == PointFormat::ply   ? FileKind::ply_points
-                        : format == PointFormat::off ? FileKind::off_points
-                                                     : FileKind::xyz;
-  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
-  std::sort(rows.begin(), rows.end());
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+FileKind kind_of_format(const std::string& format) {
+  return format == "ply"   ? FileKind::ply_points
+         : format == "off" ? FileKind::off_points
+         : format == "npz" ? FileKind::zip
+                           : FileKind::xyz;
+}
+
+int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                  const ExportOptions& options, OutputGuard& guard) {
+  const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
+  const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
+    const Row content = store.read_row(row);
+    if (options.format == "npz") return write_npz(put, arrays, content, store.id(row));
+    const PointFormat format = options.format == "ply"   ? PointFormat::ply
+                               : options.format == "off" ? PointFormat::off
+                                                         : PointFormat::xyz;
+    write_points(put, format, content.samples, content.report);
+  };
   if (options.output == standard_output) {
     if (rows.size() != 1)
       throw UsageError(
           fmt::format("-o - takes the points of one item, not of {}: name the item", rows.size()));
-    const Row content = store.read_row(rows.front());
-    write_points(print_bytes, format, content.samples, content.report);
+    write_row(print_bytes, rows.front());
     return exit_done;
   }
   guard.check_folder(options.output, "-o");
   std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
     paths.push_back(path_below(options.output, store.id(row), "." + options.format));
-    guard.check(paths.back(), {kind}, "-o", options.existing(), true);
+    guard.check(paths.back(), {kind_of_format(options.format)}, "-o", options.existing(), true);
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     fs::create_directories(paths[i].parent_path());
-    const Row content = store.read_row(rows[i]);
-    write_points(paths[i], format, content.samples, content.report);
+    AtomicFile file(paths[i]);
+    write_row([&file](std::string_view bytes) { file.append(bytes); }, rows[i]);
+    file.commit();
   }
   fmt::print("{} files in {}\n", rows.size(), options.output);
   return exit_done;
@@ -142,16 +153,22 @@ int export_store(const ExportOptions& options) {
   if (options.pointnet) {
     return export_shards(store, options, guard);
   }
-  return export_points(store, options, guard);
+  std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  if (options.format == "webdataset")
+    return export_webdataset(store, rows, fs::path(options.store).stem().string(), options.output,
+                             options.arrays, options.existing(), guard);
+  return export_points(store, rows, options, guard);
 }
 
 }  // namespace
 
 JobFunction add_export_job(Command& program) {
-  Command command = program.add_subcommand(
-      "export",
-      "Points of a store as PLY, OFF or XYZ files, PointNet shards, or an HTML page to turn models in; "
-      "descriptors as CSV, fbin, npy or HDF5");
+  Command command = program.add_subcommand("export",
+                                           "Points of a store as PLY, OFF, XYZ or npz files, WebDataset or "
+                                           "PointNet shards, or an HTML page to turn "
+                                           "models in; descriptors as CSV, fbin, npy or HDF5");
   auto options = std::make_shared<ExportOptions>();
   command.add_option("STORE", options->store, "The store").required();
   command.add_option("ITEM", options->items, "Ids or row numbers (default: all ok items)");
@@ -162,7 +179,7 @@ JobFunction add_export_job(Command& program) {
   const Option format =
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
-          .one_of({"ply", "off", "xyz", "csv", "fbin", "npy", "ann-hdf5"});
+          .one_of({"ply", "off", "xyz", "npz", "webdataset", "csv", "fbin", "npy", "ann-hdf5"});
   const Option pointnet = command
                               .add_flag("--pointnet", options->pointnet,
                                         "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
@@ -173,17 +190,21 @@ JobFunction add_export_job(Command& program) {
       .range(1, 1000000)
       .needs(pointnet);
   command.add_flag("--fresh", options->fresh, "Replace files of an earlier export");
+  add_array_export_options(command, options->arrays);
   add_descriptor_export_options(command, options->descriptors);
   add_page_export_options(command, options->page).excludes(format).excludes(pointnet).excludes(output);
   add_trust_option(command, options->check);
   return [options] {
     check_descriptor_export(options->descriptors, options->format, options->output);
+    check_array_export(options->arrays, options->format);
     if (options->page.shapes_page && options->page.output.empty())
       throw UsageError("--models and --points apply to --html only");
     if (options->output.empty() && options->page.output.empty())
       throw UsageError("export needs -o FOLDER, or --html FILE");
     if (options->pointnet && options->output == standard_output)
       throw UsageError("PointNet shards are several files: -o FOLDER");
+    if (options->format == "webdataset" && options->output == standard_output)
+      throw UsageError("WebDataset shards are several files: -o FOLDER");
     if (options->pointnet && !options->items.empty())
       throw UsageError("--pointnet exports all ok rows: leave the items out");
     return export_store(*options);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
+#include "io/archive/archive_writers.h"
 #include "io/archive/model_bytes.h"
 #include "io/archive/tar_headers.h"
 #include "io/archive/zip_directory.h"
@@ -414,4 +415,57 @@ TEST_CASE("archives: one that is replaced while it is in use is not read, and pa
   CHECK_FALSE(find_packed(scratch / "none/a.off"));
   write_file(scratch / "x.zip", zip_bytes({entry("d/a.off", "another")}));
   CHECK_THAT(outcome_of(archive).front(), Contains("the archive was changed while it was in use"));
+}
+
+TEST_CASE("archives as outputs: members come back as they were written, the same bytes every time") {
+  const std::vector<std::pair<std::string, std::string>> members = {
+      {"a.txt", ""},
+      {"folder/b.bin", text_of(511)},
+      {"c", text_of(512, 2)},
+      {std::string(100, 'd'), text_of(70000, 3)}};
+  const auto write = [&](auto writer) {
+    for (const auto& [name, content] : members)
+      writer.add(name, {std::string_view(content).substr(0, content.size() / 3),
+                        std::string_view(content).substr(content.size() / 3)});
+    writer.finish();
+  };
+  const ScratchFolder scratch;
+  for (const std::string kind : {"tar", "zip"}) {
+    std::string bytes, again;
+    for (std::string* const to : {&bytes, &again}) {
+      const PutBytes put = [to](std::string_view piece) { *to += piece; };
+      if (kind == "tar")
+        write(TarWriter(put));
+      else
+        write(StoredZipWriter(put));
+    }
+    CHECK(bytes == again);
+    const fs::path file = scratch / ("made." + kind);
+    write_file(file, bytes);
+    const Archive archive(file);
+    REQUIRE(archive.members().size() == members.size());
+    for (const auto& [name, content] : members) {
+      const auto at = archive.find(name);
+      REQUIRE(at.has_value());
+      CHECK((archive.unpack(*at) == content));
+    }
+    if (kind != "tar") continue;
+    std::uint64_t expected = 1024;
+    for (const auto& member : members) expected += TarWriter::member_bytes(member.second.size());
+    CHECK(bytes.size() == expected);
+  }
+  TarWriter refusing([](std::string_view) {});
+  CHECK_THROWS_AS(refusing.add(std::string(101, 'n'), {}), std::invalid_argument);
+  CHECK_THROWS_AS(refusing.add("", {}), std::invalid_argument);
+}
+
+TEST_CASE("archives as outputs: a zip archive without ZIP64 ends below 4 GiB") {
+  const std::string block(std::size_t{1} << 26, 'x');
+  std::uint64_t written = 0;
+  StoredZipWriter zip([&](std::string_view piece) { written += piece.size(); });
+  const auto add = [&] { zip.add("block" + std::to_string(written), {block}); };
+  for (int i = 0; i < 63; ++i) add();
+  CHECK_THROWS_AS(add(), std::length_error);
+  zip.finish();
+  CHECK(written < std::uint64_t{1} << 32);
 }

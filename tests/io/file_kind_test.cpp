@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "io/archive/archive_writers.h"
 #include "io/file_kind.h"
 #include "io/json_writer.h"
 #include "io/plot/png_writer.h"
@@ -49,6 +50,12 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of("{\"store\":\"s.h5\"}\n") == FileKind::json);
   CHECK(kind_of(R"({"accessors":[],"asset":{"version":"2.0"}})") == FileKind::gltf_mesh);
   CHECK(kind_of(std::string("glTF\2\0\0\0", 8)) == FileKind::gltf_mesh);
+  std::string tar, zip;
+  TarWriter([&tar](std::string_view piece) { tar += piece; }).add("a.npy", {"values"});
+  CHECK(kind_of(tar) == FileKind::tar);
+  StoredZipWriter([&zip](std::string_view piece) { zip += piece; }).finish();
+  CHECK(kind_of(zip) == FileKind::zip);
+  CHECK(kind_of("PK\3\4 and so on") == FileKind::zip);
   CHECK(kind_of("[\"a.off\",\"b.off\"]\n") == FileKind::json);
   CHECK(kind_of("# a.off: empty: no face\nin/a.off\n") == FileKind::item_list);
   CHECK(kind_of("ply\nformat ascii 1.0\nelement vertex 2\nend_header\n") == FileKind::ply_points);

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""docs/load_store.py and docs/search_vectors.py on a real store, and every file of descriptors against numpy.
+"""docs/load_store.py and docs/search_vectors.py on a real store, and every file of descriptors and arrays against numpy.
 
     load_store_test.py MEANDER DOCS       exit status 77: h5py is not installed
 """
 import csv
+import io
 import json
 import multiprocessing
 import pickle
 import subprocess
 import sys
+import tarfile
 import tempfile
 from pathlib import Path
 
@@ -105,6 +107,70 @@ def check_vectors(meander, search_vectors, store, folder):
     assert (numpy.array([row[2:] for row in rows[1:]], dtype=numpy.float32) == both).all()
 
 
+DATASETS = {"points": "points", "normals": "normals", "face_index": "face", "corners": "corners",
+            "barycentric": "barycentric", "curve_rank": "curve_rank", "density": "density", "rgb": "rgb"}
+
+
+def check_equal(arrays, original, row):
+    """Arrays by name are those of a row, in type and shape too."""
+    for name, array in arrays.items():
+        if name == "points_rgb":
+            expected = numpy.hstack([original["points"][row], original["rgb"][row].astype(numpy.float32) / 255])
+        else:
+            expected = original[DATASETS[name]][row]
+        assert array.dtype == expected.dtype and array.shape == expected.shape, (name, array.dtype, array.shape)
+        assert (array == expected).all(), name
+
+
+def check_arrays(meander, store, folder):
+    """npz files and WebDataset shards hold the values of the store."""
+    export = [meander, "export", str(store), "-o"]
+    subprocess.run([*export, str(folder / "npz"), "--format", "npz", "--arrays", ",".join(sorted(DATASETS))], check=True)
+    subprocess.run([*export, str(folder / "default"), "--format", "npz", "flat/box00.off"], check=True)
+    with numpy.load(folder / "default" / "flat" / "box00.off.npz") as made:
+        assert sorted(made.files) == ["loc", "normals", "points", "rgb", "scale"]
+    subprocess.run([*export, str(folder / "shards"), "--format", "webdataset", "--arrays", "points_rgb,normals",
+                    "--shard-bytes", "30k"], check=True)
+    found = {}
+    shards = sorted((folder / "shards").iterdir())
+    assert [shard.name for shard in shards] == [f"c-{k:06}.tar" for k in range(len(shards))] and len(shards) > 5
+    for shard in shards:
+        assert shard.stat().st_size <= 30 * 1024
+        with tarfile.open(shard) as tar:
+            for member in tar:
+                key, _, name = member.name.partition(".")
+                found.setdefault(key, {})[name] = tar.extractfile(member).read()
+    with h5py.File(store) as original:
+        ids = original["items/id"].asstr()[:]
+        ok = [row for row in range(len(ids)) if original["items/status"][row] == 0]
+        assert sorted(found) == [f"{row:08}" for row in ok] and len(ok) == 40
+        assert len(list((folder / "npz").rglob("*.npz"))) == len(ok)
+        for row in ok:
+            with numpy.load(folder / "npz" / (ids[row] + ".npz")) as made:
+                arrays = dict(made)
+            assert (arrays.pop("loc") == original["items/loc"][row]).all()
+            scale = arrays.pop("scale")
+            assert scale.shape == () and scale == original["items/scale"][row]
+            assert sorted(arrays) == sorted(DATASETS)
+            check_equal(arrays, original, row)
+            members = found[f"{row:08}"]
+            assert sorted(members) == ["cls", "json", "normals.npy", "points_rgb.npy"]
+            check_equal({name[:-4]: numpy.load(io.BytesIO(members[name])) for name in members if name.endswith("npy")},
+                        original, row)
+            about = json.loads(members["json"])
+            assert about["id"] == ids[row] and about["row"] == row
+            assert int(members["cls"]) == original["label"][row]
+            assert about["class"] == ids[row].split("/")[0] and "split" not in about
+            assert about["area"] == original["items/area"][row]
+
+
+def write_coloured_box(path, height):
+    corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, height)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    path.write_text("\n".join(["COFF", "8 6 0"] + [f"{a} {b} {c} {60 * a} {255 * b} {30} 255" for a, b, c in corners]
+                              + ["4 %d %d %d %d" % face for face in faces]) + "\n")
+
+
 def main():
     meander = sys.argv[1]
     sys.path.insert(0, sys.argv[2])
@@ -127,6 +193,14 @@ def main():
         check_vectors(meander, search_vectors, store, folder)
         check_ann(meander, store, folder / "l2.hdf5", "l2", "euclidean")
         check_ann(meander, store, folder / "cosine.hdf5", "cosine", "angular")
+        for i in range(20):
+            for name, height in (("flat", 0.1), ("tall", 3)):
+                write_coloured_box(folder / "in" / name / f"box{i:02}.off", height + 0.1 * i)
+        coloured = folder / "c.h5"
+        made = subprocess.run([meander, "run", str(folder / "in"), "-o", str(coloured), "-n", "128", "--colors",
+                               "--label-from-folder", "--progress", "none"], check=False)
+        assert made.returncode == 3
+        check_arrays(meander, coloured, folder)
     print("numpy, data set and files of descriptors are as the store says")
 
 

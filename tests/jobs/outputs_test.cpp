@@ -180,6 +180,44 @@ TEST_CASE("outputs: -o - prints what a file would hold, and nothing else") {
   CHECK_FALSE(fs::exists("-"));
 }
 
+TEST_CASE("outputs: arrays need --fresh, and shards that are not written again go") {
+  const Place place;
+  const std::string store = place.path("s.h5");
+  std::vector<std::string> command = {"export", store, "-o", place.path("np"), "--format", "npz"};
+  place.does(command);
+  place.refuses(command, "exists (--fresh replaces it)");
+  command.emplace_back("--fresh");
+  place.does(command);
+  write_file(place.path("np/torus.npz"), "my own notes\n");
+  place.refuses(command, "is a text file");
+  CHECK(
+      (meander_with({"export", store, "torus", "-o", "-", "--format", "npz"}).out.substr(0, 4) == "PK\3\4"));
+
+  command = {"export", store, "-o", place.path("wds"), "--format", "webdataset", "--shard-bytes", "1"};
+  place.does(command);  // a model a shard
+  CHECK(fs::exists(place.path("wds/s-000000.tar")));
+  CHECK(fs::exists(place.path("wds/s-000001.tar")));
+  place.refuses(command, "exists (--fresh replaces it)");
+  command.back() = "1G";
+  command.emplace_back("--fresh");
+  place.does(command);
+  CHECK(fs::exists(place.path("wds/s-000000.tar")));
+  CHECK_FALSE(fs::exists(place.path("wds/s-000001.tar")));
+  write_file(place.path("wds/s-val-000003.tar"), "my own notes\n");
+  place.refuses(command, "is a text file");
+  CHECK(fs::exists(place.path("wds/s-000000.tar")));
+
+  place.refuses({"export", store, "-o", "-", "--format", "webdataset"}, "-o FOLDER");
+  place.refuses({"export", store, "-o", place.path("x"), "--arrays", "points"}, "npz and webdataset only");
+  place.refuses({"export", store, "-o", place.path("x"), "--format", "npz", "--shard-bytes", "2M"},
+                "webdataset only");
+  place.refuses({"export", store, "-o", place.path("x"), "--format", "npz", "--arrays", "pionts"},
+                "did you mean `points`?");
+  place.refuses({"export", store, "-o", place.path("x"), "--format", "npz", "--arrays", "points,rgb"},
+                "without --colors");
+  CHECK_FALSE(fs::exists(place.path("x")));
+}
+
 TEST_CASE("outputs: descriptors and PointNet files need --fresh") {
   const Place place;
   const std::string store = place.path("s.h5");

@@ -1,0 +1,258 @@
+#include "jobs/export_arrays.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "io/file/atomic_file.h"
+#include "io/file/file_error.h"
+#include "io/json_writer.h"
+#include "io/run_error.h"
+#include "io/table/npy_header.h"
+#include "jobs/command_line.h"
+#include "jobs/exit_status.h"
+#include "jobs/inputs.h"
+#include "jobs/units.h"
+
+namespace meander {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> array_names = {"points",  "normals",     "rgb", "points_rgb", "face_index",
+                                              "corners", "barycentric", "uv",  "curve_rank", "density"};
+
+template <class Number>
+std::string npy_file(std::string_view type, std::span<const Number> values, std::uint64_t columns) {
+  std::vector<std::uint64_t> shape = {values.size() / columns};
+  if (columns > 1) shape.push_back(columns);
+  std::string file = npy_header(type, shape);
+  file.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  return file;
+}
+
+// Coordinates as stored, then red, green and blue from 0 to 1.
+std::vector<float> points_and_colors(const Samples& samples) {
+  std::vector<float> values;
+  values.reserve(6 * samples.count());
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) values.push_back(samples.points[3 * i + k]);
+    for (std::size_t k = 0; k < 3; ++k) values.push_back(static_cast<float>(samples.rgb[3 * i + k]) / 255);
+  }
+  return values;
+}
+
+std::string npy_of(const std::string& name, const Samples& samples) {
+  const auto floats = [](const std::vector<float>& values, std::uint64_t columns) {
+    return npy_file("<f4", std::span<const float>(values), columns);
+  };
+  const auto numbers = [](const std::vector<std::uint32_t>& values, std::uint64_t columns) {
+    return npy_file("<u4", std::span<const std::uint32_t>(values), columns);
+  };
+  if (name == "points") return floats(samples.points, 3);
+  if (name == "normals") return floats(samples.normals, 3);
+  if (name == "rgb") return npy_file("|u1", std::span<const std::uint8_t>(samples.rgb), 3);
+  if (name == "points_rgb") return floats(points_and_colors(samples), 6);
+  if (name == "face_index") return numbers(samples.face, 1);
+  if (name == "corners") return numbers(samples.corners, 3);
+  if (name == "barycentric") return floats(samples.barycentric, 2);
+  if (name == "uv") return floats(samples.uv, 2);
+  if (name == "curve_rank") return numbers(samples.curve_rank, 1);
+  return floats(samples.density, 1);
+}
+
+std::string json_of(const StoreReader& store, std::uint64_t number, const Row& row) {
+  const ItemReport& report = row.report;
+  JsonWriter json;
+  json.begin_object();
+  json.member("id", store.id(number));
+  json.member("row", number);
+  if (row.label >= 0) json.member("class", store.label_names()[static_cast<std::size_t>(row.label)]);
+  if (store.split(number) != Split::none) json.member("split", name_of(store.split(number)));
+  json.member("area", report.area);
+  const auto list = [&json](std::string_view name, std::span<const double> values) {
+    json.key(name);
+    json.begin_array();
+    for (const double value : values) json.value(value);
+    json.end_array();
+  };
+  list("bbox", report.bbox);
+  list("loc", report.loc);
+  json.member("scale", report.scale);
+  json.end_object();
+  return json.text() + "\n";
+}
+
+// STEM-000000.tar, with -train, -test or -val in front of the number.
+std::string shard_name(const std::string& stem, Split split, std::uint64_t shard) {
+  const char* const part = split == Split::train        ? "-train"
+                           : split == Split::test       ? "-test"
+                           : split == Split::validation ? "-val"
+                                                        : "";
+  return fmt::format("{}{}-{:06}.tar", stem, part, shard);
+}
+
+bool is_shard_name(std::string_view name, const std::string& stem) {
+  if (!name.starts_with(stem) || !name.ends_with(".tar")) return false;
+  name.remove_prefix(stem.size());
+  name.remove_suffix(4);
+  for (const std::string_view part : {"-train", "-test", "-val"})
+    if (name.starts_with(part)) name.remove_prefix(part.size());
+  return name.size() >= 7 && name[0] == '-' && name.find_first_not_of("0123456789", 1) == name.npos;
+}
+
+std::vector<fs::path> earlier_shards(const fs::path& folder, const std::string& stem) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (is_shard_name(at->path().filename().string(), stem)) files.push_back(at->path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// The shards of one split.
+class ShardFiles {
+ public:
+  ShardFiles(fs::path folder, std::string stem, Split split, std::uint64_t most_bytes)
+      : folder_(std::move(folder)), stem_(std::move(stem)), split_(split), most_bytes_(most_bytes) {}
+
+  void add(const std::vector<std::pair<std::string, std::string>>& members) {
+    std::uint64_t bytes = 0;
+    for (const auto& [name, content] : members) bytes += TarWriter::member_bytes(content.size());
+    if (file_ && bytes_ + bytes + end_bytes > most_bytes_) finish();
+    if (!file_) {
+      names_.push_back(shard_name(stem_, split_, names_.size()));
+      file_ = std::make_unique<AtomicFile>(folder_ / names_.back());
+      bytes_ = 0;
+    }
+    TarWriter tar([this](std::string_view piece) { file_->append(piece); });
+    for (const auto& [name, content] : members) tar.add(name, {content});
+    bytes_ += bytes;
+  }
+  void finish() {
+    if (!file_) return;
+    TarWriter([this](std::string_view piece) { file_->append(piece); }).finish();
+    file_->commit();
+    file_.reset();
+  }
+  const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  static constexpr std::uint64_t end_bytes = 1024;
+
+  fs::path folder_;
+  std::string stem_;
+  Split split_;
+  std::uint64_t most_bytes_, bytes_ = 0;
+  std::vector<std::string> names_;
+  std::unique_ptr<AtomicFile> file_;
+};
+
+}  // namespace
+
+bool is_array_format(const std::string& format) { return format == "npz" || format == "webdataset"; }
+
+void add_array_export_options(const Command& whole, ArrayExport& options) {
+  Command command = whole.under("Arrays");
+  command
+      .add_option("--arrays", options.arrays,
+                  "npz, webdataset: arrays, separated by commas (default: points,normals and, of a store "
+                  "with colours, rgb); points_rgb: N x 6, the colours from 0 to 1")
+      .separator(',')
+      .one_of(array_names);
+  command
+      .add_option("--shard-bytes", options.shard_bytes,
+                  "webdataset: size that a shard does not exceed, unless a single model does")
+      .show_default()
+      .on_given([&options] { options.shapes_shards = true; });
+}
+
+void check_array_export(const ArrayExport& options, const std::string& format) {
+  if (!options.arrays.empty() && !is_array_format(format))
+    throw UsageError("--arrays applies to --format npz and webdataset only");
+  if (options.shapes_shards && format != "webdataset")
+    throw UsageError("--shard-bytes applies to --format webdataset only");
+  parse_bytes(options.shard_bytes);
+}
+
+std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options) {
+  const bool colors = has_colors(store.content()), surfaces = store.content() == StoreContent::surfaces;
+  std::vector<std::string> chosen;
+  for (const std::string& name : options.arrays) {
+    if (!colors && (name == "rgb" || name == "points_rgb"))
+      throw UsageError("--arrays: the store has no `" + name + "`: it was made without --colors");
+    if (surfaces && (name == "face_index" || name == "corners" || name == "barycentric"))
+      throw UsageError("--arrays: the store has no `" + name + "`: its models are parametric surfaces");
+    if (!surfaces && name == "uv") throw UsageError("--arrays: the store has no `uv`: its models are meshes");
+    if (std::find(chosen.begin(), chosen.end(), name) == chosen.end()) chosen.push_back(name);
+  }
+  if (!chosen.empty()) return chosen;
+  chosen = {"points", "normals"};
+  if (colors) chosen.emplace_back("rgb");
+  return chosen;
+}
+
+void write_npz(const PutBytes& put, const std::vector<std::string>& arrays, const Row& row,
+               const std::string& id) {
+  try {
+    StoredZipWriter zip(put);
+    for (const std::string& name : arrays) zip.add(name + ".npy", {npy_of(name, row.samples)});
+    zip.add("loc.npy", {npy_file("<f8", std::span<const double>(row.report.loc), 1)});
+    const std::string_view scale(reinterpret_cast<const char*>(&row.report.scale), sizeof(double));
+    zip.add("scale.npy", {npy_header("<f8", {}), scale});
+    zip.finish();
+  } catch (const std::length_error&) {
+    throw RunError(RunError::Kind::unusable, "the arrays of `" + id +
+                                                 "` exceed the 4 GiB that an .npz file holds: choose fewer "
+                                                 "with --arrays, or --format webdataset");
+  }
+}
+
+int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                      const std::string& stem, const std::string& folder, const ArrayExport& options,
+                      Existing existing, OutputGuard& guard) {
+  const std::vector<std::string> arrays = chosen_arrays(store, options);
+  const std::uint64_t most_bytes = parse_bytes(options.shard_bytes);
+  guard.check_folder(folder, "-o");
+  const std::vector<fs::path> earlier = earlier_shards(folder, stem);
+  for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", existing);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw_file_error(error.value(), "create", folder, FullDisk::ends_command);
+
+  std::map<Split, ShardFiles> files;
+  std::uint64_t unlabelled = 0;
+  for (const std::uint64_t number : rows) {
+    const Row row = store.read_row(number);
+    const std::string key = fmt::format("{:08}", number);
+    std::vector<std::pair<std::string, std::string>> members;
+    for (const std::string& name : arrays)
+      members.emplace_back(fmt::format("{}.{}.npy", key, name), npy_of(name, row.samples));
+    if (row.label >= 0)
+      members.emplace_back(key + ".cls", std::to_string(row.label));
+    else
+      ++unlabelled;
+    members.emplace_back(key + ".json", json_of(store, number, row));
+    const Split split = store.split(number);
+    files.try_emplace(split, folder, stem, split, most_bytes).first->second.add(members);
+  }
+  std::vector<std::string> written;
+  for (auto& [split, shards] : files) {
+    shards.finish();
+    written.insert(written.end(), shards.names().begin(), shards.names().end());
+  }
+  // Loaders take every shard that they find.
+  for (const fs::path& file : earlier)
+    if (std::find(written.begin(), written.end(), file.filename().string()) == written.end())
+      fs::remove(file, error);
+  fmt::print("{} models in {} shards in {}\n", rows.size(), written.size(), folder);
+  if (unlabelled > 0) fmt::print("{} models without a class have no .cls\n", unlabelled);
+  return exit_done;
+}
+
+}  // namespace meander

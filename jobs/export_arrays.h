@@ -1,0 +1,45 @@
+// Samples of a store as arrays of numpy: an .npz file a model, or the tar shards of WebDataset.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/archive/archive_writers.h"
+#include "io/store/store.h"
+#include "jobs/output_guard.h"
+
+namespace meander {
+
+class Command;
+
+struct ArrayExport {
+  std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colours, rgb
+  std::string shard_bytes = "256M";
+  bool shapes_shards = false;  // --shard-bytes was given
+};
+
+// npz and webdataset.
+bool is_array_format(const std::string& format);
+
+void add_array_export_options(const Command& command, ArrayExport& options);
+// Throws UsageError when the options do not fit together.
+void check_array_export(const ArrayExport& options, const std::string& format);
+// The names, each once. Throws UsageError for an array that the store does not have.
+std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options);
+
+// An .npz file: the arrays, and `loc` (3 float64) and `scale` (float64); coordinates of the model's file are
+// loc + scale * points. Throws RunError(unusable) for 4 GiB and more.
+void write_npz(const PutBytes& put, const std::vector<std::string>& arrays, const Row& row,
+               const std::string& id);
+
+// The rows as FOLDER/STORE-000000.tar and so on, rows with a split in STORE-train-, STORE-test- and
+// STORE-val-: of each KEY.NAME.npy, KEY.cls (the number of its class, where it has one) and KEY.json, KEY
+// being its row number. Shards end before the first model that would exceed the size. Each file appears as a
+// whole; those of an earlier export that are not written again are removed in the end. Memory: one row.
+// Returns the exit code.
+int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                      const std::string& stem, const std::string& folder, const ArrayExport& options,
+                      Existing existing, OutputGuard& guard);
+
+}  // namespace meander
