@@ -1,4 +1,5 @@
 #include "io/plot/heat_map.h"
+#include "io/special_values.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -7,11 +8,9 @@
 #include <vector>
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Rgb at(const RgbImage& image, std::uint32_t x, std::uint32_t y) {
   const std::uint8_t* pixel = image.pixel(x, y);

@@ -8,6 +8,7 @@
 
 #include "io/reading.h"
 #include "support/mesh_files.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -108,11 +109,12 @@ TEST_CASE("read_mesh agrees with OpenMesh on generated files") {
 
 TEST_CASE("read_mesh agrees with OpenMesh on real files") {
   MEANDER_NEEDS_SHARED_DATA();
-  std::size_t compared = 0;
+  std::size_t compared = 0, files = 0;
   for (const char* const folder : {"paper", "retrieval"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(shared_data(folder))) {
       MeshFormat format{};
       if (!entry.is_regular_file() || !mesh_format_of(entry.path(), format)) continue;
+      if (sanitized && ++files % 4 != 0) continue;  // release builds compare all
       CAPTURE(entry.path().string());
       const MappedFile file(entry.path());
       const PolygonMesh mesh = read_mesh(file.bytes(), format);
@@ -125,7 +127,7 @@ TEST_CASE("read_mesh agrees with OpenMesh on real files") {
       REQUIRE(same_as_openmesh(mesh, oracle, format));
       ++compared;
     }
-  REQUIRE(compared > 100);
+  REQUIRE(compared > (sanitized ? 25 : 100));
 }
 
 TEST_CASE("read_mesh: every dirty file is read or fails with a named status") {

@@ -40,14 +40,14 @@ struct NamedFile {
   const char* name;
   MeshFile file;
 };
-constexpr NamedFile all_files[] = {{"a.off", MeshFile::off},
-                                   {"b.off", MeshFile::off_binary},
-                                   {"a.obj", MeshFile::obj},
-                                   {"a.ply", MeshFile::ply_ascii},
-                                   {"b.ply", MeshFile::ply_little_endian},
-                                   {"c.ply", MeshFile::ply_big_endian},
-                                   {"a.stl", MeshFile::stl_ascii},
-                                   {"b.stl", MeshFile::stl_binary}};
+constexpr NamedFile named_files[] = {{"a.off", MeshFile::off},
+                                     {"b.off", MeshFile::off_binary},
+                                     {"a.obj", MeshFile::obj},
+                                     {"a.ply", MeshFile::ply_ascii},
+                                     {"b.ply", MeshFile::ply_little_endian},
+                                     {"c.ply", MeshFile::ply_big_endian},
+                                     {"a.stl", MeshFile::stl_ascii},
+                                     {"b.stl", MeshFile::stl_binary}};
 
 }  // namespace
 
@@ -55,7 +55,7 @@ TEST_CASE("peek_mesh: small files of every format are counted exactly") {
   const ScratchFolder folder;
   const PolygonMesh shapes[] = {tetrahedron(), cube(), icosphere(2), merged(cube(), icosphere(1))};
   for (const PolygonMesh& shape : shapes)
-    for (const auto& [name, file] : all_files) {
+    for (const auto& [name, file] : named_files) {
       CAPTURE(name, shape.polygon_count());
       write_mesh(folder / name, shape, file);
       MeshFormat format{};
@@ -83,7 +83,7 @@ TEST_CASE("peek_mesh: large files of every format are estimated closely") {
     mixed = polygon_mesh(xyz, faces);
   }
   for (const PolygonMesh* const shape : {&sphere, &static_cast<const PolygonMesh&>(mixed)})
-    for (const auto& [name, file] : all_files) {
+    for (const auto& [name, file] : named_files) {
       CAPTURE(name, shape->polygon_count());
       write_mesh(folder / name, *shape, file);
       MeshFormat format{};
@@ -131,7 +131,7 @@ TEST_CASE("peek_mesh: headers are believed only as far as the size allows") {
 TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
   const ScratchFolder folder;
   const PolygonMesh mesh = merged(cube(), icosphere(1));
-  for (const auto& [name, file] : all_files) {
+  for (const auto& [name, file] : named_files) {
     const std::string content = mesh_bytes(mesh, file);
     for (std::size_t length = 0; length < content.size(); length += 1 + length / 10) {
       CAPTURE(name, length);

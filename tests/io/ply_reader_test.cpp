@@ -15,7 +15,7 @@ PolygonMesh ply(std::string_view content) { return read(content, MeshFormat::ply
 
 const std::string vertex_head = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
 const std::string face_head = "element face 2\nproperty list uchar int vertex_indices\n";
-const std::string four = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+const std::string four_rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
 const std::string two = "3 0 1 2\n3 1 2 3\n";
 const Faces two_faces = {{0, 1, 2}, {1, 2, 3}};
 
@@ -56,7 +56,7 @@ std::vector<double> values(const std::vector<ScalarAttribute>& attributes, std::
 }  // namespace
 
 TEST_CASE("PLY: ascii, with LF, CRLF and CR") {
-  const std::string text = ascii(vertex_head + face_head, four + two);
+  const std::string text = ascii(vertex_head + face_head, four_rows + two);
   std::string crlf, cr = text;
   for (const char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
   std::replace(cr.begin(), cr.end(), '\n', '\r');
@@ -196,12 +196,12 @@ TEST_CASE("PLY: faces before vertices, positions in any order and double") {
 TEST_CASE("PLY: triangle strips with restarts keep one orientation") {
   const std::string head = vertex_head + "element tristrips 2\nproperty list int int vertex_indices\n";
   const Faces expected = {{0, 1, 2}, {2, 1, 3}, {3, 2, 1}, {0, 1, 2}, {2, 1, 3}, {2, 3, 0}};
-  REQUIRE(faces_of(ply(ascii(head, four + "8 0 1 2 3 -1 3 2 1\n5 0 1 2 3 0\n"))) == expected);
+  REQUIRE(faces_of(ply(ascii(head, four_rows + "8 0 1 2 3 -1 3 2 1\n5 0 1 2 3 0\n"))) == expected);
   Bytes bytes(true);
   for (int k = 0; k < 12; ++k) bytes.put(static_cast<float>(k));
   for (const int value : {8, 0, 1, 2, 3, -1, 3, 2, 1, 5, 0, 1, 2, 3, 0}) bytes.put(value);
   REQUIRE(faces_of(ply(binary_head(true, head) + bytes.data)) == expected);
-  REQUIRE(outcome(ascii(head, four + "2 0 1\n3 0 -1 2\n"), MeshFormat::ply) ==
+  REQUIRE(outcome(ascii(head, four_rows + "2 0 1\n3 0 -1 2\n"), MeshFormat::ply) ==
           "empty: the strips hold no triangle");
 }
 
@@ -209,7 +209,7 @@ TEST_CASE("PLY: faces and strips together, strips have no face attributes") {
   const PolygonMesh mesh =
       ply(ascii(vertex_head + "element face 1\nproperty list uchar int vertex_indices\nproperty float q\n" +
                     "element tristrips 1\nproperty list int int vertex_indices\n",
-                four + "3 0 1 2 0.5\n4 0 1 2 3\n"));
+                four_rows + "3 0 1 2 0.5\n4 0 1 2 3\n"));
   check_consistent(mesh);
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {0, 1, 2}, {2, 1, 3}});
   REQUIRE(mesh.face_attributes[0].values[0] == 0.5);
@@ -219,11 +219,11 @@ TEST_CASE("PLY: faces and strips together, strips have no face attributes") {
 TEST_CASE("PLY: fewer faces than announced are a repair while one is left") {
   const std::string head =
       vertex_head + "element face 5\nproperty list uchar int vertex_indices\nproperty float q\n";
-  const PolygonMesh text = ply(ascii(head, four + "3 0 1 2 1\n3 1 2 3 2\n"));
+  const PolygonMesh text = ply(ascii(head, four_rows + "3 0 1 2 1\n3 1 2 3 2\n"));
   check_consistent(text);
   REQUIRE(text.polygon_count() == 2);
   REQUIRE(text.repairs[Repair::missing_faces] == 3);
-  REQUIRE(ply(ascii(head, four + "3 0 1 2 1\n3 1 2 3 2")).polygon_count() == 1);  // perhaps it was 2.5
+  REQUIRE(ply(ascii(head, four_rows + "3 0 1 2 1\n3 1 2 3 2")).polygon_count() == 1);  // perhaps it was 2.5
   for (const bool big_endian : {false, true}) {
     Bytes bytes(big_endian);
     for (int k = 0; k < 12; ++k) bytes.put(static_cast<float>(k));
@@ -256,8 +256,9 @@ TEST_CASE("PLY: a vertex element that is cut") {
 }
 
 TEST_CASE("PLY: bytes after the last element are counted, blanks are not") {
-  REQUIRE(ply(ascii(vertex_head + face_head, four + two + "3 0 1 2\n")).repairs[Repair::extra_data] == 8);
-  REQUIRE(ply(ascii(vertex_head + face_head, four + two + "\n\n")).repairs[Repair::extra_data] == 0);
+  REQUIRE(ply(ascii(vertex_head + face_head, four_rows + two + "3 0 1 2\n")).repairs[Repair::extra_data] ==
+          8);
+  REQUIRE(ply(ascii(vertex_head + face_head, four_rows + two + "\n\n")).repairs[Repair::extra_data] == 0);
   const std::string data = mesh_bytes(cube(), MeshFile::ply_little_endian);
   REQUIRE(ply(data + "\r\n").repairs[Repair::extra_data] == 0);
   REQUIRE(ply(data + "more").repairs[Repair::extra_data] == 4);
@@ -276,12 +277,12 @@ TEST_CASE("PLY: rows that cannot be read") {
   REQUIRE(mesh.repairs[Repair::bad_attributes] == 1);
   REQUIRE(outcome(ascii(vertex_head + face_head, "0 0 0\n1 0 0\n0 1,5 0\n0 0 1\n" + two), MeshFormat::ply) ==
           "unreadable: line 14: vertex 2 of 4: `1,5` is not a number");
-  REQUIRE(outcome(ascii(vertex_head + face_head, four + "x\ny\n"), MeshFormat::ply) ==
+  REQUIRE(outcome(ascii(vertex_head + face_head, four_rows + "x\ny\n"), MeshFormat::ply) ==
           "unreadable: none of 2 faces has a corner that can be read");
 }
 
 TEST_CASE("PLY: corners that name no vertex are kept") {
-  REQUIRE(faces_of(ply(ascii(vertex_head + face_head, four + "3 0 1 7\n3 -1 1 99999999999\n"))) ==
+  REQUIRE(faces_of(ply(ascii(vertex_head + face_head, four_rows + "3 0 1 7\n3 -1 1 99999999999\n"))) ==
           Faces{{0, 1, 7}, {no_index, 1, no_index}});
   const std::string head = vertex_head + "element face 1\nproperty list uchar float vertex_indices\n";
   Bytes bytes(false);
@@ -309,13 +310,13 @@ TEST_CASE("PLY: what cannot be read says where") {
        "unreadable: line 4: the length of a list is not an integer"},
       {format + "element vertex 3\nelephant 3\n",
        "unreadable: line 4: unknown keyword `elephant` in the header"},
-      {ascii(vertex_head, four), "empty: the header promises 4 vertices and no face"},
-      {ascii(vertex_head + "element face 0\nproperty list uchar int vertex_indices\n", four),
+      {ascii(vertex_head, four_rows), "empty: the header promises 4 vertices and no face"},
+      {ascii(vertex_head + "element face 0\nproperty list uchar int vertex_indices\n", four_rows),
        "empty: the header promises 4 vertices and no face"},
-      {ascii(vertex_head + "element face 2\nproperty list uchar int corners\n", four + two),
+      {ascii(vertex_head + "element face 2\nproperty list uchar int corners\n", four_rows + two),
        "unreadable: the element face has no list vertex_indices"},
       {ascii(face_head, two), "unreadable: the header has no element vertex"},
-      {ascii("element vertex 4\nproperty float x\nproperty float y\n" + face_head, four + two),
+      {ascii("element vertex 4\nproperty float x\nproperty float y\n" + face_head, four_rows + two),
        "unreadable: the element vertex has no property z"}};
   for (const auto& [content, expected] : cases) {
     CAPTURE(content);
@@ -324,11 +325,11 @@ TEST_CASE("PLY: what cannot be read says where") {
   // Counts larger than the file allocate no memory.
   const std::string huge =
       "element vertex 999999999999\nproperty float x\nproperty float y\nproperty float z\n";
-  REQUIRE(outcome(ascii(huge + face_head, four + two), MeshFormat::ply) ==
+  REQUIRE(outcome(ascii(huge + face_head, four_rows + two), MeshFormat::ply) ==
           "unreadable: the file ends in row 6 of 999999999999 of the element `vertex`, before any face");
   REQUIRE(outcome(binary_head(false, huge + face_head) + std::string(100, '\1'), MeshFormat::ply) ==
           "unreadable: the file ends in row 8 of 999999999999 of the element `vertex`, before any face");
-  REQUIRE(outcome(ascii("element nothing 999999999999\n" + vertex_head + face_head, four + two),
+  REQUIRE(outcome(ascii("element nothing 999999999999\n" + vertex_head + face_head, four_rows + two),
                   MeshFormat::ply) == "ok");
 }
 

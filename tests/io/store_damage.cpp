@@ -7,6 +7,7 @@
 #include "io/store/crc32c.h"
 #include "io/store/file_checksum.h"
 #include "store_support.h"
+#include "support/sanitized.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -92,7 +93,8 @@ TEST_CASE("reader: every single flipped bit of a small store is refused") {
   REQUIRE(refusal(store).empty());
   BytePutter file(store);
   std::mt19937 random(2);
-  for (std::size_t i = 0; i < good.size(); ++i) {
+  const std::size_t step = sanitized ? 4 : 1;  // release builds try every byte
+  for (std::size_t i = 0; i < good.size(); i += step) {
     file.put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
     const std::string message = refusal(store);
     if (message.find(store.string()) == std::string::npos || message.find("--trust") == std::string::npos)

@@ -9,6 +9,7 @@
 #include "io/store/crc32c.h"
 #include "io/store/store_file.h"
 #include "store_support.h"
+#include "support/sanitized.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -67,7 +68,8 @@ TEST_CASE("verify: every single flipped bit of a small store is found") {
     file.flush();
   };
   std::mt19937 random(1);
-  for (std::size_t i = 0; i < good.size(); ++i) {
+  const std::size_t step = sanitized ? 4 : 1;  // release builds try every byte
+  for (std::size_t i = 0; i < good.size(); i += step) {
     put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
     if (verify_store(store).problems.empty()) FAIL("a flipped bit in byte " << i << " was not found");
     put(i, good[i]);

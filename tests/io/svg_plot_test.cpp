@@ -9,17 +9,16 @@
 
 #include "io/plot/markup.h"
 #include "io/plot/svg_writer.h"
+#include "io/special_values.h"
 #include "io/xml_reader.h"
 
 using namespace meander;
+using namespace meander::test;
 using meander::test::named;
 using meander::test::XmlElement;
 using meander::test::XmlReader;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 std::vector<std::string> labels(AxisScale scale, double lower, double upper, std::size_t most) {
   std::vector<std::string> found;

@@ -5,16 +5,16 @@
 #include <limits>
 #include <string>
 
+#include "io/special_values.h"
 #include "io/xml_reader.h"
 
 using namespace meander;
+using namespace meander::test;
 using meander::test::named;
 using meander::test::XmlElement;
 using meander::test::XmlReader;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 double value(const XmlElement& element, const char* key) { return std::stod(element.attributes.at(key)); }
 

@@ -1,4 +1,5 @@
 #include "io/table/table.h"
+#include "io/special_values.h"
 
 #include <bit>
 #include <catch2/catch.hpp>
@@ -14,11 +15,9 @@
 #include "io/table/text_table.h"
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // An independent reader of RFC 4180.
 std::vector<std::vector<std::string>> read_csv(const std::string& text) {

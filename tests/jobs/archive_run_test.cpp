@@ -9,6 +9,7 @@
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/sanitized.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -20,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using Ids = std::vector<std::string>;
 
-ProcessResult run(const Ids& inputs, const fs::path& store, const Ids& more = {},
-                  const ProcessOptions& options = {}) {
+ProcessResult run_models(const Ids& inputs, const fs::path& store, const Ids& more = {},
+                         const ProcessOptions& options = {}) {
   Ids arguments = {"run", "-o", store.string(), "-n", "16", "--progress", "none"};
   arguments.insert(arguments.end(), inputs.begin(), inputs.end());
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -61,45 +62,44 @@ Ids put_all_kinds(const fs::path& scratch) {
   return {"zip/set.zip", "zip64/set.ZIP", "tar/set.tar", "tgz/set.tar.gz", "inside/set.tgz", "gz/set"};
 }
 
-Ids ids_of(const fs::path& store) { return StoreReader(store).header().ids; }
-
 }  // namespace
 
 TEST_CASE("run: folder, zip, tar, tar.gz and gz of the same files give the same bytes") {
   const ScratchFolder scratch;
   const Ids kinds = put_all_kinds(scratch.path());
   const Ids options = {"--label-from-folder", "--describe", "basics"};
-  REQUIRE(run({scratch / "folder/set"}, scratch / "folder.h5", options).exit_code == 3);
+  REQUIRE(run_models({scratch / "folder/set"}, scratch / "folder.h5", options).exit_code == 3);
   const std::string expected = read_file(scratch / "folder.h5");
   CHECK(ids_of(scratch / "folder.h5") == Ids{"chair/test/b.obj", "chair/train/a.off", "lamp/test/d.stl",
                                              "lamp/test/e.off", "lamp/train/c.ply"});
   for (const std::string& kind : kinds) {
     const fs::path store = scratch / (fs::path(kind).parent_path().string() + ".h5");
-    const ProcessResult result = run({scratch / kind}, store, options);
+    const ProcessResult result = run_models({scratch / kind}, store, options);
     INFO(kind << result.err << result.out);
     CHECK(result.exit_code == 3);
     CHECK(read_file(store) == expected);
     if (kind != "gz/set") CHECK_THAT(result.out, Contains("other files skipped: .txt 1"));
   }
   // In a folder around them, and beside another input.
-  REQUIRE(run({scratch / "folder"}, scratch / "around.h5").exit_code == 3);
+  REQUIRE(run_models({scratch / "folder"}, scratch / "around.h5").exit_code == 3);
   CHECK(ids_of(scratch / "around.h5").front() == "set/chair/test/b.obj");
-  REQUIRE(run({scratch / "inside"}, scratch / "around_archive.h5").exit_code == 3);
+  REQUIRE(run_models({scratch / "inside"}, scratch / "around_archive.h5").exit_code == 3);
   CHECK(read_file(scratch / "around_archive.h5") == read_file(scratch / "around.h5"));
   fs::create_directories(scratch / "other");
   write_mesh(scratch / "other/x.off", cube());
-  REQUIRE(run({scratch / "other", scratch / "folder/set"}, scratch / "two.h5").exit_code == 3);
-  REQUIRE(run({scratch / "other", scratch / "tar/set.tar"}, scratch / "two_archive.h5").exit_code == 3);
+  REQUIRE(run_models({scratch / "other", scratch / "folder/set"}, scratch / "two.h5").exit_code == 3);
+  REQUIRE(run_models({scratch / "other", scratch / "tar/set.tar"}, scratch / "two_archive.h5").exit_code ==
+          3);
   CHECK(read_file(scratch / "two_archive.h5") == read_file(scratch / "two.h5"));
 }
 
 TEST_CASE("run: a second run, --reuse and describe find the models of a folder in its archive") {
   const ScratchFolder scratch;
   const Ids kinds = put_all_kinds(scratch.path());
-  REQUIRE(run({scratch / "folder/set"}, scratch / "s.h5").exit_code == 3);
+  REQUIRE(run_models({scratch / "folder/set"}, scratch / "s.h5").exit_code == 3);
   const std::string before = read_file(scratch / "s.h5");
   for (const std::string& kind : kinds) {
-    const ProcessResult again = run({scratch / kind}, scratch / "s.h5", {"--json"});
+    const ProcessResult again = run_models({scratch / kind}, scratch / "s.h5", {"--json"});
     INFO(kind << again.err << again.out);
     CHECK(again.exit_code == 3);
     CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
@@ -112,7 +112,7 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
   }
   CHECK(read_file(scratch / "describedzip.h5") == read_file(scratch / "describedtgz.h5"));
   const ProcessResult reused =
-      run({scratch / "zip/set.zip"}, scratch / "r.h5", {"--reuse", scratch / "s.h5"});
+      run_models({scratch / "zip/set.zip"}, scratch / "r.h5", {"--reuse", scratch / "s.h5"});
   CHECK(reused.exit_code == 3);
   CHECK(read_file(scratch / "r.h5") == before);
   // A member that changes is seen.
@@ -120,7 +120,7 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
   for (ArchiveEntry& entry : entries)
     if (entry.name == "chair/train/a.off") entry.content += "\n";
   write_file(scratch / "zip/set.zip", zip_bytes(entries));
-  const ProcessResult changed = run({scratch / "zip/set.zip"}, scratch / "s.h5", {"--json"});
+  const ProcessResult changed = run_models({scratch / "zip/set.zip"}, scratch / "s.h5", {"--json"});
   CHECK_THAT(changed.out, Contains("\"changed\":[\"chair/train/a.off\"]"));
 }
 
@@ -141,7 +141,7 @@ TEST_CASE("run: members that cannot be read are rows, archives that cannot be re
   write_file(scratch / "in/cut.tar", tar.substr(0, 1536 + 20));
   write_file(scratch / "in/none.tar.gz", "this is no archive");
   write_file(scratch / "in/cut.off.gz", gzip_bytes(mesh).substr(0, 40));
-  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5");
+  const ProcessResult result = run_models({scratch / "in"}, scratch / "s.h5");
   INFO(result.err << result.out);
   CHECK(result.exit_code == 3);
   CHECK_THAT(result.err,
@@ -159,14 +159,14 @@ TEST_CASE("run: members that cannot be read are rows, archives that cannot be re
                          Contains("# cut.off: unreadable: cut") && Contains("/in/cut.off.gz\n"));
   CHECK(StoreReader(scratch / "s.h5").report(1).status == Status::ok);
   // Nothing changes for a second run; the failed items can be given back as a list.
-  CHECK_THAT(run({scratch / "in"}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[]"));
-  const ProcessResult list = run({"@" + (scratch / "s.h5.failed.txt").string()}, scratch / "f.h5");
+  CHECK_THAT(run_models({scratch / "in"}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[]"));
+  const ProcessResult list = run_models({"@" + (scratch / "s.h5.failed.txt").string()}, scratch / "f.h5");
   INFO(list.err);
   CHECK(list.exit_code == 3);
   CHECK(ids_of(scratch / "f.h5") == Ids{"cut.off", "cut/crc.off", "set/%2E%2E/out.off", "set/crc.off",
                                         "set/locked.off", "set/twice.off"});
   // As the only input such an archive is an error.
-  const ProcessResult alone = run({scratch / "in/none.tar.gz"}, scratch / "n.h5");
+  const ProcessResult alone = run_models({scratch / "in/none.tar.gz"}, scratch / "n.h5");
   CHECK(alone.exit_code == 2);
   CHECK_THAT(alone.err, Contains("cannot read the archive `") && Contains("this is no tar archive"));
 }
@@ -175,25 +175,26 @@ TEST_CASE("run, measure: members named one by one, lists of archives, equal ids"
   const ScratchFolder scratch;
   put_all_kinds(scratch.path());
   const std::string zip = (scratch / "zip/set.zip").string(), tgz = (scratch / "tgz/set.tar.gz").string();
-  CHECK(run({zip + "/chair/train/a.off"}, scratch / "one.h5").exit_code == 0);
+  CHECK(run_models({zip + "/chair/train/a.off"}, scratch / "one.h5").exit_code == 0);
   CHECK(ids_of(scratch / "one.h5") == Ids{"a.off"});
   ProcessOptions list;
   list.input = zip + "/lamp/train/c.ply\n" + tgz + "\n";
-  const ProcessResult listed = run({"-"}, scratch / "list.h5", {"--root", scratch.path().string()}, list);
+  const ProcessResult listed =
+      run_models({"-"}, scratch / "list.h5", {"--root", scratch.path().string()}, list);
   INFO(listed.err);
   CHECK(listed.exit_code == 3);
   CHECK(ids_of(scratch / "list.h5").size() == 6);
   CHECK(ids_of(scratch / "list.h5").back() == "zip/set/lamp/train/c.ply");
-  const ProcessResult missing = run({zip + "/x.off"}, scratch / "m.h5");
+  const ProcessResult missing = run_models({zip + "/x.off"}, scratch / "m.h5");
   CHECK(missing.exit_code == 2);
   CHECK_THAT(missing.err, Contains("has no member `x.off`"));
   write_file(scratch / "folder/set.zip", zip_bytes(entries_of(scratch / "folder/set")));
-  const ProcessResult both = run({scratch / "folder"}, scratch / "b.h5");
+  const ProcessResult both = run_models({scratch / "folder"}, scratch / "b.h5");
   CHECK(both.exit_code == 2);
   CHECK_THAT(both.err, Contains("two items would have the id `set/chair/test/b.obj`") &&
                            Contains("/folder/set.zip/chair/test/b.obj`"));
   // The archive is an input: nothing writes over it.
-  const ProcessResult over = run({zip}, zip);
+  const ProcessResult over = run_models({zip}, zip);
   CHECK(over.exit_code == 2);
 }
 
@@ -214,7 +215,7 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
              file.with_data_uri(scene + R"(,"extensionsRequired":["ACME_curves"])"));
   write_file(folder / "parts/more/cube a.bin", file.binary);
   write_file(folder / "cube.bin", file.binary);
-  const ProcessResult first = run({folder}, scratch / "s.h5");
+  const ProcessResult first = run_models({folder}, scratch / "s.h5");
   INFO(first.err << first.out);
   REQUIRE(first.exit_code == 3);
   REQUIRE(ids_of(scratch / "s.h5") ==
@@ -236,9 +237,9 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   write_file(scratch / "tgz/set.tar.gz", gzip_bytes(tar_bytes(entries_of(folder, "set/"))));
   for (const char* archive : {"zip/set.zip", "tgz/set.tar.gz"}) {
     INFO(archive);
-    const ProcessResult again = run({scratch / archive}, scratch / "s.h5", {"--json"});
+    const ProcessResult again = run_models({scratch / archive}, scratch / "s.h5", {"--json"});
     CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
-    CHECK(run({scratch / archive}, scratch / "archive.h5", {"--fresh"}).exit_code == 3);
+    CHECK(run_models({scratch / archive}, scratch / "archive.h5", {"--fresh"}).exit_code == 3);
     for (const std::uint64_t row : {0, 2, 3, 4}) {
       CHECK(report(scratch / "archive.h5", row).content_sha256 ==
             report(scratch / "s.h5", row).content_sha256);
@@ -251,16 +252,18 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   other[14] = '\x00';
   other[15] = '\x40';  // x of the second corner: 2
   write_file(folder / "parts/more/cube a.bin", other);
-  CHECK_THAT(run({folder}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[\"parts/a.gltf\"]"));
-  const ProcessResult retried = run({folder}, scratch / "s.h5", {"--retry", "changed", "--json"});
+  CHECK_THAT(run_models({folder}, scratch / "s.h5", {"--json"}).out,
+             Contains("\"changed\":[\"parts/a.gltf\"]"));
+  const ProcessResult retried = run_models({folder}, scratch / "s.h5", {"--retry", "changed", "--json"});
   INFO(retried.err << retried.out);
-  CHECK(run({folder}, scratch / "f.h5").exit_code == 3);
+  CHECK(run_models({folder}, scratch / "f.h5").exit_code == 3);
   CHECK(read_file(scratch / "s.h5") == read_file(scratch / "f.h5"));
-  CHECK(run({folder}, scratch / "r.h5", {"--reuse", (scratch / "s.h5").string()}).exit_code == 3);
+  CHECK(run_models({folder}, scratch / "r.h5", {"--reuse", (scratch / "s.h5").string()}).exit_code == 3);
   CHECK(read_file(scratch / "r.h5") == read_file(scratch / "f.h5"));
   // A buffer that appears makes its model readable.
   write_file(folder / "parts/lost.bin", file.binary);
-  CHECK_THAT(run({folder}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[\"parts/lost.GLTF\"]"));
+  CHECK_THAT(run_models({folder}, scratch / "s.h5", {"--json"}).out,
+             Contains("\"changed\":[\"parts/lost.GLTF\"]"));
 }
 
 TEST_CASE("run: unpacking stays within --memory") {
@@ -275,7 +278,8 @@ TEST_CASE("run: unpacking stays within --memory") {
     write_file(scratch / "in/b.off.gz", gzip_bytes(entry.content));
   }
   write_mesh(scratch / "in/c.off", cube());
-  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5", {"--memory", "80M", "--threads", "2"});
+  const ProcessResult result =
+      run_models({scratch / "in"}, scratch / "s.h5", {"--memory", "80M", "--threads", "2"});
   INFO(result.err << result.out);
   CHECK(result.exit_code == 3);
   const StoreReader store(scratch / "s.h5");

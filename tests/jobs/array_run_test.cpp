@@ -16,6 +16,7 @@
 #include "jobs/array_plan.h"
 #include "jobs/shard_run.h"
 #include "support/collection.h"
+#include "support/fault_program.h"
 #include "support/meander_program.h"
 #include "support/test_meshes.h"
 
@@ -52,7 +53,7 @@ struct Scene {
     return meander_with(arguments);
   }
   std::vector<std::string> shard_command(const std::string& shard) const {
-    return {MEANDER_FAULT_PROGRAM, "run", run, "--shard", shard, "-j", "1", "--progress", "none"};
+    return {fault_program, "run", run, "--shard", shard, "-j", "1", "--progress", "none"};
   }
   ProcessResult shard(const std::string& shard) const { return run_process(shard_command(shard)); }
   bool is_as_one_process_makes_it() const { return read_file(store) == read_file(whole); }
@@ -383,7 +384,7 @@ TEST_CASE("array: the script for GNU parallel makes the store") {
   const fs::path script = scene.scratch / "run.sh";
   write_file(script, planned.out);
   // The program of the test under the name that scripts call.
-  fs::create_symlink(MEANDER_PROGRAM, scene.scratch / "meander");
+  fs::create_symlink(program, scene.scratch / "meander");
   ProcessOptions options;
   options.environment = {{"PATH", scene.scratch.path().string() + ":" + std::getenv("PATH")},
                          {"PARALLEL_HOME", (scene.scratch / "home").string()}};

@@ -6,6 +6,7 @@
 #include "support/archive_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -24,7 +25,7 @@ const std::string painted_cube = std::string("mtllib paint/cube.mtl\n") + cube_c
                                  "f 4 3 2 1\nusemtl red\nf 1 2 6 5\nf 2 3 7 6\nusemtl green\nf 3 4 8 7\n"
                                  "f 4 1 5 8\nusemtl none\nf 5 6 7 8\n";
 
-void put_models(const fs::path& folder) {
+void put_painted_models(const fs::path& folder) {
   fs::create_directories(folder / "paint");
   write_file(folder / "cube.obj", painted_cube);
   write_file(folder / "paint/cube.mtl", "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 0.2 0\n");
@@ -36,16 +37,10 @@ void put_models(const fs::path& folder) {
   write_file(folder / "broken.off", "OFF\nnothing\n");
 }
 
-ProcessResult run(const fs::path& input, const fs::path& store, const Words& more = {"--colors"}) {
+ProcessResult run_colors(const fs::path& input, const fs::path& store, const Words& more = {"--colors"}) {
   Words arguments = {"run", input.string(), "-o", store.string(), "-n", "200", "--progress", "none"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return meander_with(arguments);
-}
-
-Row row_of(const fs::path& path, const std::string& id) {
-  const StoreReader store(path);
-  const std::vector<std::string> ids = store.header().ids;
-  return store.read_row(static_cast<std::uint64_t>(std::find(ids.begin(), ids.end(), id) - ids.begin()));
 }
 
 using Rgb = std::array<int, 3>;
@@ -57,8 +52,8 @@ Rgb color(const Samples& samples, std::size_t i) {
 
 TEST_CASE("run --colors: every sample has the colour of its place, and what is missing is counted") {
   const ScratchFolder scratch;
-  put_models(scratch / "in");
-  const ProcessResult result = run(scratch / "in", scratch / "s.h5");
+  put_painted_models(scratch / "in");
+  const ProcessResult result = run_colors(scratch / "in", scratch / "s.h5");
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 3);
   CHECK_THAT(result.out, Contains("colors: none") && Contains("colors: material") &&
@@ -104,9 +99,9 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
 
 TEST_CASE("run --colors: the points are those without colours") {
   const ScratchFolder scratch;
-  put_models(scratch / "in");
-  REQUIRE(run(scratch / "in", scratch / "plain.h5", {}).exit_code == 3);
-  REQUIRE(run(scratch / "in", scratch / "colored.h5").exit_code == 3);
+  put_painted_models(scratch / "in");
+  REQUIRE(run_colors(scratch / "in", scratch / "plain.h5", {}).exit_code == 3);
+  REQUIRE(run_colors(scratch / "in", scratch / "colored.h5").exit_code == 3);
   for (const char* id : {"cube.obj", "faces.off", "vertices.obj", "plain.stl"}) {
     const Row plain = row_of(scratch / "plain.h5", id), colored = row_of(scratch / "colored.h5", id);
     CHECK(plain.samples.points == colored.samples.points);
@@ -114,23 +109,23 @@ TEST_CASE("run --colors: the points are those without colours") {
     CHECK(plain.samples.rgb.empty());
   }
   // One store is not continued as the other.
-  const ProcessResult result = run(scratch / "in", scratch / "plain.h5");
+  const ProcessResult result = run_colors(scratch / "in", scratch / "plain.h5");
   CHECK(result.exit_code == 2);
   CHECK_THAT(result.err, Contains("colors"));
 }
 
 TEST_CASE("run --colors: a folder, zip and tar with material libraries give the same bytes") {
   const ScratchFolder scratch;
-  put_models(scratch / "folder/set");
+  put_painted_models(scratch / "folder/set");
   const std::vector<ArchiveEntry> entries = entries_of(scratch / "folder/set");
   for (const char* kind : {"zip", "tar", "tgz"}) fs::create_directories(scratch / kind);
   write_file(scratch / "zip/set.zip", zip_bytes(entries));
   write_file(scratch / "tar/set.tar", tar_bytes(entries));
   write_file(scratch / "tgz/set.tar.gz", gzip_bytes(tar_bytes(entries)));
-  REQUIRE(run(scratch / "folder/set", scratch / "folder.h5").exit_code == 3);
+  REQUIRE(run_colors(scratch / "folder/set", scratch / "folder.h5").exit_code == 3);
   const std::string expected = read_file(scratch / "folder.h5");
   for (const char* kind : {"zip/set.zip", "tar/set.tar", "tgz/set.tar.gz"}) {
-    const ProcessResult result = run(scratch / kind, scratch / "archive.h5", {"--colors", "--fresh"});
+    const ProcessResult result = run_colors(scratch / kind, scratch / "archive.h5", {"--colors", "--fresh"});
     INFO(kind << result.out << result.err);
     CHECK(result.exit_code == 3);
     CHECK(read_file(scratch / "archive.h5") == expected);
@@ -140,12 +135,12 @@ TEST_CASE("run --colors: a folder, zip and tar with material libraries give the 
 TEST_CASE(
     "run --colors: shards, threads and a second run give the same bytes; describe and export keep them") {
   const ScratchFolder scratch;
-  put_models(scratch / "in");
-  REQUIRE(run(scratch / "in", scratch / "s.h5", {"--colors", "-j", "1"}).exit_code == 3);
+  put_painted_models(scratch / "in");
+  REQUIRE(run_colors(scratch / "in", scratch / "s.h5", {"--colors", "-j", "1"}).exit_code == 3);
   const std::string expected = read_file(scratch / "s.h5");
-  REQUIRE(run(scratch / "in", scratch / "two.h5", {"--colors", "-j", "2", "--fresh"}).exit_code == 3);
+  REQUIRE(run_colors(scratch / "in", scratch / "two.h5", {"--colors", "-j", "2", "--fresh"}).exit_code == 3);
   CHECK(read_file(scratch / "two.h5") == expected);
-  REQUIRE(run(scratch / "in", scratch / "s.h5").exit_code == 3);
+  REQUIRE(run_colors(scratch / "in", scratch / "s.h5").exit_code == 3);
   CHECK(read_file(scratch / "s.h5") == expected);
 
   const ProcessResult described =
@@ -167,14 +162,15 @@ TEST_CASE(
 
 TEST_CASE("run --colors: a changed material library is noticed, and --reuse does not take its old colours") {
   const ScratchFolder scratch;
-  put_models(scratch / "in");
-  REQUIRE(run(scratch / "in", scratch / "old.h5").exit_code == 3);
+  put_painted_models(scratch / "in");
+  REQUIRE(run_colors(scratch / "in", scratch / "old.h5").exit_code == 3);
   write_file(scratch / "in/paint/cube.mtl", "newmtl red\nKd 0 0 1\n");
-  const ProcessResult again = run(scratch / "in", scratch / "old.h5", {"--colors", "--json"});
+  const ProcessResult again = run_colors(scratch / "in", scratch / "old.h5", {"--colors", "--json"});
   CHECK_THAT(again.out, Contains("\"changed\":[\"cube.obj\"]"));
-  REQUIRE(run(scratch / "in", scratch / "new.h5", {"--colors", "--reuse", scratch / "old.h5"}).exit_code ==
-          3);
-  REQUIRE(run(scratch / "in", scratch / "fresh.h5").exit_code == 3);
+  REQUIRE(
+      run_colors(scratch / "in", scratch / "new.h5", {"--colors", "--reuse", scratch / "old.h5"}).exit_code ==
+      3);
+  REQUIRE(run_colors(scratch / "in", scratch / "fresh.h5").exit_code == 3);
   CHECK(read_file(scratch / "new.h5") == read_file(scratch / "fresh.h5"));
   const Row cube = row_of(scratch / "new.h5", "cube.obj");
   for (std::size_t i = 0; i < 200; ++i)

@@ -6,6 +6,7 @@
 
 #include "io/store/store.h"
 #include "kernels/sample/point_frames.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -17,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ProcessResult run(const fs::path& input, const std::string& store, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {MEANDER_PROGRAM, "run", input, "-o", store, "--progress", "none"};
+ProcessResult run_curved(const fs::path& input, const std::string& store,
+                         const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = {program, "run", input, "-o", store, "--progress", "none"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run_process(arguments);
 }
@@ -37,8 +39,8 @@ double farthest_from_sphere(const Row& row, Vector3 centre, double radius) {
 // How far --curved moves the points of a mesh, over the diagonal of its box.
 std::vector<double> moves(const fs::path& mesh, const ScratchFolder& scratch) {
   const std::string flat = scratch / "flat.h5", curved = scratch / "curved.h5";
-  REQUIRE(run(mesh, flat, {"-n", "2000", "--method", "direct"}).exit_code == 0);
-  REQUIRE(run(mesh, curved, {"-n", "2000", "--method", "direct", "--curved"}).exit_code == 0);
+  REQUIRE(run_curved(mesh, flat, {"-n", "2000", "--method", "direct"}).exit_code == 0);
+  REQUIRE(run_curved(mesh, curved, {"-n", "2000", "--method", "direct", "--curved"}).exit_code == 0);
   const Row a = only_row(flat), b = only_row(curved);
   CHECK(a.samples.face == b.samples.face);
   CHECK(a.samples.barycentric == b.samples.barycentric);
@@ -60,9 +62,10 @@ TEST_CASE("run --curved: points of coarse spheres lie on the sphere to fourth or
       const fs::path mesh = scratch / "ball.off";
       write_mesh(mesh, icosphere(level + 1));
       const std::string store = scratch / "s.h5";
-      REQUIRE(run(mesh, store, {"-n", "1000", "--method", method, "--fresh"}).exit_code == 0);
+      REQUIRE(run_curved(mesh, store, {"-n", "1000", "--method", method, "--fresh"}).exit_code == 0);
       flat[level] = farthest_from_sphere(only_row(store), {}, 1);
-      REQUIRE(run(mesh, store, {"-n", "1000", "--method", method, "--curved", "--fresh"}).exit_code == 0);
+      REQUIRE(run_curved(mesh, store, {"-n", "1000", "--method", method, "--curved", "--fresh"}).exit_code ==
+              0);
       curved[level] = farthest_from_sphere(only_row(store), {}, 1);
     }
     INFO(method << ": flat " << flat[0] << " " << flat[1] << ", curved " << curved[0] << " " << curved[1]);
@@ -102,12 +105,14 @@ TEST_CASE("run --curved: with normalised coordinates and descriptors, for any th
   };
   const std::string one = scratch / "one.h5", two = scratch / "two.h5", flat = scratch / "flat.h5",
                     later = scratch / "later.h5";
-  REQUIRE(run(scratch / "in", one, with({"--curved", "--describe", "d2,geodesic", "-j", "1"})).exit_code ==
-          0);
-  REQUIRE(run(scratch / "in", two, with({"--curved", "--describe", "d2,geodesic", "-j", "2"})).exit_code ==
-          0);
-  REQUIRE(run(scratch / "in", flat, with({"--describe", "d2,geodesic"})).exit_code == 0);
-  REQUIRE(run(scratch / "in", later, with({"--curved"})).exit_code == 0);
+  REQUIRE(
+      run_curved(scratch / "in", one, with({"--curved", "--describe", "d2,geodesic", "-j", "1"})).exit_code ==
+      0);
+  REQUIRE(
+      run_curved(scratch / "in", two, with({"--curved", "--describe", "d2,geodesic", "-j", "2"})).exit_code ==
+      0);
+  REQUIRE(run_curved(scratch / "in", flat, with({"--describe", "d2,geodesic"})).exit_code == 0);
+  REQUIRE(run_curved(scratch / "in", later, with({"--curved"})).exit_code == 0);
   CHECK((read_file(one) == read_file(two)));
   CHECK(verify_store(one).problems.empty());
   const Row row = only_row(one), plain = only_row(flat);
@@ -116,9 +121,9 @@ TEST_CASE("run --curved: with normalised coordinates and descriptors, for any th
   // Geodesics start and end on the mesh; chords are those of the points.
   CHECK(row.descriptors[1].values == plain.descriptors[1].values);
   CHECK(row.descriptors[0].values != plain.descriptors[0].values);
-  REQUIRE(run_process({MEANDER_PROGRAM, "describe", later, scratch / "in", "--descriptors", "geodesic"})
-              .exit_code == 0);
-  REQUIRE(run_process({MEANDER_PROGRAM, "describe", later, "--descriptors", "d2"}).exit_code == 0);
+  REQUIRE(run_process({program, "describe", later, scratch / "in", "--descriptors", "geodesic"}).exit_code ==
+          0);
+  REQUIRE(run_process({program, "describe", later, "--descriptors", "d2"}).exit_code == 0);
   const Row described = only_row(later);
   CHECK(described.descriptors[0].values == row.descriptors[1].values);
   CHECK(described.descriptors[2].values == row.descriptors[0].values);

@@ -15,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string program = MEANDER_PROGRAM;
-
 using Words = std::vector<std::string>;
 
 // A store of six models with descriptors and labels, and what was sampled.

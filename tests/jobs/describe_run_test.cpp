@@ -9,6 +9,7 @@
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/describe/shell_harmonics.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -17,8 +18,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 ProcessResult run(const ScratchFolder& scratch, const std::string& store, std::vector<std::string> more) {
   std::vector<std::string> arguments = {program, "run", scratch / "in", "-o", store};

@@ -8,6 +8,7 @@
 
 #include "io/mesh/point_reader.h"
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -18,8 +19,6 @@ using namespace meander::test;
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::string program = MEANDER_PROGRAM;
 
 std::size_t distinct_points(const Samples& s) {
   std::set<std::array<float, 3>> distinct;

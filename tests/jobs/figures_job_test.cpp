@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/sanitized.h"
@@ -17,8 +18,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 using CsvRow = std::map<std::string, std::string>;
 

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "io/store/store.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -12,8 +13,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 ProcessResult measure(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {program, "measure"});

@@ -6,6 +6,7 @@
 
 #include "io/store/store.h"
 #include "support/collection.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/sanitized.h"
@@ -18,10 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string program = MEANDER_PROGRAM;
-
-ProcessResult run(const fs::path& input, const std::string& store, const std::vector<std::string>& more,
-                  const ProcessOptions& options = {}) {
+ProcessResult run_fresh(const fs::path& input, const std::string& store, const std::vector<std::string>& more,
+                        const ProcessOptions& options = {}) {
   std::vector<std::string> arguments = {program,   "run",        input.string(), "-o",        store,
                                         "--fresh", "--progress", "none",         "--timeout", "0"};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -33,7 +32,7 @@ void check_peaks(const fs::path& input, const std::string& store, const std::vec
     for (const char* threads : {"1", "2"})
       for (const char* method : {"auto", "conformal", "direct"})
         for (const char* samples : {"512", "2048"}) {
-          const ProcessResult result = run(
+          const ProcessResult result = run_fresh(
               input, store,
               {"-n", samples, "-j", threads, "--method", method, "--memory", std::to_string(budget) + "M"});
           INFO(budget << " MiB, " << threads << " threads, " << method << ", " << samples << " samples: peak "
@@ -88,21 +87,21 @@ TEST_CASE(
       const std::vector<std::string> setting = {"-n", samples, "-j", threads, "--memory"};
       std::vector<std::string> refused = setting, accepted = setting;
       refused.push_back("16M");
-      const ProcessResult small = run(scratch / "in", store, refused);
+      const ProcessResult small = run_fresh(scratch / "in", store, refused);
       INFO(small.err);
       CHECK(small.exit_code == 2);
       CHECK_FALSE(fs::exists(store));
       const long least = least_budget(small.err);
       REQUIRE(least > 16);
       accepted.push_back(std::to_string(least) + "M");
-      const ProcessResult result = run(scratch / "in", store, accepted);
+      const ProcessResult result = run_fresh(scratch / "in", store, accepted);
       INFO(samples << " samples, " << threads << " threads, " << least << " MiB: peak "
                    << result.peak_kilobytes / 1024 << " MiB; " << result.err);
       CHECK(result.exit_code == 0);
       CHECK(result.peak_kilobytes <= least * 1024);
       fs::remove(store);
       accepted.back() = std::to_string(least - 1) + "M";
-      CHECK(run(scratch / "in", store, accepted).exit_code == 2);
+      CHECK(run_fresh(scratch / "in", store, accepted).exit_code == 2);
     }
 }
 
@@ -122,7 +121,7 @@ TEST_CASE("run: an address space too small for Embree is reported as lack of mem
       setrlimit(RLIMIT_AS, &limit);
     };
     const ProcessResult result =
-        run(scratch / "in", scratch / "s.h5", {"-j", "1", "--method", "conformal"}, options);
+        run_fresh(scratch / "in", scratch / "s.h5", {"-j", "1", "--method", "conformal"}, options);
     INFO(megabytes << " MiB: exit " << result.exit_code << ", signal " << result.signal << ": "
                    << result.err);
     CHECK(result.err.find("a bug of meander") == std::string::npos);

@@ -14,6 +14,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "support/collection.h"
+#include "support/fault_program.h"
 #include "support/meander_program.h"
 #include "support/test_meshes.h"
 
@@ -296,7 +297,7 @@ TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same 
   options.environment = {{"MEANDER_TEST_FAULT", "slow:60"}};
   using std::chrono::milliseconds;
   const ProcessResult last =
-      run_killed({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options,
+      run_killed({fault_program, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options,
                  {3, 8, milliseconds(5), milliseconds(250)}, 0, [&] { fs::remove_all(out); });
   REQUIRE(last.exit_code == 0);
   CHECK(meshes_of(out) == meshes_of(scratch / "whole"));  // and no temporary file
@@ -312,7 +313,7 @@ TEST_CASE("remesh job: what a killed process has logged is not made again") {
   ProcessOptions options;
   options.environment = {{"MEANDER_TEST_FAULT", "kill:sheet"}};
   const ProcessResult died =
-      run_process({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
+      run_process({fault_program, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
   REQUIRE(died.signal == SIGKILL);
   REQUIRE(fs::exists(fs::path(out) / "remesh.json.log"));
   std::istringstream lines(read_file(fs::path(out) / "remesh.json.log"));
@@ -338,7 +339,7 @@ TEST_CASE("remesh job: an item that crashes the process is recorded, and left al
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
   ProcessOptions options;
   options.environment = {{"MEANDER_TEST_FAULT", "segv:ring"}};
-  const std::vector<std::string> command{MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90"};
+  const std::vector<std::string> command{fault_program, "remesh", models, "-o", out, "-n", "90"};
   REQUIRE(run_process(command, options).signal == SIGSEGV);
   for (int run = 0; run < 2; ++run) {
     const ProcessResult next = run_process(command, options);
@@ -421,7 +422,7 @@ TEST_CASE("remesh job: asked to stop it keeps what is done and goes on later") {
   ProcessOptions options;
   options.environment = {{"MEANDER_TEST_FAULT", "stop:sheet"}};
   const ProcessResult stopped =
-      run_process({MEANDER_FAULT_PROGRAM, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
+      run_process({fault_program, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
   CHECK(stopped.exit_code == 75);
   CHECK(contains(stopped.err, "the same command continues"));
   CHECK(!items_of(out).contains("sheet.ply"));

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -14,8 +15,6 @@ using namespace meander::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 // Two models and one that cannot be read.
 struct Place {
@@ -46,8 +45,6 @@ struct Place {
   ScratchFolder scratch;
 };
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 }  // namespace
 
 TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one thread and two") {
@@ -57,7 +54,7 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
         place.sheet({"-o", place.path(std::string(threads) + ".png"), "-j", threads});
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
-    CHECK(has(result.out, "3 models, 1 without points"));
+    CHECK(contains(result.out, "3 models, 1 without points"));
     CHECK(result.err.empty());
   }
   const std::string bytes = read_file(place.path("1.png"));
@@ -67,7 +64,7 @@ TEST_CASE("render sheet: surfaces, failed items and a summary, the same for one 
   // Solid surfaces and lone points differ; without INPUT the program says what is missing.
   const ProcessResult alone = place.sheet({"-o", place.path("3.png")}, false);
   CHECK(alone.exit_code == 0);
-  CHECK(has(alone.err, "a store holds no surfaces: give the INPUT of its run"));
+  CHECK(contains(alone.err, "a store holds no surfaces: give the INPUT of its run"));
   CHECK(bytes != read_file(place.path("3.png")));
 }
 
@@ -106,7 +103,7 @@ TEST_CASE("render sheet: meshes that are missing, changed or too large are named
   const ProcessResult result = place.sheet({"-o", place.path("p.png")});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
-  CHECK(has(result.out, "3 models, 2 without a surface, 1 without points"));
+  CHECK(contains(result.out, "3 models, 2 without a surface, 1 without points"));
   // A mesh that does not fit beside the sheet, the same for any number of threads.
   const Place other;
   write_mesh(other.path("in/ball/a.off"), icosphere(6));
@@ -116,7 +113,7 @@ TEST_CASE("render sheet: meshes that are missing, changed or too large are named
     const ProcessResult little = other.sheet(
         {"-o", other.path(std::string(threads) + ".png"), "--size", "100", "--memory", "12M", "-j", threads});
     INFO(little.err);
-    CHECK(has(little.out, "3 models, 1 without a surface, 1 without points"));
+    CHECK(contains(little.out, "3 models, 1 without a surface, 1 without points"));
   }
   CHECK(read_file(other.path("1.png")) == read_file(other.path("2.png")));
 }
@@ -124,20 +121,20 @@ TEST_CASE("render sheet: meshes that are missing, changed or too large are named
 TEST_CASE("render sheet: mistakes are usage errors, and nothing is written") {
   const Place place;
   const std::string out = place.path("p.png");
-  CHECK(has(place.refusal({"-o", place.path("p.jpg")}), "should end in .png"));
-  CHECK(has(place.refusal({"-o", out, "--view", "1,2"}), "give three numbers"));
-  CHECK(has(place.refusal({"-o", out, "--view", "1,2,x"}), "give three numbers"));
-  CHECK(has(place.refusal({"-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
-  CHECK(has(place.refusal({"-o", out, "--view", "0,0,0"}), "must not lie along the axis"));
-  CHECK(has(place.refusal({"-o", out, "--colour", "rnak"}), "rank"));
-  CHECK(has(place.refusal({"-o", out, "--item", "ball/b.off"}), "ball/b.off"));
-  CHECK(has(place.refusal({"-o", out, "--models", "0"}), "--models"));
-  CHECK(has(place.refusal({"-o", out, "--memory", "much"}), "much"));
-  CHECK(has(place.refusal({"-o", out, "--memory", "100K"}), "or lower --size or --models"));
-  CHECK(has(place.refusal({"-o", out, "--item", "0", "--models", "5"}), "--models"));
-  CHECK(has(place.refusal({"-o", out, "-0"}, false), "name it as well"));
-  CHECK(has(place.refusal({"-o", out, "--root", place.path("in")}, false), "name it as well"));
-  CHECK(has(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
+  CHECK(contains(place.refusal({"-o", place.path("p.jpg")}), "should end in .png"));
+  CHECK(contains(place.refusal({"-o", out, "--view", "1,2"}), "give three numbers"));
+  CHECK(contains(place.refusal({"-o", out, "--view", "1,2,x"}), "give three numbers"));
+  CHECK(contains(place.refusal({"-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
+  CHECK(contains(place.refusal({"-o", out, "--view", "0,0,0"}), "must not lie along the axis"));
+  CHECK(contains(place.refusal({"-o", out, "--colour", "rnak"}), "rank"));
+  CHECK(contains(place.refusal({"-o", out, "--item", "ball/b.off"}), "ball/b.off"));
+  CHECK(contains(place.refusal({"-o", out, "--models", "0"}), "--models"));
+  CHECK(contains(place.refusal({"-o", out, "--memory", "much"}), "much"));
+  CHECK(contains(place.refusal({"-o", out, "--memory", "100K"}), "or lower --size or --models"));
+  CHECK(contains(place.refusal({"-o", out, "--item", "0", "--models", "5"}), "--models"));
+  CHECK(contains(place.refusal({"-o", out, "-0"}, false), "name it as well"));
+  CHECK(contains(place.refusal({"-o", out, "--root", place.path("in")}, false), "name it as well"));
+  CHECK(contains(place.refusal({"-o", place.path("in/ball/a.off")}), "should end in .png"));
   CHECK(run_process({program, "render"}).exit_code == 2);
   CHECK_FALSE(fs::exists(out));
 }
@@ -171,8 +168,8 @@ TEST_CASE("render splats: white space with the meshes, failed items, the same fo
     const ProcessResult result = splats(std::string(threads) + ".png", {"-j", threads}, true);
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
-    CHECK(has(result.out, "3 models, 1 without points"));
-    CHECK(has(result.out, "ring/c.off: unreadable"));
+    CHECK(contains(result.out, "3 models, 1 without points"));
+    CHECK(contains(result.out, "ring/c.off: unreadable"));
     CHECK(percentages(result.out).size() == 2);
     for (const double white : percentages(result.out)) CHECK(white < 3);
   }
@@ -188,7 +185,7 @@ TEST_CASE("render splats: white space with the meshes, failed items, the same fo
   CHECK(alone.err.empty());
   CHECK(percentages(alone.out).empty());
   write_mesh(place.path("in/ball/a.off"), icosphere(2));
-  CHECK(has(splats("changed.png", {}, true).out, "white space unknown: the mesh has changed"));
+  CHECK(contains(splats("changed.png", {}, true).out, "white space unknown: the mesh has changed"));
   REQUIRE(splats("coloured.png", {"--colour", "normal"}, false).exit_code == 0);
   CHECK(read_file(place.path("coloured.png")) != read_file(place.path("alone.png")));
   CHECK(splats("p.png", {"--cover", "0"}, false).exit_code == 2);
@@ -263,8 +260,8 @@ TEST_CASE("render turntable: frames whose samples stay, the same for one thread 
   const ProcessResult first = turn(with({"-o", scratch / "a", "-j", "1"}));
   INFO(first.err);
   REQUIRE(first.exit_code == 0);
-  CHECK(has(first.out, "4 frames of "));
-  CHECK(has(first.out, "none moves"));
+  CHECK(contains(first.out, "4 frames of "));
+  CHECK(contains(first.out, "none moves"));
   REQUIRE(percentages(first.out).size() == 2);
   CHECK(percentages(first.out)[1] >= 90);
   REQUIRE(turn(with({"-o", scratch / "b%02d.png", "-j", "2"})).exit_code == 0);
@@ -274,19 +271,19 @@ TEST_CASE("render turntable: frames whose samples stay, the same for one thread 
           read_file(scratch / ("b0" + digit + ".png")));
   }
   CHECK(read_file(scratch / "b00.png") != read_file(scratch / "b03.png"));
-  CHECK(has(turn(with({"-o", scratch / "c", "--samples", "500"})).out, " samples each"));
+  CHECK(contains(turn(with({"-o", scratch / "c", "--samples", "500"})).out, " samples each"));
   // Mistakes.
-  CHECK(has(turn({"-o", scratch / "x%s.png"}).err, "pattern of file names"));
-  CHECK(has(turn({"-o", scratch / "x%d%d.png"}).err, "pattern of file names"));
-  CHECK(has(turn({"-o", scratch / "x%04d.jpg"}).err, "pattern of file names"));
-  CHECK(has(turn({"-o", scratch / "d", "--item", "0"}).err, "has no samples: unreadable"));
-  CHECK(has(turn({"-o", scratch / "d", "--memory", "100K"}).err, "need"));
+  CHECK(contains(turn({"-o", scratch / "x%s.png"}).err, "pattern of file names"));
+  CHECK(contains(turn({"-o", scratch / "x%d%d.png"}).err, "pattern of file names"));
+  CHECK(contains(turn({"-o", scratch / "x%04d.jpg"}).err, "pattern of file names"));
+  CHECK(contains(turn({"-o", scratch / "d", "--item", "0"}).err, "has no samples: unreadable"));
+  CHECK(contains(turn({"-o", scratch / "d", "--memory", "100K"}).err, "need"));
   CHECK(turn({"-o", store}).exit_code == 2);
   CHECK(turn({"-o", scratch / "d", "--elevation", "90"}).exit_code == 2);
   CHECK_FALSE(fs::exists(scratch / "d"));
   REQUIRE(run_process(
               {program, "run", scratch / "ring.off", "-o", scratch / "c.h5", "-n", "64", "--order", "curve"})
               .exit_code == 0);
-  CHECK(has(run_process({program, "render", "turntable", scratch / "c.h5", "-o", scratch / "e"}).err,
-            "progressive"));
+  CHECK(contains(run_process({program, "render", "turntable", scratch / "c.h5", "-o", scratch / "e"}).err,
+                 "progressive"));
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -15,12 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string program = MEANDER_PROGRAM;
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-struct Place {
-  Place() {
+struct StrokeScene {
+  StrokeScene() {
     fs::create_directories(scratch / "in");
     write_mesh(scratch / "in/a.off", torus(32, 16));
     write_mesh(scratch / "in/b.ply", icosphere(3));
@@ -44,7 +41,7 @@ struct Place {
     const ProcessResult result = strokes(words);
     INFO(result.err);
     CHECK(result.exit_code == 0);
-    CHECK(has(result.out, "1 picture of 1 model"));
+    CHECK(contains(result.out, "1 picture of 1 model"));
     return read_file(path("p.png"));
   }
   std::string refusal(const std::vector<std::string>& more) const {
@@ -60,7 +57,7 @@ struct Place {
 }  // namespace
 
 TEST_CASE("render strokes: every option makes another picture, threads do not") {
-  const Place place;
+  const StrokeScene place;
   std::vector<std::string> pictures;
   for (const std::vector<std::string>& look :
        std::vector<std::vector<std::string>>{{},
@@ -85,28 +82,28 @@ TEST_CASE("render strokes: every option makes another picture, threads do not") 
 }
 
 TEST_CASE("render strokes: several models and media are a sheet, broken models are shown on it") {
-  const Place place;
+  const StrokeScene place;
   write_file(place.path("in/c.off"), "OFF\n7 8");
   write_file(place.path("in/d.off"), "OFF\n0 0 0\n");
   const ProcessResult sheet = place.strokes(
       {place.path("in"), "-o", place.path("s.png"), "--strokes", "200", "--medium", "pencil,oil"});
   INFO(sheet.err);
   CHECK(sheet.exit_code == 3);
-  CHECK(has(sheet.out, "8 pictures of 4 models, 2 failed"));
+  CHECK(contains(sheet.out, "8 pictures of 4 models, 2 failed"));
   CHECK(read_file(place.path("s.png")).size() > 5000);
   // Alone there is nothing to show.
   const ProcessResult alone = place.strokes({place.path("in/c.off"), "-o", place.path("n.png")});
   CHECK(alone.exit_code == 3);
-  CHECK(has(alone.err, "c.off: unreadable: "));
-  CHECK(has(alone.err, "no picture was written"));
+  CHECK(contains(alone.err, "c.off: unreadable: "));
+  CHECK(contains(alone.err, "no picture was written"));
   CHECK_FALSE(fs::exists(place.path("n.png")));
   const ProcessResult all = place.strokes(
       {place.path("in/a.off"), "-o", place.path("m.png"), "--strokes", "100", "--medium", "all"});
-  CHECK(has(all.out, "7 pictures of 1 model"));
+  CHECK(contains(all.out, "7 pictures of 1 model"));
 }
 
 TEST_CASE("render strokes: stores with directions, with and without their meshes") {
-  const Place place;
+  const StrokeScene place;
   REQUIRE(run_process({program, "run", place.path("in"), "-o", place.path("s.h5"), "-n", "300", "--method",
                        "anisotropic"})
               .exit_code == 0);
@@ -118,46 +115,49 @@ TEST_CASE("render strokes: stores with directions, with and without their meshes
   const ProcessResult without =
       place.strokes({place.path("s.h5"), "--item", "a.off", "-o", place.path("without.png")});
   REQUIRE(without.exit_code == 0);
-  CHECK(has(without.out, "1 without a surface"));
+  CHECK(contains(without.out, "1 without a surface"));
   CHECK((read_file(place.path("with.png")) != read_file(place.path("without.png"))));
   // A changed mesh is not used.
   write_mesh(place.path("in/a.off"), torus(30, 16));
   const ProcessResult changed = place.strokes(
       {place.path("s.h5"), place.path("in"), "--item", "a.off", "-o", place.path("changed.png")});
-  CHECK(has(changed.out, "1 without a surface"));
+  CHECK(contains(changed.out, "1 without a surface"));
   CHECK((read_file(place.path("changed.png")) == read_file(place.path("without.png"))));
-  CHECK(has(place.strokes({place.path("s.h5"), "-o", place.path("all.png")}).out, "2 pictures of 2 models"));
+  CHECK(contains(place.strokes({place.path("s.h5"), "-o", place.path("all.png")}).out,
+                 "2 pictures of 2 models"));
   // Other stores have no directions.
   REQUIRE(
       run_process({program, "run", place.path("in"), "-o", place.path("plain.h5"), "-n", "64"}).exit_code ==
       0);
-  CHECK(has(place.refusal({place.path("plain.h5"), "-o", place.path("x.png")}), "--method anisotropic"));
+  CHECK(contains(place.refusal({place.path("plain.h5"), "-o", place.path("x.png")}), "--method anisotropic"));
 }
 
 TEST_CASE("render strokes: mistakes are usage errors, and nothing is written") {
-  const Place place;
+  const StrokeScene place;
   const std::string mesh = place.path("in/a.off"), out = place.path("p.png");
-  CHECK(has(place.refusal({mesh, "-o", place.path("p.jpg")}), "should end in .png"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--medium", "oils"}), "oil"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--medium", "oil", "--tones", "multi"}), "only ink and pencil"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--light", "0,0,0"}), "--light"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--light", "1,2"}), "--light: `1,2` is not a direction"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--item", "a"}), "is no store"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--memory", "1M"}), "need"));
-  CHECK(has(place.refusal({mesh, "-o", out, "--strokes", "0"}), "--strokes"));
-  CHECK(has(place.refusal({place.path("none.off"), "-o", out}), "none.off"));
+  CHECK(contains(place.refusal({mesh, "-o", place.path("p.jpg")}), "should end in .png"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--medium", "oils"}), "oil"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--medium", "oil", "--tones", "multi"}),
+                 "only ink and pencil"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--view", "0,1,0"}), "must not lie along the axis"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--light", "0,0,0"}), "--light"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--light", "1,2"}), "--light: `1,2` is not a direction"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--item", "a"}), "is no store"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--memory", "1M"}), "need"));
+  CHECK(contains(place.refusal({mesh, "-o", out, "--strokes", "0"}), "--strokes"));
+  CHECK(contains(place.refusal({place.path("none.off"), "-o", out}), "none.off"));
   for (const char* size : {"10", "x96", "96x96x96"})
-    CHECK(has(run_process({program, "render", "strokes", mesh, "-o", out, "--size", size}).err,
-              "is not a size"));
-  CHECK(has(run_process({program, "render", "strokes", place.path("in"), "-o", out, "--size", "96x80"}).err,
-            "need a square"));
-  CHECK(has(place.refusal({mesh, "-o", mesh}), "should end in .png"));
+    CHECK(contains(run_process({program, "render", "strokes", mesh, "-o", out, "--size", size}).err,
+                   "is not a size"));
+  CHECK(contains(
+      run_process({program, "render", "strokes", place.path("in"), "-o", out, "--size", "96x80"}).err,
+      "need a square"));
+  CHECK(contains(place.refusal({mesh, "-o", mesh}), "should end in .png"));
   CHECK_FALSE(fs::exists(out));
   // A mesh that needs more than is left of the memory.
   write_mesh(place.path("in/b.ply"), icosphere(6));
   const ProcessResult large =
       place.strokes({place.path("in/b.ply"), "-o", out, "--strokes", "100", "--memory", "30M"});
   CHECK(large.exit_code == 3);
-  CHECK(has(large.err, "too_large"));
+  CHECK(contains(large.err, "too_large"));
 }

@@ -7,6 +7,7 @@
 #include "io/store/store.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -14,6 +15,8 @@ using namespace meander::test;
 using Catch::Matchers::Contains;
 
 namespace {
+
+using Ids = std::vector<std::string>;
 
 namespace fs = std::filesystem;
 
@@ -30,13 +33,6 @@ void put_mesh(const fs::path& path) {
   fs::create_directories(path.parent_path());
   write_mesh(path, cube());
 }
-
-std::vector<std::string> ids_of(const fs::path& store) {
-  std::vector<std::string> ids = StoreReader(store).header().ids;
-  return ids;
-}
-
-using Ids = std::vector<std::string>;
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 
 #include "io/store/store.h"
 #include "support/collection.h"
+#include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -20,17 +21,12 @@ using namespace meander::test;
 
 namespace {
 
-const std::string program = MEANDER_FAULT_PROGRAM;
-
 std::vector<std::string> run_command(const std::filesystem::path& input, const std::filesystem::path& store,
                                      std::vector<std::string> more = {}) {
-  std::vector<std::string> arguments = {program, "run", input.string(), "-o", store.string(), "-n", "64"};
+  std::vector<std::string> arguments = {fault_program, "run", input.string(), "-o", store.string(),
+                                        "-n",          "64"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
-}
-
-bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
-  return read_file(a) == read_file(b);
 }
 
 }  // namespace
@@ -59,8 +55,8 @@ TEST_CASE("run: one row per file with the expected status, exit 3, a list of fai
     ++row;
   }
   CHECK(verify_store(store).problems.empty());
-  const ProcessResult again = run_process(
-      {program, "run", "@" + store.string() + ".failed.txt", "-o", (scratch / "f.h5").string(), "-n", "64"});
+  const ProcessResult again = run_process({fault_program, "run", "@" + store.string() + ".failed.txt", "-o",
+                                           (scratch / "f.h5").string(), "-n", "64"});
   CHECK(again.exit_code == 3);
   CHECK(StoreReader(scratch / "f.h5").rows() == 6);
   // Equal content gives equal rows whatever its name.
@@ -270,16 +266,16 @@ TEST_CASE("run: mistakes on the command line exit 2 with a suggestion") {
   says({"--memory", "12Q"}, "unit");
   says({"--retry", "broken"}, "`broken` is neither a status of a failed item");
   says({"--method", "conformal", "--locate", "first-hit", "--place", "element"}, "curve vertices");
-  CHECK(run_process({program, "rum"}).exit_code == 2);
-  CHECK(run_process({program, "run", "nowhere", "-o", "x.h5"}).exit_code == 2);
-  CHECK(run_process({program, "--help"}).exit_code == 0);
+  CHECK(run_process({fault_program, "rum"}).exit_code == 2);
+  CHECK(run_process({fault_program, "run", "nowhere", "-o", "x.h5"}).exit_code == 2);
+  CHECK(run_process({fault_program, "--help"}).exit_code == 0);
   CHECK_FALSE(std::filesystem::exists(scratch / "s.h5"));
 }
 
 TEST_CASE("run: every option has its line in --help, and --dry-run writes nothing") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
-  const ProcessResult help = run_process({program, "run", "--help"});
+  const ProcessResult help = run_process({fault_program, "run", "--help"});
   for (const char* option : {"--samples",
                              "--method",
                              "--density",
@@ -381,26 +377,28 @@ TEST_CASE("info, verify and export: a store can be looked at and taken apart") {
   write_collection(scratch / "in");
   const std::string store = (scratch / "s.h5").string();
   REQUIRE(run_process(run_command(scratch / "in", store, {"--label-from-folder"})).exit_code == 3);
-  CHECK(run_process({program, "verify", store}).exit_code == 0);
-  const ProcessResult info = run_process({program, "info", store});
+  CHECK(run_process({fault_program, "verify", store}).exit_code == 0);
+  const ProcessResult info = run_process({fault_program, "info", store});
   CHECK(info.out.find("44 models x 64 points") != std::string::npos);
-  CHECK(run_process({program, "info", store, "torus/3.ply"}).out.find("genus 1") != std::string::npos);
-  CHECK(run_process({program, "info", store, "--failed"}).out.find("broken/nan.off: non_finite: ") !=
+  CHECK(run_process({fault_program, "info", store, "torus/3.ply"}).out.find("genus 1") != std::string::npos);
+  CHECK(run_process({fault_program, "info", store, "--failed"}).out.find("broken/nan.off: non_finite: ") !=
         std::string::npos);
-  CHECK(run_process({program, "info", store, "torus/none"}).exit_code == 2);
+  CHECK(run_process({fault_program, "info", store, "torus/none"}).exit_code == 2);
   for (const std::string format : {"ply", "off", "xyz"}) {
-    REQUIRE(run_process({program, "export", store, "torus/3.ply", "--format", format, "-o",
+    REQUIRE(run_process({fault_program, "export", store, "torus/3.ply", "--format", format, "-o",
                          (scratch / "out").string()})
                 .exit_code == 0);
     CHECK(std::filesystem::file_size(scratch / ("out/torus/3.ply." + format)) > 500);
   }
-  REQUIRE(run_process({program, "export", store, "--pointnet", "-o", (scratch / "pn").string()}).exit_code ==
-          0);
+  REQUIRE(run_process({fault_program, "export", store, "--pointnet", "-o", (scratch / "pn").string()})
+              .exit_code == 0);
   CHECK(std::filesystem::exists(scratch / "pn/ply_data_train0.h5"));
-  REQUIRE(run_process({program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code == 0);
+  REQUIRE(
+      run_process({fault_program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code ==
+      0);
   CHECK(std::filesystem::file_size(scratch / "p.png") > 10000);
   std::string bytes = read_file(store);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write_file(store, bytes);
-  CHECK(run_process({program, "verify", store}).exit_code == 3);
+  CHECK(run_process({fault_program, "verify", store}).exit_code == 3);
 }

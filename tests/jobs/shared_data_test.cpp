@@ -12,6 +12,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -20,8 +21,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 // A run over shared files; returns its store.
 std::filesystem::path run_over(const ScratchFolder& scratch, const std::string& folder, std::uint32_t samples,

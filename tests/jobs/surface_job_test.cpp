@@ -5,6 +5,7 @@
 #include "io/plot/png_writer.h"
 #include "io/store/store.h"
 #include "kernels/surface/surface.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 
@@ -12,8 +13,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-const std::string program = MEANDER_PROGRAM;
 
 ProcessResult surface(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {program, "surface"});

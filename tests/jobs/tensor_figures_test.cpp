@@ -10,6 +10,7 @@
 #include "io/file/mapped_file.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
+#include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -19,10 +20,8 @@ using namespace meander::test;
 
 namespace {
 
-const std::string program = MEANDER_PROGRAM;
-
 // Rows of a CSV file without quoted cells, by cell; the header is row 0.
-std::vector<std::vector<std::string>> csv_rows(const std::string& path) {
+std::vector<std::vector<std::string>> csv_cells(const std::string& path) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream text(read_file(path));
   for (std::string line; std::getline(text, line);) {
@@ -65,7 +64,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
     CHECK(read_file(scratch / (std::string("out/") + name)).size() > 1000);
   }
   // The umbilics of an ellipsoid with half-axes a > b > c lie at x^2 = a^2 (a^2 - b^2) / (a^2 - c^2), y = 0.
-  const auto wedges = csv_rows(scratch / "out/figure12_ellipsoid_singularities.csv");
+  const auto wedges = csv_cells(scratch / "out/figure12_ellipsoid_singularities.csv");
   REQUIRE(wedges.size() == 5);
   for (std::size_t i = 1; i < wedges.size(); ++i) {
     CHECK(wedges[i][0] == "wedge");
@@ -81,7 +80,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
     CHECK(mesh.polygon_count() == 48 * 24 * 2);
     CHECK(face_colours(mesh).size() >= 4);
     // Segments cover the surface, and some of their curves come in several chains.
-    const auto segments = csv_rows(stem + "_segments.csv");
+    const auto segments = csv_cells(stem + "_segments.csv");
     double share = 0;
     int chains = 0;
     for (std::size_t i = 1; i < segments.size(); ++i) {
@@ -109,7 +108,7 @@ TEST_CASE("figures: discrepancy and differences of anisotropic samples", "[stati
                            "figure16_tensor_ring.png"})
     CHECK(page.find(name) != std::string::npos);
   // Slopes of all ratios and shapes: low discrepancy below -0.6 and a third of the random error at 1,000.
-  const auto slopes = csv_rows(scratch / "out/figure15_slopes.csv");
+  const auto slopes = csv_cells(scratch / "out/figure15_slopes.csv");
   REQUIRE(slopes.size() == 25);
   double low = 0, random = 0;
   for (std::size_t i = 1; i < slopes.size(); ++i) {
@@ -121,7 +120,7 @@ TEST_CASE("figures: discrepancy and differences of anisotropic samples", "[stati
   }
   CHECK(low < 0.5 * random);
   // In units of spacings the dip is nearly round on the fine mesh, also where the wanted ratio is 8.
-  const auto dips = csv_rows(scratch / "out/figure16_tensor_plane.csv");
+  const auto dips = csv_cells(scratch / "out/figure16_tensor_plane.csv");
   REQUIRE(dips.size() == 9);
   for (std::size_t i = 1; i <= 4; ++i) {
     INFO(dips[i][2]);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/store/store.h"
+#include "support/fault_program.h"
 #include "support/hdf5_dataset.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -17,15 +18,15 @@ using namespace meander::test;
 
 namespace {
 
-const std::string program = MEANDER_FAULT_PROGRAM;
 const std::string constant = "1,0.25,0,2,0,3";  // what all rows of the tables say
 const std::vector<double> constant_row = {1, 0.25, 0, 2, 0, 3};
 
 std::vector<std::string> tensors_command(const std::filesystem::path& input,
                                          const std::filesystem::path& store, const std::string& tensor,
                                          const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {program, "run",      input.string(), "-o",       store.string(), "-n",
-                                        "64",    "--method", "anisotropic",  "--tensor", tensor};
+  std::vector<std::string> arguments = {fault_program,  "run",      input.string(), "-o",
+                                        store.string(), "-n",       "64",           "--method",
+                                        "anisotropic",  "--tensor", tensor};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -255,7 +256,7 @@ TEST_CASE("run --tensor file: refused with --reuse, without its method, without 
   says(run_tensors(scratch / "ball.off", scratch / "x.h5", file_of(scratch / "no.txt")),
        "no such file or folder");
   says(run_tensors(scratch / "ball.off", scratch / "x.h5", "file:"), "no such file or folder");
-  says(run_process({program, "run", scratch / "ball.off", "-o", scratch / "x.h5", "--tensor",
+  says(run_process({fault_program, "run", scratch / "ball.off", "-o", scratch / "x.h5", "--tensor",
                     file_of(scratch / "t.txt")}),
        "--tensor applies to --method anisotropic only");
   // Another file of tensors is another store.

@@ -10,6 +10,7 @@
 #include "io/store/store.h"
 #include "kernels/model/tensor_segments.h"
 #include "support/collection.h"
+#include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -19,18 +20,12 @@ using namespace meander::test;
 
 namespace {
 
-const std::string program = MEANDER_FAULT_PROGRAM;
-
 std::vector<std::string> command(const std::filesystem::path& input, const std::filesystem::path& store,
                                  const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments = {program, "run", input.string(), "-o",         store.string(),
-                                        "-n",    "64",  "--method",     "anisotropic"};
+  std::vector<std::string> arguments = {fault_program, "run", input.string(), "-o",         store.string(),
+                                        "-n",          "64",  "--method",     "anisotropic"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
-}
-
-bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
-  return read_file(a) == read_file(b);
 }
 
 // A few shapes with a vector at every vertex, "grain", and spacings six, "S".
@@ -81,7 +76,7 @@ TEST_CASE("run --method anisotropic: mistakes are usage errors") {
                                                  {"--segments", "3"},
                                                  {"--parameterisation", "gradient"}}) {
     const ProcessResult result =
-        run_process({program, "run", scratch / "in", "-o", store, "-n", "64", option[0], option[1]});
+        run_process({fault_program, "run", scratch / "in", "-o", store, "-n", "64", option[0], option[1]});
     CHECK(result.exit_code == 2);
     CHECK(result.err.find(option[0] + " applies to --method anisotropic only") != std::string::npos);
   }
@@ -133,7 +128,8 @@ TEST_CASE("run --method anisotropic: every tensor and form gives a whole store w
     }
   }
   // No tensor arrays in stores of other methods.
-  REQUIRE(run_process({program, "run", scratch / "in", "-o", scratch / "c.h5", "-n", "64"}).exit_code == 0);
+  REQUIRE(run_process({fault_program, "run", scratch / "in", "-o", scratch / "c.h5", "-n", "64"}).exit_code ==
+          0);
   CHECK(StoreReader(scratch / "c.h5").read_row(0).samples.tensor_direction.empty());
 }
 
@@ -158,25 +154,27 @@ TEST_CASE("run --method anisotropic: info, verify and export read the store") {
   write_shapes(scratch / "in");
   const std::string store = (scratch / "s.h5").string();
   REQUIRE(run_process(command(scratch / "in", store, {"--label-from-folder"})).exit_code == 0);
-  CHECK(run_process({program, "verify", store}).exit_code == 0);
-  const ProcessResult info = run_process({program, "info", store});
+  CHECK(run_process({fault_program, "verify", store}).exit_code == 0);
+  const ProcessResult info = run_process({fault_program, "info", store});
   CHECK(info.exit_code == 0);
   CHECK(info.out.find("3 models x 64 points") != std::string::npos);
-  CHECK(run_process({program, "info", store, "ring.ply"}).out.find("anisotropic") != std::string::npos);
+  CHECK(run_process({fault_program, "info", store, "ring.ply"}).out.find("anisotropic") != std::string::npos);
   for (const std::string format : {"ply", "off", "xyz"}) {
-    REQUIRE(run_process(
-                {program, "export", store, "ring.ply", "--format", format, "-o", (scratch / "out").string()})
+    REQUIRE(run_process({fault_program, "export", store, "ring.ply", "--format", format, "-o",
+                         (scratch / "out").string()})
                 .exit_code == 0);
     CHECK(std::filesystem::file_size(scratch / ("out/ring.ply." + format)) > 500);
   }
-  REQUIRE(run_process({program, "export", store, "--pointnet", "-o", (scratch / "pn").string()}).exit_code ==
-          0);
-  REQUIRE(run_process({program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code == 0);
+  REQUIRE(run_process({fault_program, "export", store, "--pointnet", "-o", (scratch / "pn").string()})
+              .exit_code == 0);
+  REQUIRE(
+      run_process({fault_program, "render", "sheet", store, "-o", (scratch / "p.png").string()}).exit_code ==
+      0);
   CHECK(std::filesystem::file_size(scratch / "p.png") > 1000);
   std::string bytes = read_file(store);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write_file(store, bytes);
-  CHECK(run_process({program, "verify", store}).exit_code == 3);
+  CHECK(run_process({fault_program, "verify", store}).exit_code == 3);
 }
 
 TEST_CASE("run --method anisotropic: the statuses of a conformal run, whatever the model") {
@@ -222,7 +220,7 @@ TEST_CASE("run --method anisotropic: whatever the conformal route samples of the
   const auto run = [&](const char* name, const std::vector<std::string>& more) {
     const auto store = scratch / name;
     std::vector<std::string> arguments = {
-        program, "run", shared_data("").string(), "-o", store.string(), "-n", "256", "--timeout", "0"};
+        fault_program, "run", shared_data("").string(), "-o", store.string(), "-n", "256", "--timeout", "0"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_process(arguments);
     INFO(result.err);

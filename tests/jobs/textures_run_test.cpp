@@ -14,6 +14,7 @@
 #include "support/image_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -26,25 +27,17 @@ using Words = std::vector<std::string>;
 using Point = std::array<double, 3>;
 using Light = std::array<double, 3>;
 
-ProcessResult run(const fs::path& input, const fs::path& store, const Words& more = {},
-                  const char* samples = "1000") {
+ProcessResult run_textured(const fs::path& input, const fs::path& store, const Words& more = {},
+                           const char* samples = "1000") {
   Words arguments = {"run",   input.string(), "-o",         store.string(), "-n",
                      samples, "--colors",     "--progress", "none"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return meander_with(arguments);
 }
 
-Row row_of(const fs::path& path, const std::string& id) {
-  const StoreReader store(path);
-  const std::vector<std::string> ids = store.header().ids;
-  const auto at = std::find(ids.begin(), ids.end(), id);
-  REQUIRE(at != ids.end());
-  return store.read_row(static_cast<std::uint64_t>(at - ids.begin()));
-}
-
 // The one model in a file or folder.
 Row sampled(const fs::path& input, const fs::path& store, const char* samples = "1000") {
-  const ProcessResult result = run(input, store, {"--fresh"}, samples);
+  const ProcessResult result = run_textured(input, store, {"--fresh"}, samples);
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 0);
   return StoreReader(store).read_row(0);
@@ -385,7 +378,7 @@ TEST_CASE("run --colors: images that are missing, damaged, too large or outside 
     text += fmt::format("usemtl {}\nf {}/-4 {}/-3 {}/-2 {}/-1\n", materials[s], sides[s][0] + 1,
                         sides[s][1] + 1, sides[s][2] + 1, sides[s][3] + 1);
   write_file(scratch / "in/model/box.obj", text);
-  const ProcessResult result = run(scratch / "in", scratch / "s.h5");
+  const ProcessResult result = run_textured(scratch / "in", scratch / "s.h5");
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 0);
   CHECK_THAT(result.out, Contains("colors: texture") && Contains("color fills"));
@@ -413,20 +406,21 @@ TEST_CASE("run --colors: an image that changes is noticed, and archives give the
   write_file(scratch / "folder/set/box.obj", box_obj("maps/paint.mtl"));
   write_file(scratch / "folder/set/box.gltf",
              box_gltf(0, 1).with_data_uri(textured(R"({"uri":"maps/image.png"})", "{}")));
-  REQUIRE(run(scratch / "folder/set", scratch / "folder.h5").exit_code == 0);
+  REQUIRE(run_textured(scratch / "folder/set", scratch / "folder.h5").exit_code == 0);
   const std::string expected = read_file(scratch / "folder.h5");
   const Row before = row_of(scratch / "folder.h5", "box.obj");
   CHECK(before.report.color_source == ColorSource::texture);
   CHECK(row_of(scratch / "folder.h5", "box.gltf").report.color_source == ColorSource::texture);
   fs::create_directories(scratch / "zip");
   write_file(scratch / "zip/set.zip", zip_bytes(entries_of(scratch / "folder/set")));
-  REQUIRE(run(scratch / "zip/set.zip", scratch / "zip.h5").exit_code == 0);
+  REQUIRE(run_textured(scratch / "zip/set.zip", scratch / "zip.h5").exit_code == 0);
   CHECK((read_file(scratch / "zip.h5") == expected));
 
   write_file(scratch / "folder/set/maps/image.png", png_bytes(colorful(8, 8)));
-  const ProcessResult again = run(scratch / "folder/set", scratch / "folder.h5", {"--json"});
+  const ProcessResult again = run_textured(scratch / "folder/set", scratch / "folder.h5", {"--json"});
   CHECK_THAT(again.out, Contains("\"changed\":[\"box.gltf\",\"box.obj\"]"));
-  REQUIRE(run(scratch / "folder/set", scratch / "new.h5", {"--reuse", scratch / "folder.h5"}).exit_code == 0);
+  REQUIRE(run_textured(scratch / "folder/set", scratch / "new.h5", {"--reuse", scratch / "folder.h5"})
+              .exit_code == 0);
   const Row after = row_of(scratch / "new.h5", "box.obj");
   CHECK(after.report.content_sha256 == before.report.content_sha256);
   CHECK(after.report.color_sha256 != before.report.color_sha256);

@@ -4,8 +4,10 @@
 
 #include "io/store/store.h"
 #include "kernels/core/parallel.h"
+#include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -34,19 +36,12 @@ void check_threads(const std::vector<std::string>& options, const char* samples 
   write_models(scratch / "in");
   std::string expected;
   for (const char* const threads : {"1", "2", "8"}) {
+    if (sanitized && *threads == '8') continue;  // release builds compare
     const std::string store = scratch / (std::string("s") + threads + ".h5");
-    std::vector<std::string> command = {MEANDER_FAULT_PROGRAM,
-                                        "run",
-                                        (scratch / "in").string(),
-                                        "-o",
-                                        store,
-                                        "-n",
-                                        samples,
-                                        "-j",
-                                        threads,
-                                        "--timeout",
-                                        "0",
-                                        "--progress",
+    std::vector<std::string> command = {fault_program, "run", (scratch / "in").string(),
+                                        "-o",          store, "-n",
+                                        samples,       "-j",  threads,
+                                        "--timeout",   "0",   "--progress",
                                         "none"};
     command.insert(command.end(), options.begin(), options.end());
     const ProcessResult result = run_process(command);
@@ -57,7 +52,7 @@ void check_threads(const std::vector<std::string>& options, const char* samples 
     const bool same = bytes == expected;
     CHECK(same);
   }
-  CHECK(verify_store(scratch / "s8.h5").problems.empty());
+  CHECK(verify_store(scratch / "s2.h5").problems.empty());
 }
 
 }  // namespace

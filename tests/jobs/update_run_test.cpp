@@ -10,6 +10,7 @@
 
 #include "io/store/store.h"
 #include "support/collection.h"
+#include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"
@@ -20,8 +21,6 @@ using namespace meander::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const std::string program = MEANDER_FAULT_PROGRAM;
 
 // Folder "in" with six good models and a store "s.h5" beside it.
 struct Collection {
@@ -37,8 +36,8 @@ struct Collection {
   }
   std::vector<std::string> command(std::vector<std::string> more = {},
                                    const std::string& name = "s.h5") const {
-    std::vector<std::string> arguments = {program, "run", in.string(), "-o",    (scratch / name).string(),
-                                          "-n",    "64",  "--method",  "direct"};
+    std::vector<std::string> arguments = {
+        fault_program, "run", in.string(), "-o", (scratch / name).string(), "-n", "64", "--method", "direct"};
     if (std::find(more.begin(), more.end(), "-j") == more.end()) more.insert(more.end(), {"-j", "2"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
@@ -351,7 +350,7 @@ TEST_CASE("docs/RUNNING.md: every status and exit code is there, and every optio
   }
   for (const char* code : {"| 0 |", "| 1 |", "| 2 |", "| 3 |", "| 75 |"})
     CHECK(page.find(code) != std::string::npos);
-  const std::string help = run_process({program, "run", "--help"}).out;
+  const std::string help = run_process({fault_program, "run", "--help"}).out;
   for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
     std::size_t end = at + 2;
     while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-'))

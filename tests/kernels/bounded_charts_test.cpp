@@ -50,7 +50,7 @@ PolygonMesh spiked_ball(std::uint32_t n, double height) {
   return polygon_mesh(std::move(xyz), std::move(faces));
 }
 
-FlatChart flatten(const PreparedMesh& mesh, double effort) {
+FlatChart flatten_within(const PreparedMesh& mesh, double effort) {
   FlattenParameters parameters;
   parameters.effort = effort;
   return flatten_chart(mesh, cut_to_disk(mesh, mesh.components.at(0), {}), parameters);
@@ -107,26 +107,26 @@ TEST_CASE("work budget: a factorisation is refused before it is made") {
 
 TEST_CASE("bounded charts: a folded chart of needles ends without a map, a good one keeps what it has") {
   const PreparedMesh ball = prepare_mesh(spiked_ball(24, 30));
-  const FlatChart bounded = flatten(ball, 1);
+  const FlatChart bounded = flatten_within(ball, 1);
   CHECK(bounded.report.method == Method::none);
   CHECK(bounded.report.reason == OrderReason::work_limit);
   CHECK(bounded.cut.triangle_count() == ball.triangle_count());
   // With far more work there is a map, if a bad one.
-  const FlatChart unbounded = flatten(ball, 1000);
+  const FlatChart unbounded = flatten_within(ball, 1000);
   CHECK(unbounded.report.method == Method::mean_value);
   CHECK(unbounded.report.reason == OrderReason::flipped);
   // No work at all: not even a first map.
   const PreparedMesh sphere = prepare_mesh(icosphere(3));
-  const FlatChart none = flatten(sphere, 1e-6);
+  const FlatChart none = flatten_within(sphere, 1e-6);
   CHECK(none.report.method == Method::none);
   CHECK(none.report.reason == OrderReason::work_limit);
   CHECK(none.u.empty());
   // A bound that is met while seams are tried: the maps before it stand.
-  const FlatChart few = flatten(sphere, 2.5 / 64), all = flatten(sphere, 1);
+  const FlatChart few = flatten_within(sphere, 2.5 / 64), all = flatten_within(sphere, 1);
   CHECK(few.report.method == Method::conformal);
   CHECK(few.report.reason == OrderReason::as_asked);
   CHECK(few.report.extra_seams <= all.report.extra_seams);
-  const FlatChart ten_times = flatten(sphere, 10);
+  const FlatChart ten_times = flatten_within(sphere, 10);
   CHECK(all.u == ten_times.u);
   CHECK(all.v == ten_times.v);
 }

@@ -9,6 +9,7 @@
 
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/tensor/vertex_tensors.h"
+#include "kernels/unit_vector.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -16,9 +17,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
-Vector3 unit(Vector3 v) { return (1 / norm(v)) * v; }
+using std::numbers::pi;
 
 Vector3 file_position(const PreparedMesh& mesh, std::uint32_t v) {
   return mesh.centre + mesh.unit * mesh.position(v);

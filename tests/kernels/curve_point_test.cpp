@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "kernels/core/random.h"
+#include "kernels/curve_reference.h"
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
-
-constexpr CurveKind kinds[] = {CurveKind::hilbert, CurveKind::peano, CurveKind::peano_meander};
 
 std::uint64_t power(std::uint64_t base, int exponent) {
   std::uint64_t result = 1;
@@ -22,7 +22,7 @@ std::uint64_t children(CurveKind kind) { return kind == CurveKind::hilbert ? 4 :
 }  // namespace
 
 TEST_CASE("curve_cell_centre: inverse of curve_key on every cell, and neighbours share an edge") {
-  for (const CurveKind kind : kinds)
+  for (const CurveKind kind : curve_kinds)
     for (int level = 0; level <= 4; ++level) {
       const std::uint64_t cells = power(children(kind), level);
       const double side = 1 / std::sqrt(static_cast<double>(cells));
@@ -45,7 +45,7 @@ TEST_CASE("curve_point: curve_key of H(t) is t to the levels that a double reach
   std::uint64_t wrong = 0;
   for (std::uint64_t i = 0; i < 20000; ++i) {
     const double t = random_pair(key, Stream::sequence, i).first;
-    for (const CurveKind kind : kinds) {
+    for (const CurveKind kind : curve_kinds) {
       const CurvePoint p = curve_point(kind, t);
       if (kind == CurveKind::hilbert)
         wrong += curve_key(kind, p.u, p.v) >> 12 != static_cast<std::uint64_t>(t * 0x1p52);
@@ -57,7 +57,7 @@ TEST_CASE("curve_point: curve_key of H(t) is t to the levels that a double reach
 }
 
 TEST_CASE("curve_point: the ends of the curve, and t outside the half-open unit interval") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     const CurvePoint first = curve_point(kind, 0), last = curve_point(kind, 1);
     CHECK(first.u == Approx(0).margin(1e-7));
     CHECK(first.v == Approx(0).margin(1e-7));
@@ -72,7 +72,7 @@ TEST_CASE("curve_point: the ends of the curve, and t outside the half-open unit 
 TEST_CASE("curve_point: Hoelder-1/2 with the known constants") {
   // |H(s) - H(t)|^2 / |s - t| is at most 6 for Hilbert, 8 for Peano, 6 2/3 for the meander.
   const RandomKey key = make_random_key(8, {});
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     double most = 0;
     for (std::uint64_t i = 0; i < 40000; ++i) {
       const UnitPair u = random_pair(key, Stream::sequence, i);

@@ -10,13 +10,13 @@
 #include "kernels/core/random.h"
 #include "kernels/core/status.h"
 #include "kernels/curve/curve_frames.h"
+#include "kernels/curve_reference.h"
 #include "support/threads.h"
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
-
-constexpr std::array kinds = {CurveKind::hilbert, CurveKind::peano, CurveKind::peano_meander};
 
 CurveTree random_tree(CurveKind kind, std::uint32_t seed, int rounds, double share) {
   std::mt19937 random(seed);
@@ -71,33 +71,10 @@ std::uint64_t textbook_hilbert(std::uint32_t side, std::uint32_t x, std::uint32_
   return index;
 }
 
-// Skilling's transform as he wrote it, bit by bit over transposed coordinates.
-std::uint64_t skilling_key(std::array<std::uint32_t, 3> x) {
-  constexpr std::uint32_t top = 1u << 20;
-  for (std::uint32_t q = top; q > 1; q >>= 1)
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (x[i] & q) {
-        x[0] ^= q - 1;
-      } else {
-        const std::uint32_t t = (x[0] ^ x[i]) & (q - 1);
-        x[0] ^= t;
-        x[i] ^= t;
-      }
-    }
-  for (std::size_t i = 1; i < 3; ++i) x[i] ^= x[i - 1];
-  std::uint32_t t = 0;
-  for (std::uint32_t q = top; q > 1; q >>= 1)
-    if (x[2] & q) t ^= q - 1;
-  std::uint64_t key = 0;
-  for (int bit = 20; bit >= 0; --bit)
-    for (const std::uint32_t axis : x) key = key << 1 | ((axis ^ t) >> bit & 1u);
-  return key;
-}
-
 }  // namespace
 
 TEST_CASE("curve_root: one leaf that is the unit square") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     const CurveTree tree = curve_root(kind);
     REQUIRE(tree.leaf_count() == 1);
     CHECK(tree.side[0] == 1.0);
@@ -107,7 +84,7 @@ TEST_CASE("curve_root: one leaf that is the unit square") {
 }
 
 TEST_CASE("refine: leaves of random adaptive trees tile the square in curve order") {
-  for (const CurveKind kind : kinds)
+  for (const CurveKind kind : curve_kinds)
     for (std::uint32_t seed = 1; seed <= 8; ++seed) {
       const CurveTree tree = random_tree(kind, seed, kind == CurveKind::hilbert ? 9 : 5, 0.4);
       const FrameTable& table = frame_table(kind);
@@ -138,7 +115,7 @@ TEST_CASE("refine: leaves of random adaptive trees tile the square in curve orde
 TEST_CASE("refine: keys agree with curve_key for every point of a leaf") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> inside(0.001, 0.999);
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     const CurveTree tree = random_tree(kind, 11, kind == CurveKind::hilbert ? 12 : 8, 0.3);
     std::size_t wrong = 0, next = 0;
     for (std::size_t i = 0; i < tree.leaf_count(); ++i) {
@@ -158,7 +135,7 @@ TEST_CASE("refine: keys agree with curve_key for every point of a leaf") {
 }
 
 TEST_CASE("refine: parents are named and leaves at the finest level are never split") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     CurveTree tree = curve_root(kind);
     const int levels = curve_key_levels(kind);
     for (int round = 0; round < levels + 3; ++round) {  // always the second leaf from the end
@@ -185,7 +162,7 @@ TEST_CASE("refine: a wrong number of flags is an internal error") {
 }
 
 TEST_CASE("join_levels: the same leaves as repeated refine") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     std::mt19937 random(3);
     std::bernoulli_distribution coin(0.45);
     CurveTree tree = curve_root(kind);
@@ -225,7 +202,7 @@ TEST_CASE("build_curve_tree: leaves are light, deep enough, and cover the square
     mass.push_back(i % 10 == 0 ? 0.0 : 1.0);
   }
   const double total = std::accumulate(mass.begin(), mass.end(), 0.0);
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     CurveParameters parameters;
     parameters.kind = kind;
     const double leaf_mass = total / 512;
@@ -268,7 +245,7 @@ TEST_CASE("build_curve_tree: nothing to gather leaves the square whole") {
 
 TEST_CASE("build_curve_tree: points on and beyond the border of the square have a leaf") {
   const std::vector<double> u = {0, 1, 1, 0, 1.0000001}, v = {0, 0, 1, 1, -1e-9}, mass = {1, 1, 1, 1, 1};
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     CurveParameters parameters;
     parameters.kind = kind;
     const CurveTree tree = build_curve_tree(u, v, mass, {}, 1.5, 4, parameters);
@@ -319,7 +296,7 @@ TEST_CASE("curve_key: Hilbert keys against the textbook index") {
 }
 
 TEST_CASE("curve_key: every kind visits neighbouring cells one after the other") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     const std::uint32_t side = kind == CurveKind::hilbert ? 32 : 27;
     const int depth = kind == CurveKind::hilbert ? 5 : 3;
     std::vector<std::array<int, 2>> cell(side * side, {-1, -1});
@@ -337,7 +314,7 @@ TEST_CASE("curve_key: every kind visits neighbouring cells one after the other")
 }
 
 TEST_CASE("curve_key: clamps what lies outside the square") {
-  for (const CurveKind kind : kinds) {
+  for (const CurveKind kind : curve_kinds) {
     CHECK(curve_key(kind, -3, -1e300) == curve_key(kind, 0, 0));
     CHECK(curve_key(kind, 1, 0.25) == curve_key(kind, 1 - 1e-12, 0.25));
     CHECK(curve_key(kind, 1e300, 2) == curve_key(kind, 1, 1));

@@ -16,7 +16,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::vector<float> views_of(const PolygonMesh& file) { return depth_views(prepare_mesh(file)); }
 

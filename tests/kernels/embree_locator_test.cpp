@@ -16,6 +16,7 @@
 #include "kernels/locate/chart_geometry.h"
 #include "kernels/locate/chart_scene.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/wavy_square.h"
 #include "support/clip_tree.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
@@ -62,9 +63,7 @@ Model model_of(const PolygonMesh& file, const ChartMap& map, std::uint64_t sampl
 }
 
 // A place in [0, 1]^2 that is not dyadic, so that leaf borders and mesh edges do not coincide.
-std::pair<double, double> flat(Vector3 p) { return {0.013 + 0.97 * p.x, 0.007 + 0.97 * p.y}; }
 std::pair<double, double> folded_once(Vector3 p) { return flat({std::min(p.x, 1 - p.x) * 1.9, p.y, 0}); }
-double bumps(double x, double y) { return 0.2 * std::sin(7 * x) * std::cos(5 * y); }
 
 PolygonMesh jittered_grid(std::uint32_t n) { return wavy_grid(n, n, 0.3, bumps); }
 

@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::uint32_t samples = 64;
 
-struct MethodCase {
+struct ExtremeMethod {
   const char* name;
   MethodChoice method;
   AlignmentForm form;
 };
-constexpr std::array<MethodCase, 5> methods = {
+constexpr std::array<ExtremeMethod, 5> extreme_methods = {
     {{"auto", MethodChoice::automatic, AlignmentForm::metric},
      {"conformal", MethodChoice::conformal, AlignmentForm::metric},
      {"direct", MethodChoice::direct, AlignmentForm::metric},
@@ -31,7 +31,7 @@ constexpr std::array<MethodCase, 5> methods = {
      {"anisotropic, gradient", MethodChoice::anisotropic, AlignmentForm::gradient}}};
 
 // Everything that is measured of samples, as far as the method allows it.
-SampleParameters parameters_of(const MethodCase& method) {
+SampleParameters parameters_of(const ExtremeMethod& method) {
   SampleParameters parameters;
   parameters.method = method.method;
   parameters.tensor_charts.form = method.form;
@@ -109,7 +109,7 @@ double largest_difference(const Row& row, double factor, const Row& plain) {
 }  // namespace
 
 TEST_CASE("extreme coordinates: every size that double holds gives exactly n distinct finite points") {
-  for (const MethodCase& method : methods)
+  for (const ExtremeMethod& method : extreme_methods)
     for (const double size : {1e39, 1e60, 1e150, 1e-38, 1e-44, 1e-60, 1e-150, 1e-200, 1e-300, 1e-310}) {
       INFO(method.name << ", " << size);
       check_whole(sampled(scaled(torus(12, 8), size), parameters_of(method)));
@@ -117,7 +117,7 @@ TEST_CASE("extreme coordinates: every size that double holds gives exactly n dis
 }
 
 TEST_CASE("extreme coordinates: a model scaled by a power of two is sampled at the same places") {
-  for (const MethodCase& method : methods) {
+  for (const ExtremeMethod& method : extreme_methods) {
     const SampleParameters parameters = parameters_of(method);
     const Row plain = sampled(torus(12, 8), parameters);
     REQUIRE(plain.report.status == Status::ok);
@@ -139,7 +139,7 @@ TEST_CASE("extreme coordinates: a model scaled by a power of two is sampled at t
 
 TEST_CASE("extreme coordinates: one triangle of the least positive double") {
   constexpr double least = std::numeric_limits<double>::denorm_min();
-  for (const MethodCase& method : methods) {
+  for (const ExtremeMethod& method : extreme_methods) {
     INFO(method.name);
     const Row row =
         sampled(polygon_mesh({0, 0, 0, least, 0, 0, 0, least, 0}, {{0, 1, 2}}), parameters_of(method));
@@ -156,7 +156,7 @@ TEST_CASE("extreme coordinates: far from the origin, and one far vertex beside a
   PolygonMesh far_and_large = scaled(torus(12, 8), 1e40), far_and_small = scaled(torus(12, 8), 1e-60);
   for (double& x : far_and_large.x) x += 1e46;
   for (double& x : far_and_small.x) x += 1e-54;
-  for (const MethodCase& method : methods) {
+  for (const ExtremeMethod& method : extreme_methods) {
     INFO(method.name);
     const SampleParameters parameters = parameters_of(method);
     for (const PolygonMesh& mesh : {spike, apart, far_and_large, far_and_small})
@@ -170,14 +170,14 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
   for (const double size : {1e39, 1e-60, 1e-310}) {
     INFO(size);
     const PolygonMesh mesh = scaled(torus(12, 8), size);
-    SampleParameters parameters = parameters_of(methods[1]);
+    SampleParameters parameters = parameters_of(extreme_methods[1]);
     parameters.curved = true;
     check_whole(sampled(mesh, parameters));
-    parameters = parameters_of(methods[1]);
+    parameters = parameters_of(extreme_methods[1]);
     parameters.density.kind = DensityKind::mean;
     check_whole(sampled(mesh, parameters));
     for (const NormalizeKind kind : {NormalizeKind::unit_box, NormalizeKind::unit_sphere}) {
-      parameters = parameters_of(methods[1]);
+      parameters = parameters_of(extreme_methods[1]);
       parameters.place.normalize = kind;
       const Row row = sampled(mesh, parameters);
       check_whole(row);
@@ -187,7 +187,7 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
 }
 
 TEST_CASE("extreme coordinates: what double cannot measure is non_finite, and the sentence says so") {
-  for (const MethodCase& method : methods)
+  for (const ExtremeMethod& method : extreme_methods)
     for (const double size : {1e200, 1e300, 1.2e308}) {
       INFO(method.name << ", " << size);
       const Row row = sampled(scaled(torus(12, 8), size), parameters_of(method));
@@ -200,7 +200,7 @@ TEST_CASE("extreme coordinates: what double cannot measure is non_finite, and th
 TEST_CASE("extreme coordinates: what float32 holds is stored as it is") {
   for (const double size : {1e-37, 1e-30, 1.0, 1e30, 5e35}) {
     INFO(size);
-    const Row row = sampled(scaled(torus(12, 8), size), parameters_of(methods[1]));
+    const Row row = sampled(scaled(torus(12, 8), size), parameters_of(extreme_methods[1]));
     REQUIRE(row.report.status == Status::ok);
     CHECK(row.report.scale == 1);
     CHECK(row.report.loc == std::array<double, 3>{0, 0, 0});

@@ -6,6 +6,7 @@
 #include "kernels/locate/chart_geometry.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/wavy_square.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 
@@ -13,9 +14,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-double bumps(double x, double y) { return 0.2 * std::sin(7 * x) * std::cos(5 * y); }
-std::pair<double, double> flat(Vector3 p) { return {0.013 + 0.97 * p.x, 0.007 + 0.97 * p.y}; }
 
 // Turned, so that the chart's border crosses leaves at all places.
 std::pair<double, double> turned(Vector3 p) {

@@ -22,7 +22,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 FlatChart flatten(const PreparedMesh& mesh, std::uint32_t component = 0, const CutParameters& cut = {},
                   const FlattenParameters& parameters = {}) {

@@ -21,7 +21,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 FieldChart flatten(const PreparedMesh& mesh, const TensorField& field) {
   return flatten_to_field(mesh, cut_to_disk(mesh, mesh.components.at(0), {0}), field);

@@ -19,7 +19,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t values = 40;
 
 // In file units, by its only component.

@@ -15,7 +15,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 struct Surface {
   std::vector<double> points, normals, axes, s1, s2;

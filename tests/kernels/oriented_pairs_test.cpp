@@ -38,7 +38,7 @@ Vector3 direction(const UnitPair& u) {
 }
 
 // Points of a box of sides 1, 0.7, 0.4 with normals of any direction.
-Points box_points(std::size_t n) {
+Points box_samples(std::size_t n) {
   const RandomKey key = make_random_key(1, {});
   Points points;
   for (std::size_t i = 0; i < n; ++i) {
@@ -180,17 +180,17 @@ TEST_CASE("oriented pairs agree with a double loop over all pairs") {
   for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side}) {
     for (const std::size_t n : {2, 3, 5, 33, 34, 300}) {
       INFO(n << " points");
-      check_against_reference(box_points(n), sense);
+      check_against_reference(box_samples(n), sense);
     }
     check_against_reference(sphere_points(300, 3), sense);
   }
-  check_against_reference(box_points(1037), NormalSense::signed_normals);  // tiles in both directions
+  check_against_reference(box_samples(1037), NormalSense::signed_normals);  // tiles in both directions
 }
 
 TEST_CASE("oriented pairs: every instruction set, number of threads and order gives the same bits") {
   for (const std::size_t n : {2, 17, 64, 1023, 1500})
     for (const NormalSense sense : {NormalSense::signed_normals, NormalSense::either_side}) {
-      const Points points = n == 1023 ? sphere_points(n, 3) : box_points(n);
+      const Points points = n == 1023 ? sphere_points(n, 3) : box_samples(n);
       const OrientedPairHistogram reference = histogram_of(points, sense, InstructionSet::scalar);
       for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
         if (!is_available(set)) continue;
@@ -210,7 +210,7 @@ TEST_CASE("oriented pairs: every instruction set, number of threads and order gi
 
 TEST_CASE(
     "oriented pairs do not change with place, direction and size, nor unsigned with the sense of a normal") {
-  const Points points = box_points(701);
+  const Points points = box_samples(701);
   const Rotation turn = random_rotation(make_random_key(9, {}), Stream::point_set);
   Points changed, half, opposite;
   for (std::size_t i = 0; i < points.count(); ++i) {
@@ -254,7 +254,7 @@ TEST_CASE("oriented pairs of points in one spot, and what is refused") {
   const OrientedPairHistogram histogram = histogram_of(spot);
   CHECK(histogram.mean_distance == 0);
   CHECK(histogram.counts[0] == 45);
-  const Points points = box_points(10);
+  const Points points = box_samples(10);
   CHECK_THROWS_AS(oriented_pair_histogram(std::vector<float>(3), std::vector<float>(3)),
                   std::invalid_argument);
   CHECK_THROWS_AS(oriented_pair_histogram(points.places, std::vector<float>(27)), std::invalid_argument);

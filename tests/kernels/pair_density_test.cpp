@@ -12,7 +12,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 DifferenceParameters fine_map(double kernel = 1) {
   DifferenceParameters parameters;
@@ -75,12 +75,12 @@ DifferenceMap gaussian_dip(const DifferenceParameters& parameters, double depth,
 }
 
 // Samples on a cylinder around the z axis of circumference 1 and height 1, jittered in a constant metric.
-struct Surface {
+struct CylinderSamples {
   std::vector<double> points, normals, axes, s1, s2;
   TangentSamples view() const { return {points, normals, axes, s1, s2}; }
 };
-Surface cylinder(const PlanarSamples& set, TangentTensor log_s) {
-  Surface surface;
+CylinderSamples cylinder(const PlanarSamples& set, TangentTensor log_s) {
+  CylinderSamples surface;
   const double scale = sample_spacing_scale(1, set.x.size()), radius = 0.5 / pi;
   const TensorAxes axes = spacings_of(log_s);
   for (std::size_t i = 0; i < set.x.size(); ++i) {
@@ -288,11 +288,11 @@ TEST_CASE("dip_moments: on a curved surface") {
     TensorDifferenceParameters in_area;
     in_area.units = DifferenceUnits::area;
     for (std::uint64_t s = 0; s < 2; ++s) {
-      const Surface strata =
+      const CylinderSamples strata =
           cylinder(jittered_samples(4096, log_s, 0.4 + 0.8 * static_cast<double>(s), s + 4), log_s);
       add_anisotropic_surface_differences(area, strata.view(), in_area);
       add_anisotropic_surface_differences(spacings, strata.view());
-      const Surface noise = cylinder(random_samples(4096, s + 44), log_s);
+      const CylinderSamples noise = cylinder(random_samples(4096, s + 44), log_s);
       add_anisotropic_surface_differences(random_area, noise.view(), in_area);
       add_anisotropic_surface_differences(random_spacings, noise.view());
     }

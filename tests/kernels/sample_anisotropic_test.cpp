@@ -22,7 +22,7 @@ using Catch::Matchers::Contains;
 namespace {
 
 constexpr std::array<AlignmentForm, 2> forms = {AlignmentForm::metric, AlignmentForm::gradient};
-std::string label(AlignmentForm form) { return form == AlignmentForm::metric ? "metric" : "gradient"; }
+std::string form_name(AlignmentForm form) { return form == AlignmentForm::metric ? "metric" : "gradient"; }
 
 Vector3 unit_vector(Vector3 v) { return 1 / norm(v) * v; }
 
@@ -114,7 +114,7 @@ TEST_CASE("anisotropic sampling: exactly n distinct points, whatever the mesh, t
   for (const PolygonMesh& mesh : meshes)
     for (const AlignmentForm form : forms)
       for (const TensorKind kind : {TensorKind::curvature, TensorKind::constant, TensorKind::isotropic}) {
-        INFO(mesh.polygon_count() << " faces, " << label(form) << ", kind " << static_cast<int>(kind));
+        INFO(mesh.polygon_count() << " faces, " << form_name(form) << ", kind " << static_cast<int>(kind));
         SampleParameters parameters = anisotropic(kind, form);
         if (kind == TensorKind::constant) parameters.tensor.constant = {1, 0.2, 0, 3, 0.1, 0.6};
         for (const std::uint32_t n : {1u, 257u}) {
@@ -159,7 +159,7 @@ TEST_CASE("anisotropic sampling: the same samples for every number of threads") 
 TEST_CASE("anisotropic sampling: a moved, turned and scaled model has the same samples") {
   const PolygonMesh ball = bumpy_ball();
   for (const AlignmentForm form : forms) {
-    INFO(label(form));
+    INFO(form_name(form));
     // A power of two and nothing else: bit by bit.
     PolygonMesh large = ball;
     for (std::vector<double>* axis : {&large.x, &large.y, &large.z})
@@ -199,7 +199,7 @@ TEST_CASE("anisotropic sampling: a moved, turned and scaled model has the same s
 TEST_CASE("anisotropic sampling: regions hold their share of the integral of 1 / (s1 s2)") {
   const PolygonMesh mesh = merged(torus(48, 24), moved(torus(30, 16), 0.5, 4, 0, 0));
   for (const AlignmentForm form : forms) {
-    INFO(label(form));
+    INFO(form_name(form));
     ChartedModel model = charted(mesh, anisotropic(TensorKind::table, form), around_torus(mesh));
     constexpr std::uint32_t n = 1500;
     // By the stages' own masses: components (segments) are runs of the curve.
@@ -425,7 +425,7 @@ TEST_CASE("anisotropic sampling: spacings so different that segments have no fin
     table.values.insert(table.values.end(), {metric, 0, 0, metric, 0, metric});
   }
   for (const AlignmentForm form : forms) {
-    INFO(label(form));
+    INFO(form_name(form));
     SampleParameters parameters = anisotropic(TensorKind::table);
     parameters.tensor.table = std::make_shared<TensorTable>(table);
     parameters.tensor.form = TensorForm::metric;

@@ -30,14 +30,14 @@ constexpr std::uint32_t samples_per_seed = 64;
 // chance.
 constexpr double least_p = 1e-5;
 
-struct ChartedModel {
+struct BiasModel {
   Model state;
   SampleParameters parameters;
 };
 
-ChartedModel flattened(const PolygonMesh& file, MethodChoice method, bool linear_density,
-                       const CoarsenParameters& coarsen = {}) {
-  ChartedModel model;
+BiasModel charted(const PolygonMesh& file, MethodChoice method, bool linear_density,
+                  const CoarsenParameters& coarsen = {}) {
+  BiasModel model;
   model.state.file = file;
   model.parameters.coarsen = coarsen;
   model.parameters.method = method;
@@ -54,7 +54,7 @@ ChartedModel flattened(const PolygonMesh& file, MethodChoice method, bool linear
   return model;
 }
 
-const Samples& sample(ChartedModel& model, std::uint64_t seed) {
+const Samples& sample(BiasModel& model, std::uint64_t seed) {
   static const EmbreeDevice device;
   model.state.key = make_random_key(seed, {});
   run_stages(placing_stages(model.parameters, &device), model.state);
@@ -103,7 +103,7 @@ struct Counts {
   std::vector<std::uint64_t> all, first;  // over the seeds: all samples, the first sample only
 };
 
-Counts count_quarters(ChartedModel& model, std::uint64_t seeds) {
+Counts count_quarters(BiasModel& model, std::uint64_t seeds) {
   Counts counts;
   counts.seeds = seeds;
   counts.cells = 4 * model.state.file.polygon_count();
@@ -200,7 +200,7 @@ void check_unbiased(const Counts& counts, const std::vector<double>& shares) {
 // By quarter, by triangle, and (with charts) along the seams: the triangles that touch a seam vertex against
 // the others, and triangle by triangle in that band.
 void check_model(const PolygonMesh& file, MethodChoice method, bool linear_density, std::uint64_t seeds) {
-  ChartedModel model = flattened(file, method, linear_density);
+  BiasModel model = charted(file, method, linear_density);
   const Counts quarters = count_quarters(model, seeds);
   const std::vector<double> shares = quarter_shares(model.state, linear_density);
   check_unbiased(quarters, shares);
@@ -252,8 +252,8 @@ TEST_CASE("sampling bias: linear density, 300 seeds") {
 
 TEST_CASE("sampling bias: over coarse charts, 300 seeds", "[statistics]") {
   for (const bool linear_density : {false, true}) {
-    ChartedModel model =
-        flattened(moved(torus(20, 11), 1, 0, 0, 0), MethodChoice::conformal, linear_density, {0.25, 64, 64});
+    BiasModel model =
+        charted(moved(torus(20, 11), 1, 0, 0, 0), MethodChoice::conformal, linear_density, {0.25, 64, 64});
     REQUIRE(!model.state.coarse.empty());
     const Counts quarters = count_quarters(model, 300);
     const std::vector<double> shares = quarter_shares(model.state, linear_density);
@@ -267,7 +267,7 @@ TEST_CASE("sampling bias: over coarse charts, 300 seeds", "[statistics]") {
 
 TEST_CASE("sampling bias: the sharp test detects a bias of a tenth") {
   // Expectations 10 % wrong on half of the triangles.
-  ChartedModel model = flattened(small_torus(), MethodChoice::direct, false);
+  BiasModel model = charted(small_torus(), MethodChoice::direct, false);
   const Counts quarters = count_quarters(model, 300);
   std::vector<double> shares = quarter_shares(model.state, false);
   for (std::size_t c = 0; c < shares.size(); ++c) shares[c] *= c < shares.size() / 2 ? 1.1 : 0.9;

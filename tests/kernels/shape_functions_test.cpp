@@ -14,13 +14,13 @@ using namespace meander;
 
 namespace {
 
-const RandomKey key = make_random_key(11, {});
+const RandomKey functions_key = make_random_key(11, {});
 
 std::vector<float> random_points(std::size_t n, double height = 0.5) {
   std::vector<float> points;
   for (std::size_t i = 0; i < n; ++i) {
-    const UnitPair a = random_pair(key, Stream::point_set, i, 0),
-                   b = random_pair(key, Stream::point_set, i, 1);
+    const UnitPair a = random_pair(functions_key, Stream::point_set, i, 0),
+                   b = random_pair(functions_key, Stream::point_set, i, 1);
     points.push_back(static_cast<float>(a.first));
     points.push_back(static_cast<float>(2 * a.second));
     points.push_back(static_cast<float>(height * b.first));
@@ -85,7 +85,7 @@ TEST_CASE("shape functions of random tuples converge to those of all tuples") {
        {ShapeFunction::angle, ShapeFunction::triangle, ShapeFunction::tetrahedron}) {
     INFO(name_of(function));
     const std::vector<double> values = all_values(points, function);
-    const ShapeHistogram histogram = shape_function_histogram(points, function, key);
+    const ShapeHistogram histogram = shape_function_histogram(points, function, functions_key);
     // The Kolmogorov distance of 2^17 draws exceeds 0.0054 once in 1000 times.
     CHECK(cumulative_error(histogram, values) < 0.0054);
     CHECK(histogram.scale == Approx(mean_of(values)).epsilon(0.006));
@@ -98,7 +98,7 @@ TEST_CASE("tuples reach every point and never the same one twice") {
   const std::vector<float> corners = {1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1};
   const ShapeFunctionParameters parameters{.bins = 32, .tuples = 1 << 12};
   const auto mean = [&](ShapeFunction function) {
-    return shape_function_histogram(corners, function, key, parameters).scale;
+    return shape_function_histogram(corners, function, functions_key, parameters).scale;
   };
   CHECK(mean(ShapeFunction::angle) == Approx(std::numbers::pi / 3).epsilon(1e-12));
   CHECK(mean(ShapeFunction::triangle) == Approx(std::sqrt(2 * std::sqrt(3.0))).epsilon(1e-12));
@@ -112,7 +112,7 @@ TEST_CASE("distances to the centroid are over all points") {
   for (std::size_t i = 0; i < 500; ++i) centroid = centroid + (1.0 / 500) * at(points, i);
   std::vector<double> values;
   for (std::size_t i = 0; i < 500; ++i) values.push_back(distance(at(points, i), centroid));
-  const ShapeHistogram histogram = shape_function_histogram(points, ShapeFunction::centroid, key);
+  const ShapeHistogram histogram = shape_function_histogram(points, ShapeFunction::centroid, functions_key);
   CHECK(histogram.scale == Approx(mean_of(values)));
   CHECK(histogram.range == Approx(3 * mean_of(values)));
   CHECK(cumulative_error(histogram, values) < 1e-9);
@@ -129,13 +129,13 @@ TEST_CASE("shape functions do not depend on place, size, turn or threads") {
   for (const ShapeFunction function :
        {ShapeFunction::angle, ShapeFunction::centroid, ShapeFunction::triangle, ShapeFunction::tetrahedron}) {
     INFO(name_of(function));
-    const ShapeHistogram reference = shape_function_histogram(points, function, key);
-    const ShapeHistogram other = shape_function_histogram(moved, function, key);
+    const ShapeHistogram reference = shape_function_histogram(points, function, functions_key);
+    const ShapeHistogram other = shape_function_histogram(moved, function, functions_key);
     CHECK(other.scale / reference.scale == Approx(function == ShapeFunction::angle ? 1 : 8).epsilon(1e-5));
     for (std::size_t b = 0; b < 32; ++b) CHECK(other.shares[b] == Approx(reference.shares[b]).margin(1e-3));
     for (const std::size_t threads : {1u, 4u}) {
-      const ShapeHistogram again =
-          test::on_threads(threads, [&] { return shape_function_histogram(points, function, key); });
+      const ShapeHistogram again = test::on_threads(
+          threads, [&] { return shape_function_histogram(points, function, functions_key); });
       CHECK(again.shares == reference.shares);
     }
   }
@@ -143,22 +143,23 @@ TEST_CASE("shape functions do not depend on place, size, turn or threads") {
 
 TEST_CASE("shape functions of flat sets and single spots, and what is refused") {
   const std::vector<float> flat = random_points(100, 0);
-  const ShapeHistogram volumes = shape_function_histogram(flat, ShapeFunction::tetrahedron, key);
+  const ShapeHistogram volumes = shape_function_histogram(flat, ShapeFunction::tetrahedron, functions_key);
   CHECK(volumes.scale == 0);
   CHECK(volumes.shares[0] == 1);
-  CHECK(shape_function_histogram(flat, ShapeFunction::angle, key).scale ==
+  CHECK(shape_function_histogram(flat, ShapeFunction::angle, functions_key).scale ==
         Approx(std::numbers::pi / 3).epsilon(0.01));  // the angles of a triangle sum to pi
   const std::vector<float> spot(15, 2.0f);
   for (const ShapeFunction function :
        {ShapeFunction::angle, ShapeFunction::centroid, ShapeFunction::triangle})
-    CHECK(shape_function_histogram(spot, function, key).shares[0] == 1);
+    CHECK(shape_function_histogram(spot, function, functions_key).shares[0] == 1);
   const auto of = [&](std::size_t n, const ShapeFunctionParameters& parameters) {
-    return shape_function_histogram(random_points(n), ShapeFunction::triangle, key, parameters);
+    return shape_function_histogram(random_points(n), ShapeFunction::triangle, functions_key, parameters);
   };
   CHECK_THROWS_AS(of(3, {}), std::invalid_argument);
   CHECK_THROWS_AS(of(9, {.bins = 7}), std::invalid_argument);
   CHECK_THROWS_AS(of(9, {.tuples = 0}), std::invalid_argument);
   std::vector<float> broken = random_points(9);
   broken[4] = std::nanf("");
-  CHECK_THROWS_AS(shape_function_histogram(broken, ShapeFunction::angle, key), std::invalid_argument);
+  CHECK_THROWS_AS(shape_function_histogram(broken, ShapeFunction::angle, functions_key),
+                  std::invalid_argument);
 }

@@ -14,12 +14,12 @@ using namespace meander;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t degrees = highest_harmonic_degree + 1;
-const RandomKey key = make_random_key(17, {});
+const RandomKey harmonics_key = make_random_key(17, {});
 
 Vector3 direction(std::uint64_t i) {
-  const UnitPair u = random_pair(key, Stream::point_set, i, 7);
+  const UnitPair u = random_pair(harmonics_key, Stream::point_set, i, 7);
   const double z = 2 * u.first - 1, s = std::sqrt(1 - z * z), turn = 2 * pi * u.second;
   return {s * std::cos(turn), s * std::sin(turn), z};
 }
@@ -29,11 +29,11 @@ void add(std::vector<float>& points, Vector3 point) {
 }
 
 // A box of three different sides, denser towards one corner.
-std::vector<float> box_points(std::size_t n) {
+std::vector<float> surface_of_box(std::size_t n) {
   std::vector<float> points;
   for (std::size_t i = 0; i < n; ++i) {
-    const UnitPair a = random_pair(key, Stream::point_set, i, 0),
-                   b = random_pair(key, Stream::point_set, i, 1);
+    const UnitPair a = random_pair(harmonics_key, Stream::point_set, i, 0),
+                   b = random_pair(harmonics_key, Stream::point_set, i, 1);
     add(points, {a.first * a.first, 0.7 * a.second * a.first, 0.4 * b.first});
   }
   return points;
@@ -157,8 +157,8 @@ TEST_CASE("harmonics on shells: two opposite points have even degrees only") {
 }
 
 TEST_CASE("harmonics on shells agree with sums of Legendre polynomials over all pairs") {
-  CHECK(largest_difference(shell_harmonics(box_points(150)), slow_version(box_points(150))) < 1e-5);
-  CHECK(largest_difference(shell_harmonics(box_points(3)), slow_version(box_points(3))) < 1e-5);
+  CHECK(largest_difference(shell_harmonics(surface_of_box(150)), slow_version(surface_of_box(150))) < 1e-5);
+  CHECK(largest_difference(shell_harmonics(surface_of_box(3)), slow_version(surface_of_box(3))) < 1e-5);
 }
 
 TEST_CASE("harmonics on shells: a uniform sphere has degree 0, the rest is the noise of its points") {
@@ -174,9 +174,9 @@ TEST_CASE("harmonics on shells: a uniform sphere has degree 0, the rest is the n
 }
 
 TEST_CASE("harmonics on shells do not change with place, direction, size, reflection and order") {
-  const std::vector<float> points = box_points(800), reference = shell_harmonics(points);
+  const std::vector<float> points = surface_of_box(800), reference = shell_harmonics(points);
   REQUIRE(reference.size() == shell_harmonic_values);
-  const Rotation none = rotation_of(0, 0, 0, 1), turn = random_rotation(key, Stream::point_set);
+  const Rotation none = rotation_of(0, 0, 0, 1), turn = random_rotation(harmonics_key, Stream::point_set);
   CHECK(largest_difference(shell_harmonics(changed(points, turn, 1, {})), reference) < 1e-5);
   CHECK(largest_difference(shell_harmonics(changed(points, none, 1e-9, {})), reference) < 1e-5);
   CHECK(largest_difference(shell_harmonics(changed(points, turn, 7e20, {1e20, -2e20, 0})), reference) < 1e-5);

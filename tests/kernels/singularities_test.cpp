@@ -13,6 +13,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/tensor/make_tensor_field.h"
 #include "kernels/tensor/vertex_tensors.h"
+#include "kernels/unit_vector.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 
@@ -20,8 +21,6 @@ using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-Vector3 unit(Vector3 v) { return (1 / norm(v)) * v; }
 
 // A surface of genus 2, by marching over a grid of cubes: the faces between solid and empty cells of a slab
 // with two tunnels, each cut into n x n quads and relaxed.

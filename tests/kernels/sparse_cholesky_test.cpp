@@ -1,4 +1,5 @@
 #include "kernels/solve/sparse_cholesky.h"
+#include "kernels/natural_order.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
@@ -9,6 +10,7 @@
 #include "support/test_meshes.h"
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
 
@@ -96,12 +98,6 @@ void check_solutions(const System& system, std::span<const std::uint32_t> order)
     }
   }
   CHECK_THROWS_AS(cholesky.solve_many(x, 3), std::invalid_argument);
-}
-
-std::vector<std::uint32_t> natural_order(std::size_t count) {
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  return order;
 }
 
 }  // namespace

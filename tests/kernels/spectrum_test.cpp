@@ -11,35 +11,13 @@
 
 #include "kernels/core/random.h"
 #include "kernels/model/sampler.h"
+#include "kernels/planar_sets.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
-
-struct PlanarSet {
-  std::vector<double> x, y;
-};
-
-PlanarSet random_set(std::size_t count, std::uint64_t seed) {
-  const RandomKey key = make_random_key(seed, {});
-  PlanarSet set;
-  for (std::size_t i = 0; i < count; ++i) {
-    const UnitPair u = random_pair(key, Stream::sequence, i);
-    set.x.push_back(u.first);
-    set.y.push_back(u.second);
-  }
-  return set;
-}
-
-PlanarSet jittered_set(std::size_t side, std::uint64_t seed) {
-  PlanarSet set = random_set(side * side, seed);
-  for (std::size_t i = 0; i < set.x.size(); ++i) {
-    set.x[i] = (static_cast<double>(i % side) + set.x[i]) / static_cast<double>(side);
-    set.y[i] = (static_cast<double>(i / side) + set.y[i]) / static_cast<double>(side);
-  }
-  return set;
-}
 
 double direct_power(const PlanarSet& set, double fx, double fy) {
   std::complex<double> sum = 0;

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/unit_vector.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -15,7 +16,7 @@ using namespace meander::test;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 TangentTensor tensor_at(double angle, double first, double second) {
   return tensor_of({first, second, std::cos(angle), std::sin(angle)});
@@ -32,8 +33,6 @@ TangentTensor along(const TangentFrame& frame, Vector3 direction, double s1, dou
   const double x = dot(direction, frame.x), y = dot(direction, frame.y), length = std::hypot(x, y);
   return tensor_of({std::log(s1), std::log(s2), x / length, y / length});
 }
-
-Vector3 unit(Vector3 v) { return (1 / norm(v)) * v; }
 
 // The same log S everywhere in a plane z = 0, given along `angle`.
 TensorField plane_field(const PreparedMesh& mesh, double angle, double s1, double s2) {

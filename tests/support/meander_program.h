@@ -13,8 +13,10 @@
 
 namespace meander::test {
 
+inline const std::string program = MEANDER_PROGRAM;
+
 inline ProcessResult meander_with(std::vector<std::string> arguments, const ProcessOptions& options = {}) {
-  arguments.insert(arguments.begin(), MEANDER_PROGRAM);
+  arguments.insert(arguments.begin(), program);
   return run_process(arguments, options);
 }
 

@@ -32,6 +32,10 @@ void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh);
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 std::string read_file(const std::filesystem::path& path);
 
+inline bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
+  return read_file(a) == read_file(b);
+}
+
 // A new empty folder, removed with everything in it at the end of the scope.
 class ScratchFolder {
  public:
