@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <libdeflate.h>
 
-#include <cstring>
 #include <limits>
 #include <stdexcept>
+
+#include "io/mesh/append_numbers.h"
 
 namespace meander {
 
@@ -17,10 +18,6 @@ std::uint64_t size_of_pieces(std::initializer_list<std::string_view> pieces) {
   std::uint64_t bytes = 0;
   for (const std::string_view piece : pieces) bytes += piece.size();
   return bytes;
-}
-
-void append_little_endian(std::string& bytes, std::uint64_t value, std::size_t width) {
-  for (std::size_t k = 0; k < width; ++k) bytes += static_cast<char>(value >> (8 * k) & 0xFF);
 }
 
 }  // namespace
@@ -76,27 +73,27 @@ void StoredZipWriter::add(std::string_view name, std::initializer_list<std::stri
   for (const std::string_view piece : pieces) crc = libdeflate_crc32(crc, piece.data(), piece.size());
   // From the version that is needed to the length of the extra field, as both headers have it.
   std::string common;
-  append_little_endian(common, 20, 2);       // version 2.0
-  append_little_endian(common, 1 << 11, 2);  // names are UTF-8
-  append_little_endian(common, 0, 2);        // stored
-  append_little_endian(common, 0, 2);        // midnight
-  append_little_endian(common, 0x21, 2);     // 1 January 1980
-  append_little_endian(common, crc, 4);
-  append_little_endian(common, size, 4);
-  append_little_endian(common, size, 4);
-  append_little_endian(common, name.size(), 2);
-  append_little_endian(common, 0, 2);
+  append_little_endian(common, std::uint16_t{20});       // version 2.0
+  append_little_endian(common, std::uint16_t{1 << 11});  // names are UTF-8
+  append_little_endian(common, std::uint16_t{0});        // stored
+  append_little_endian(common, std::uint16_t{0});        // midnight
+  append_little_endian(common, std::uint16_t{0x21});     // 1 January 1980
+  append_little_endian(common, crc);
+  append_little_endian(common, static_cast<std::uint32_t>(size));
+  append_little_endian(common, static_cast<std::uint32_t>(size));
+  append_little_endian(common, static_cast<std::uint16_t>(name.size()));
+  append_little_endian(common, std::uint16_t{0});
   const std::uint64_t begin = written_;
   put("PK\x03\x04" + common + std::string(name));
   for (const std::string_view piece : pieces) put(piece);
   directory_ += "PK\x01\x02";
-  append_little_endian(directory_, 20, 2);
+  append_little_endian(directory_, std::uint16_t{20});
   directory_ += common;
-  append_little_endian(directory_, 0, 2);  // comment
-  append_little_endian(directory_, 0, 2);  // disk
-  append_little_endian(directory_, 0, 2);  // attributes
-  append_little_endian(directory_, 0, 4);
-  append_little_endian(directory_, begin, 4);
+  append_little_endian(directory_, std::uint16_t{0});  // comment
+  append_little_endian(directory_, std::uint16_t{0});  // disk
+  append_little_endian(directory_, std::uint16_t{0});  // attributes
+  append_little_endian(directory_, std::uint32_t{0});
+  append_little_endian(directory_, static_cast<std::uint32_t>(begin));
   directory_ += name;
   ++members_;
 }
@@ -107,12 +104,12 @@ void StoredZipWriter::finish() {
     throw std::length_error("a zip archive without ZIP64 ends at 4 GiB");
   put(directory_);
   std::string end = "PK\x05\x06";
-  append_little_endian(end, 0, 4);  // disks
-  append_little_endian(end, members_, 2);
-  append_little_endian(end, members_, 2);
-  append_little_endian(end, directory_.size(), 4);
-  append_little_endian(end, begin, 4);
-  append_little_endian(end, 0, 2);
+  append_little_endian(end, std::uint32_t{0});  // disks
+  append_little_endian(end, members_);
+  append_little_endian(end, members_);
+  append_little_endian(end, static_cast<std::uint32_t>(directory_.size()));
+  append_little_endian(end, static_cast<std::uint32_t>(begin));
+  append_little_endian(end, std::uint16_t{0});
   put(end);
 }
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace meander {
 

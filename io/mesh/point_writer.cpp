@@ -3,7 +3,6 @@
 #include <array>
 #include <string>
 
-#include "io/file/atomic_file.h"
 #include "io/mesh/append_numbers.h"
 #include "kernels/sample/point_frames.h"
 
@@ -67,13 +66,6 @@ void write_points(const std::function<void(std::string_view)>& put, PointFormat 
     data.clear();
   }
   put(data);
-}
-
-void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
-                  const ItemReport& report) {
-  AtomicFile file(path);
-  write_points([&file](std::string_view data) { file.append(data); }, format, samples, report);
-  file.commit();
 }
 
 }  // namespace meander

@@ -1,7 +1,6 @@
 // Writing samples as files that other programs read.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <string_view>
 
@@ -14,11 +13,7 @@ enum class PointFormat : std::uint8_t { ply, off, xyz };
 // PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces), density and, where
 // there are colours, red green blue; OFF:
 // vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. loc
-// and scale are applied (file coordinates, double in OFF/XYZ/PLY). Written as an AtomicFile; throws
-// FileError.
-void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
-                  const ItemReport& report);
-// The bytes of that file in pieces of about 1 MB.
+// and scale are applied (file coordinates, double in OFF/XYZ/PLY). The bytes come in pieces of about 1 MB.
 void write_points(const std::function<void(std::string_view)>& put, PointFormat format,
                   const Samples& samples, const ItemReport& report);
 

@@ -12,11 +12,12 @@
 
 #include "io/file/atomic_file.h"
 #include "io/file/read_file.h"
-#include "io/mesh/point_writer.h"
 #include "io/plot/png_writer.h"
+#include "io/point_files.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
+using namespace meander::test;
 using meander::test::ScratchFolder;
 namespace fs = std::filesystem;
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "io/mesh/point_writer.h"
+#include "io/point_files.h"
 #include "io/reading.h"
 #include "support/mesh_files.h"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "io/point_files.h"
 #include "io/reading.h"
 #include "io/run_error.h"
 #include "support/mesh_files.h"

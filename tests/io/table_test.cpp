@@ -1,5 +1,4 @@
 #include "io/table/table.h"
-#include "io/special_values.h"
 
 #include <bit>
 #include <catch2/catch.hpp>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "io/plot/plot_table.h"
+#include "io/special_values.h"
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "kernels/core/random.h"
-#include "kernels/planar_sets.h"
+#include "support/metric_samples.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -32,7 +32,7 @@ double axis_weight(double q, std::uint32_t k, const DifferenceParameters& parame
 
 // Points on the unit sphere: uniform, and their normals are themselves.
 std::vector<double> random_sphere(std::size_t count, std::uint64_t seed) {
-  const PlanarSet u = random_set(count, seed);
+  const PlanarSamples u = random_samples(count, seed);
   std::vector<double> points;
   for (std::size_t i = 0; i < count; ++i) {
     const double z = 2 * u.x[i] - 1, r = std::sqrt(1 - z * z), a = 2 * pi * u.y[i];
@@ -61,7 +61,7 @@ TEST_CASE("add_differences: equals the sum over all pairs") {
   parameters.range = 2;
   for (const double kernel : {0.1, 1.0, 2.5}) {
     parameters.kernel = kernel;
-    const PlanarSet set = random_set(60, 3);
+    const PlanarSamples set = random_samples(60, 3);
     const double spacing = 0.1;
     DifferenceMap map = make_difference_map(parameters);
     add_differences(map, set.x, set.y, spacing);
@@ -98,7 +98,7 @@ TEST_CASE("add_differences: white noise on the torus is 1") {
   const double spacing = 1 / std::sqrt(static_cast<double>(n));
   DifferenceMap map = make_difference_map(parameters);
   for (std::uint64_t s = 0; s < 10; ++s) {
-    const PlanarSet set = random_set(n, 50 + s);
+    const PlanarSamples set = random_samples(n, 50 + s);
     add_differences(map, set.x, set.y, spacing, {1, 1});
   }
   CHECK(map.sets == 10);
@@ -128,7 +128,7 @@ TEST_CASE("expected_differences: a bounded rectangle against many random sets") 
   DifferenceMap map = make_difference_map(parameters);
   constexpr int sets = 600;
   for (std::uint64_t s = 0; s < sets; ++s) {
-    PlanarSet set = random_set(n, 1000 + s);
+    PlanarSamples set = random_samples(n, 1000 + s);
     for (double& x : set.x) x *= width;
     add_differences(map, set.x, set.y, std::sqrt(width * height / n));
   }
@@ -156,7 +156,7 @@ TEST_CASE("add_differences: a jittered grid dips at 0, as its pair density says"
   DifferenceMap map = make_difference_map(parameters);
   constexpr int sets = 40;
   for (std::uint64_t s = 0; s < sets; ++s) {
-    const PlanarSet set = jittered_set(side, 70 + s);
+    const PlanarSamples set = grid_samples(side, 70 + s);
     add_differences(map, set.x, set.y, 1.0 / side, {1, 1});
   }
   const std::vector<double> ratio = normalised_differences(map, expected_differences(parameters, n));
@@ -186,7 +186,7 @@ TEST_CASE("add_differences: a jittered grid dips at 0, as its pair density says"
 }
 
 TEST_CASE("add_density_differences: one spacing everywhere is the uniform case") {
-  const PlanarSet set = random_set(400, 6);
+  const PlanarSamples set = random_samples(400, 6);
   DifferenceMap uniform = make_difference_map(), density = uniform, anisotropic = uniform;
   add_differences(uniform, set.x, set.y, 0.05);
   add_density_differences(density, set.x, set.y, std::vector<double>(400, 0.05));
@@ -198,7 +198,7 @@ TEST_CASE("add_density_differences: one spacing everywhere is the uniform case")
 }
 
 TEST_CASE("add_density_differences: the scale of space and of the density drops out") {
-  PlanarSet set = random_set(500, 12);
+  PlanarSamples set = random_samples(500, 12);
   for (double& x : set.x) x = std::sqrt(x);  // density 2 x
   std::vector<double> phi, phi_scaled;
   for (const double x : set.x) {
@@ -211,7 +211,7 @@ TEST_CASE("add_density_differences: the scale of space and of the density drops 
   for (std::size_t i = 0; i < 500; ++i) CHECK(same[i] == Approx(spacing[i]).epsilon(1e-14));
   DifferenceMap a = make_difference_map(), b = a;
   add_density_differences(a, set.x, set.y, spacing);
-  PlanarSet large = set;
+  PlanarSamples large = set;
   std::vector<double> large_spacing = spacing;
   for (std::size_t i = 0; i < 500; ++i) {
     large.x[i] *= 4096;
@@ -232,7 +232,7 @@ TEST_CASE("add_density_differences: white noise of a slowly varying density is 1
   DifferenceMap map = make_difference_map(parameters);
   constexpr int sets = 4;
   for (std::uint64_t s = 0; s < sets; ++s) {
-    PlanarSet set = random_set(n, 400 + s);
+    PlanarSamples set = random_samples(n, 400 + s);
     std::vector<double> phi;
     for (double& x : set.x) {
       double low = 0, high = 1;
@@ -255,10 +255,10 @@ TEST_CASE("add_density_differences: white noise of a slowly varying density is 1
 
 TEST_CASE("add_anisotropic_differences: a stretched set is the set it came from") {
   // p = S u, so J^-1 = S^-1 / spacing brings the differences of u back.
-  const PlanarSet set = random_set(400, 15);
+  const PlanarSamples set = random_samples(400, 15);
   const double s[4] = {3, 1, -0.5, 0.4};
   const double determinant = s[0] * s[3] - s[1] * s[2];
-  PlanarSet stretched;
+  PlanarSamples stretched;
   std::vector<double> inverse;
   for (std::size_t i = 0; i < 400; ++i) {
     stretched.x.push_back(s[0] * set.x[i] + s[1] * set.y[i]);
@@ -307,7 +307,7 @@ TEST_CASE("geodesic_length: exact on spheres, planes, and in its limit") {
 }
 
 TEST_CASE("add_surface_differences: a plane in space is the plane") {
-  const PlanarSet set = random_set(400, 18);
+  const PlanarSamples set = random_samples(400, 18);
   // Axes (0.6, 0.8, 0) and (0, 0, 1); normal (0.8, -0.6, 0).
   std::vector<double> points, normals, frames;
   for (std::size_t i = 0; i < 400; ++i) {
@@ -373,7 +373,7 @@ TEST_CASE("add_surface_differences: white noise on the sphere has the density of
 }
 
 TEST_CASE("add_surface_differences: the other side of a thin plate does not count") {
-  const PlanarSet set = random_set(300, 30);
+  const PlanarSamples set = random_samples(300, 30);
   std::vector<double> one_side, one_normals, points, normals;
   for (std::size_t i = 0; i < 300; ++i)
     for (const double side : {1.0, -1.0}) {
@@ -396,7 +396,7 @@ TEST_CASE("add_surface_differences: the other side of a thin plate does not coun
 }
 
 TEST_CASE("differences: one thread and many give the same bits") {
-  const PlanarSet set = random_set(3000, 77);
+  const PlanarSamples set = random_samples(3000, 77);
   const std::vector<double> points = random_sphere(3000, 78), spacing(3000, 0.03);
   DifferenceMap many = make_difference_map(), one = many;
   const auto add = [&](DifferenceMap& map) {

@@ -10,6 +10,7 @@
 #include "kernels/analyse/region_counts.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/model/sampler.h"
+#include "kernels/unit_vector.h"
 #include "support/anisotropic_models.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
@@ -23,8 +24,6 @@ namespace {
 
 constexpr std::array<AlignmentForm, 2> forms = {AlignmentForm::metric, AlignmentForm::gradient};
 std::string form_name(AlignmentForm form) { return form == AlignmentForm::metric ? "metric" : "gradient"; }
-
-Vector3 unit_vector(Vector3 v) { return 1 / norm(v) * v; }
 
 std::size_t distinct_points(const Samples& samples) {
   std::set<std::array<float, 3>> distinct;
@@ -269,10 +268,10 @@ TEST_CASE("anisotropic sampling: stored directions and spacings are those of the
         const std::uint32_t v = samples.corners[3 * i + k];
         corner[k] = {mesh.x[v], mesh.y[v], mesh.z[v]};
       }
-      const Vector3 normal = unit_vector(cross(corner[1] - corner[0], corner[2] - corner[0]));
+      const Vector3 normal = unit(cross(corner[1] - corner[0], corner[2] - corner[0]));
       off_plane = std::max(off_plane, std::abs(dot(normal, d)));
       length = std::max(length, std::abs(norm(d) - 1));
-      across = std::max(across, norm(cross(d, unit_vector({-p.y, p.x, 0}))));
+      across = std::max(across, norm(cross(d, unit({-p.y, p.x, 0}))));
       const double s1 = report.scale * static_cast<double>(samples.tensor_spacing[2 * i]);
       const double s2 = report.scale * static_cast<double>(samples.tensor_spacing[2 * i + 1]);
       area += s1 * s2;

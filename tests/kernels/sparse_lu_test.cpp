@@ -1,5 +1,4 @@
 #include "kernels/solve/sparse_lu.h"
-#include "kernels/natural_order.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
@@ -7,6 +6,7 @@
 #include <numeric>
 
 #include "kernels/core/random.h"
+#include "kernels/natural_order.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 

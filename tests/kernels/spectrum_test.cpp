@@ -11,7 +11,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/model/sampler.h"
-#include "kernels/planar_sets.h"
+#include "support/metric_samples.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -19,7 +19,7 @@ using namespace meander::test;
 
 namespace {
 
-double direct_power(const PlanarSet& set, double fx, double fy) {
+double direct_power(const PlanarSamples& set, double fx, double fy) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < set.x.size(); ++i)
     sum += std::polar(1.0, -2 * std::numbers::pi * (fx * set.x[i] + fy * set.y[i]));
@@ -39,7 +39,7 @@ TEST_CASE("add_periodogram: equals the direct sum") {
   for (const std::size_t n :
        {std::size_t{1}, std::size_t{2}, std::size_t{255}, std::size_t{256}, std::size_t{1500}})
     for (const std::uint32_t radius : {1u, 2u, 21u}) {
-      const PlanarSet set = random_set(n, n + radius);
+      const PlanarSamples set = random_samples(n, n + radius);
       PowerSpectrum spectrum = make_power_spectrum(radius);
       add_periodogram(spectrum, set.x, set.y);
       const int r = static_cast<int>(radius);
@@ -55,7 +55,7 @@ TEST_CASE("add_periodogram: equals the direct sum") {
 }
 
 TEST_CASE("add_periodogram: high frequencies keep their precision") {
-  const PlanarSet set = random_set(300, 5);
+  const PlanarSamples set = random_samples(300, 5);
   PowerSpectrum spectrum = make_power_spectrum(400);
   add_periodogram(spectrum, set.x, set.y);
   double worst = 0;
@@ -68,8 +68,8 @@ TEST_CASE("add_periodogram: high frequencies keep their precision") {
 }
 
 TEST_CASE("add_periodogram: symmetries and invariances") {
-  const PlanarSet set = random_set(700, 9);
-  PlanarSet shifted = set, mirrored = set, swapped{set.y, set.x};
+  const PlanarSamples set = random_samples(700, 9);
+  PlanarSamples shifted = set, mirrored = set, swapped{set.y, set.x};
   for (double& x : shifted.x) x = x + 0.375 - std::floor(x + 0.375);
   for (double& x : mirrored.x) x = 1 - x;
   PowerSpectrum a = make_power_spectrum(12), b = a, c = a, d = a;
@@ -87,7 +87,7 @@ TEST_CASE("add_periodogram: symmetries and invariances") {
 }
 
 TEST_CASE("add_periodogram: a lattice has N at its reciprocal lattice and nothing elsewhere") {
-  PlanarSet set;
+  PlanarSamples set;
   for (int i = 0; i < 16; ++i)
     for (int j = 0; j < 16; ++j) {
       set.x.push_back((i + 0.3) / 16);
@@ -104,7 +104,7 @@ TEST_CASE("radial_power: white noise has power 1 and anisotropy -10 log10 K") {
   constexpr int sets = 10;
   PowerSpectrum spectrum = make_power_spectrum(40);
   for (std::uint64_t seed = 0; seed < sets; ++seed) {
-    const PlanarSet set = random_set(1024, 100 + seed);
+    const PlanarSamples set = random_samples(1024, 100 + seed);
     add_periodogram(spectrum, set.x, set.y);
   }
   const RadialProfile profile = radial_power(spectrum);
@@ -131,7 +131,7 @@ TEST_CASE("radial_power: jittered grids follow 1 - sinc^2 sinc^2") {
   constexpr int radius = 32;
   PowerSpectrum spectrum = make_power_spectrum(radius);
   for (std::uint64_t seed = 0; seed < sets; ++seed) {
-    const PlanarSet set = jittered_set(side, 300 + seed);
+    const PlanarSamples set = grid_samples(side, 300 + seed);
     add_periodogram(spectrum, set.x, set.y);
   }
   // At the integers the mean of the sum over strata vanishes (but for multiples of the side in both axes,
@@ -160,7 +160,7 @@ TEST_CASE("radial_power: jittered grids follow 1 - sinc^2 sinc^2") {
 }
 
 TEST_CASE("radial_power: the spikes of a regular lattice show as anisotropy") {
-  PlanarSet set;
+  PlanarSamples set;
   for (int i = 0; i < 256; ++i) {
     set.x.push_back((i % 16 + 0.5) / 16);
     set.y.push_back((i / 16 + 0.5) / 16);
@@ -224,7 +224,7 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
     set_samples(parameters, 1024);
     parameters.place.sequence = SequenceKind::stratified;
     const Row row = Sampler(parameters).sample(positions, faces);
-    PlanarSet set;
+    PlanarSamples set;
     for (std::size_t i = 0; i < 1024; ++i) {
       set.x.push_back(row.samples.points[3 * i]);
       set.y.push_back(row.samples.points[3 * i + 1]);
@@ -243,7 +243,7 @@ TEST_CASE("radial_power: stratified samples along the Hilbert curve have the spe
 }
 
 TEST_CASE("add_periodogram: one thread and many give the same bits") {
-  const PlanarSet set = random_set(3000, 77);
+  const PlanarSamples set = random_samples(3000, 77);
   PowerSpectrum many = make_power_spectrum(50), one = many;
   add_periodogram(many, set.x, set.y);
   oneapi::tbb::task_arena(1).execute([&] { add_periodogram(one, set.x, set.y); });

@@ -32,6 +32,16 @@ inline PlanarSamples random_samples(std::size_t count, std::uint64_t seed) {
   return set;
 }
 
+// One point in each of side x side equal squares of the unit square.
+inline PlanarSamples grid_samples(std::size_t side, std::uint64_t seed) {
+  PlanarSamples set = random_samples(side * side, seed);
+  for (std::size_t i = 0; i < set.x.size(); ++i) {
+    set.x[i] = (static_cast<double>(i % side) + set.x[i]) / static_cast<double>(side);
+    set.y[i] = (static_cast<double>(i / side) + set.y[i]) / static_cast<double>(side);
+  }
+  return set;
+}
+
 // About `count` points of the unit square, one in each cell of a square grid of the metric, which is turned
 // by `turn` and shifted at random.
 inline PlanarSamples jittered_samples(double count, TangentTensor log_s, double turn, std::uint64_t seed) {
