@@ -10,6 +10,19 @@ import h5py
 import numpy
 
 
+def open_store(path):
+    """The file of a store. The packs of one that is divided must be there: HDF5 gives empty rows for a file it misses."""
+    store = h5py.File(path)
+    if "packs" in store:
+        folder = os.path.dirname(path)
+        for name, size in zip(store["packs/file"].asstr()[:], store["packs/bytes"][:]):
+            pack = os.path.join(folder, name)
+            if not os.path.exists(pack) or os.path.getsize(pack) != size:
+                store.close()
+                raise FileNotFoundError(f"{path}: its pack {pack} is missing or another file")
+    return store
+
+
 def rows_of(store, split=None):
     """The numbers of all ok rows, or of those in one split ("train", "test", "validation")."""
     chosen = store["items/status"][:] == 0
@@ -24,7 +37,7 @@ def load_store(path, descriptor=None, split=None):
 
     With a split only the rows of it. Rows whose descriptor could not be made (all values 0) are left out with it.
     """
-    with h5py.File(path) as store:
+    with open_store(path) as store:
         rows = rows_of(store, split)
         values = None
         if descriptor:
@@ -50,7 +63,7 @@ class StoreDataset:
         self.samples = samples
         self.store = None
         self.owner = None  # the process that opened it
-        with h5py.File(path) as store:
+        with open_store(path) as store:
             self.rows = rows_of(store, split)
 
     def __len__(self):
@@ -66,7 +79,7 @@ class StoreDataset:
 
     def _open(self):
         if self.owner != os.getpid():
-            self.store = h5py.File(self.path)
+            self.store = open_store(self.path)
             self.owner = os.getpid()
         return self.store
 

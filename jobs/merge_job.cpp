@@ -18,6 +18,7 @@
 #include "jobs/run_summary.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
+#include "jobs/units.h"
 #include "jobs/working_process.h"
 
 namespace meander {
@@ -31,6 +32,7 @@ struct MergeOptions {
   std::string output;
   bool fresh = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
+  std::string pack_size;  // bytes with a unit; empty: one file
 };
 
 int end_with(RunOutcome& outcome, const RunOptions& options, const StoreReader& store) {
@@ -57,6 +59,10 @@ std::map<std::uint64_t, fs::path> failed_paths(const std::string& store, const R
   return paths;
 }
 
+std::uint64_t pack_rows_of(const MergeOptions& options, const StoreHeader& header) {
+  return options.pack_size.empty() ? 0 : rows_of_pack(header, parse_bytes(options.pack_size));
+}
+
 int merge_array(const std::string& store, const MergeOptions& merging, const Laboratory* laboratory) {
   const RunArray array = *read_run_array(store);
   if (const std::vector<std::size_t> missing = missing_shards(store, array); !missing.empty()) {
@@ -77,7 +83,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
   for (std::size_t s = 0; s < array.shards.size(); ++s)
     if (const auto report = read_shard_report(store, s)) outcome.seconds += report->seconds;
   outcome.done_now = array.rows;
-  merge_run_array(store, array, [&] {
+  merge_run_array(store, array, pack_rows_of(merging, plan.header), [&] {
     outcome.summary = summarise(StoreReader(store, StoreCheck::none));
     write_run_report(options, outcome);
     write_failed_list(options, outcome.summary, [&](std::uint64_t row) {
@@ -183,6 +189,9 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
     }
     throw UsageError(fmt::format("`{}` is no run that `meander plan` made", path));
   }
+  if (!options.pack_size.empty())
+    throw UsageError(
+        "--pack-size divides what an array of tasks made (STORE.run); finished stores become one file");
   if (options.output.empty()) throw UsageError("several stores are merged into a new one: give it with -o");
   return StoreMerge(options).run();
 }
@@ -197,6 +206,9 @@ JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
       .add_option("STORE", options->inputs, "STORE.run of `meander plan`, or stores of the same parameters")
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
+  command.add_option("--pack-size", options->pack_size,
+                     "Above this size, before compression, write packs of at most this size and an index, as "
+                     "100G; for STORE.run");
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");

@@ -201,33 +201,173 @@ std::vector<std::size_t> missing_shards(const fs::path& store, const RunArray& a
   return missing;
 }
 
-void merge_run_array(const fs::path& store, const RunArray& array, const std::function<void()>& merged) {
-  const fs::path folder = array_folder(store);
-  const FileDescriptor lock = lock_folder(folder, "lock", false);
-  std::vector<std::pair<std::uint64_t, std::size_t>> by_row;  // shards that have rows
+namespace {
+
+// Shards with rows, by their rows.
+std::vector<std::size_t> shards_by_row(const RunArray& array) {
+  std::vector<std::size_t> shards;
   for (std::size_t s = 0; s < array.shards.size(); ++s)
-    if (array.shards[s].rows() > 0) by_row.emplace_back(array.shards[s].begin, s);
-  std::sort(by_row.begin(), by_row.end());
-  RunPlan whole;
-  std::vector<MergeSource> sources;
-  for (const auto& [begin, s] : by_row) {
-    RunPlan part = read_shard_plan(store, s);
-    sources.push_back({shard_store(store, s), {begin, array.shards[s].end}});
-    if (sources.size() == 1) {
-      whole = std::move(part);
+    if (array.shards[s].rows() > 0) shards.push_back(s);
+  std::sort(shards.begin(), shards.end(),
+            [&](std::size_t a, std::size_t b) { return array.shards[a].begin < array.shards[b].begin; });
+  return shards;
+}
+
+// The header of these rows, and where they come from.
+struct RowsOfShards {
+  StoreHeader header;
+  std::vector<MergeSource> sources;  // counted from the first of the rows
+};
+
+RowsOfShards rows_of_shards(const fs::path& store, const RunArray& array, RowRange rows) {
+  RowsOfShards part;
+  for (const std::size_t s : shards_by_row(array)) {
+    const ArrayShard& shard = array.shards[s];
+    const std::uint64_t begin = std::max(shard.begin, rows.begin), end = std::min(shard.end, rows.end);
+    if (begin >= end) continue;
+    part.sources.push_back({shard_store(store, s),
+                            {begin - rows.begin, end - rows.begin},
+                            begin - shard.begin,
+                            shard.end - end});
+    const RunPlan taken =
+        plan_of_shard(read_shard_plan(store, s), {begin - shard.begin, end - shard.begin, 0});
+    if (part.sources.size() == 1) {
+      part.header = taken.header;
       continue;
     }
-    const auto append = [](auto& values, auto& more) {
-      values.insert(values.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+    const auto append = [](auto& values, const auto& more) {
+      values.insert(values.end(), more.begin(), more.end());
     };
-    append(whole.header.ids, part.header.ids);
-    append(whole.header.labels, part.header.labels);
-    append(whole.header.splits, part.header.splits);
+    append(part.header.ids, taken.header.ids);
+    append(part.header.labels, taken.header.labels);
+    append(part.header.splits, taken.header.splits);
   }
-  remove_leftovers(store);
+  return part;
+}
+
+void write_rows(const fs::path& store, const RowsOfShards& part) {
   const fs::path made = part_of_store(store);
-  merge_rows(made, whole.header, make_layout(whole.header), sources);
+  merge_rows(made, part.header, make_layout(part.header), part.sources);
   rename_file(made, store);
+}
+
+fs::path packing_marker(const fs::path& store) { return array_folder(store) / "packs.json"; }
+
+// STORE.run/packs.json says that packs are being made, and of how many rows: those that are there are then of
+// this merge.
+class PackedMerge {
+ public:
+  PackedMerge(const fs::path& store, const RunArray& array, std::uint64_t rows_of_pack)
+      : store_(store), array_(array), rows_of_pack_(rows_of_pack) {}
+
+  void write() {
+    begin();
+    std::vector<StorePack> packs;
+    StoreHeader whole;
+    for (std::uint64_t begin = 0; begin < array_.rows; begin += rows_of_pack_) {
+      const RowsOfShards part =
+          rows_of_shards(store_, array_, {begin, std::min(begin + rows_of_pack_, array_.rows)});
+      const fs::path path = pack_path(store_, packs.size());
+      remove_leftovers(path);
+      if (!fs::exists(path) || !check_whole_file(path).empty()) write_rows(path, part);
+      StorePack& pack = packs.emplace_back(sealed_pack(path));
+      pack.file = path.filename().string();
+      pack.first_id = part.header.ids.front();
+      pack.rows = part.header.ids.size();
+      std::size_t longest = 1;
+      for (const std::string& id : part.header.ids) longest = std::max(longest, id.size());
+      id_width_ = std::max(id_width_, static_cast<std::uint32_t>(longest));
+      if (packs.size() == 1) whole = part.header;
+    }
+    write_index(whole, packs);
+  }
+
+ private:
+  void begin() {
+    const fs::path marker = packing_marker(store_);
+    if (const std::optional<std::string> text = content_if_exists(marker.string())) {
+      const std::int64_t rows = integer_of(JsonObject(*text, marker.string()), "rows", marker.string());
+      if (static_cast<std::uint64_t>(rows) == rows_of_pack_) return;
+      throw RunError(
+          RunError::Kind::unusable,
+          fmt::format("a merge of {} into packs of {} rows was begun, not of {}: repeat it with the "
+                      "same --pack-size, or remove {} and the packs",
+                      store_.string(), rows, rows_of_pack_, marker.string()));
+    }
+    const std::vector<fs::path> own = packs_of_store(store_);
+    for (std::uint64_t p = 0; p * rows_of_pack_ < array_.rows; ++p)
+      if (const fs::path path = pack_path(store_, p);
+          fs::exists(path) && std::find(own.begin(), own.end(), path) == own.end())
+        throw RunError(RunError::Kind::unusable,
+                       fmt::format("{} exists and belongs to no store: move it away", path.string()));
+    JsonWriter json;
+    json.begin_object();
+    json.member("rows", rows_of_pack_);
+    json.end_object();
+    replace_file(marker, json.text() + "\n", FullDisk::stops_run);
+    // An index over packs of which some are new would be one of neither store.
+    std::error_code ignored;
+    if (!own.empty()) fs::remove(store_, ignored);
+    remove_packs(own);
+  }
+
+  void write_index(const StoreHeader& header, const std::vector<StorePack>& packs) const {
+    const fs::path made = part_of_store(store_);
+    const StoreLayout layout = make_layout(header.content, array_.rows, header.samples, header.compression,
+                                           header.descriptors, id_width_, reason_width(packs));
+    StoreFileWriter index(made, layout, header, packs);
+    index.seal();
+    rename_file(made, store_);
+  }
+
+  std::uint32_t reason_width(const std::vector<StorePack>& packs) const {
+    std::uint32_t width = 1;
+    for (const StorePack& pack : packs) {
+      const Hdf5Lock lock;
+      const StoreFileReader file(store_.parent_path() / pack.file);
+      width = std::max(width, file.layout().datasets[file.layout().index_of(Role::reason)].text_width);
+    }
+    return width;
+  }
+
+  const fs::path& store_;
+  const RunArray& array_;
+  const std::uint64_t rows_of_pack_;
+  std::uint32_t id_width_ = 1;
+};
+
+}  // namespace
+
+std::uint64_t rows_of_pack(const StoreHeader& header, std::uint64_t bytes) {
+  std::uint64_t of_row = 0;
+  for (const DatasetLayout& dataset : make_layout(header).datasets) of_row += dataset.row_bytes;
+  return std::max(bytes / of_row / shard_rows, std::uint64_t{1}) * shard_rows;
+}
+
+fs::path pack_path(const fs::path& store, std::size_t number) {
+  return store.parent_path() /
+         fmt::format("{}.pack-{:05}{}", store.stem().string(), number, store.extension().string());
+}
+
+void discard_packs_in_work(const fs::path& store) {
+  if (!fs::exists(packing_marker(store))) return;
+  std::error_code ignored;
+  for (std::size_t p = 0; fs::remove(pack_path(store, p), ignored); ++p) {
+  }
+}
+
+void merge_run_array(const fs::path& store, const RunArray& array, std::uint64_t pack_rows,
+                     const std::function<void()>& merged) {
+  const FileDescriptor lock = lock_folder(array_folder(store), "lock", false);
+  remove_leftovers(store);
+  if (pack_rows > 0 && pack_rows < array.rows) {
+    PackedMerge(store, array, pack_rows).write();
+  } else {
+    const RowsOfShards all = rows_of_shards(store, array, {0, array.rows});
+    const std::vector<fs::path> replaced = packs_of_store(store);
+    write_rows(store, all);
+    remove_packs(replaced);
+  }
   if (merged) merged();
   remove_run_folder(store);
 }

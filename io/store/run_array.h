@@ -51,11 +51,21 @@ RunPlan read_shard_plan(const std::filesystem::path& store, std::size_t shard);
 // Shards without a result: ascending.
 std::vector<std::size_t> missing_shards(const std::filesystem::path& store, const RunArray& array);
 
+// As many rows as a pack of at most `bytes` has, uncompressed: a multiple of 4096, at least that many.
+std::uint64_t rows_of_pack(const StoreHeader& header, std::uint64_t bytes);
+// STORE without its extension, ".pack-00012", and the extension.
+std::filesystem::path pack_path(const std::filesystem::path& store, std::size_t number);
+
+// Removes what an unfinished merge has written, while STORE.run/ is being discarded.
+void discard_packs_in_work(const std::filesystem::path& store);
+
 // Puts the rows of all shards into STORE, which has the bytes of a store that one process made, calls
-// `merged`, which writes what else belongs to the store, and removes STORE.run/. Throws RunError: stopped
-// when another process merges, or the disk is full; unusable when a shard is missing, damaged, or of another
-// plan.
-void merge_run_array(const std::filesystem::path& store, const RunArray& array,
+// `merged`, which writes what else belongs to the store, and removes STORE.run/. A store of more than
+// pack_rows rows, a multiple of 4096, becomes packs of so many and an index under its name; 0: one file.
+// The bytes of each depend on the rows and pack_rows alone. Throws RunError: stopped when another process
+// merges, or the disk is full; unusable when a shard is missing, damaged, or of another plan, when a pack
+// would replace a file that belongs to no store, or when a merge into other packs was begun.
+void merge_run_array(const std::filesystem::path& store, const RunArray& array, std::uint64_t pack_rows = 0,
                      const std::function<void()>& merged = {});
 
 }  // namespace meander

@@ -242,7 +242,9 @@ void RunDirectory::finish(const std::function<void()>& finished) {
   }
   const fs::path part = part_of_store(state.store);
   merge_rows(part, state.header, state.layout, shards);
+  const std::vector<fs::path> replaced = packs_of_store(state.store);
   rename_file(part, state.store);
+  remove_packs(replaced);
   if (finished) finished();
   remove_run_folder(state.store);
 }
@@ -265,7 +267,10 @@ void require_no_task(const fs::path& store) {
 void discard_run(const fs::path& store) {
   require_no_task(store);
   const FileDescriptor lock = lock_folder(with_suffix(store, ".run"), lock_name, false);
-  if (lock) remove_run_folder(store);
+  if (lock) {
+    discard_packs_in_work(store);
+    remove_run_folder(store);
+  }
   remove_leftovers(store);
 }
 

@@ -162,7 +162,9 @@ enum class StoreCheck : std::uint8_t {
   none         // for a file that this process has just sealed or checked, and where the user asks for it
 };
 
-// Reading a finished store; after the check only what is asked for is read.
+// Reading a finished store; after the check only what is asked for is read. A store may be an index of packs
+// that lie beside it (docs/STORE.md): its rows are theirs, and each pack is checked when the first of its
+// rows is read, which then throws RunError(unusable) where it is missing, damaged or another file.
 class StoreReader {
  public:
   // Throws RunError(unusable): there is no such file, it is no store, or its bytes are not those that were
@@ -208,7 +210,8 @@ class StoreReader {
 // digest over every byte of the file, the schema, every chunk's checksum, points_crc32c and content of every
 // row (an ok row is finite but for descriptors that are NaN as a whole, every column of it and every sample
 // within the range that its meaning allows; any other row is all fill), ids ascending and unique, statuses
-// known. progress(done, total rows) may be empty.
+// known. Of an index of packs the same of every pack, and that they are those that it names. progress(done,
+// total rows) may be empty.
 struct VerifyResult {
   std::uint64_t rows = 0, ok_rows = 0;
   std::vector<std::string> problems;

@@ -33,6 +33,25 @@ std::string user_block_text(std::uint64_t file_bytes, std::uint32_t checksum);
 // Reads the whole file; empty when its bytes are what its user block says, else what is wrong with "it".
 std::string check_whole_file(const std::filesystem::path& path);
 
+// One of the files that a large store is divided into. The store itself is then an index: an HDF5 file whose
+// datasets are virtual ones over those of the packs, which stand in /packs with what is known of them.
+struct StorePack {
+  std::string file;  // its name; it lies beside the index
+  std::string first_id;
+  std::uint64_t rows = 0;
+  std::uint64_t bytes = 0;   // of the file, and
+  std::uint32_t crc32c = 0;  // the checksum, both as in its user block
+};
+
+// Empty when the first block of the file is that of the pack, else a sentence. Reads that block alone.
+std::string difference_to_pack(const std::filesystem::path& path, const StorePack& pack);
+// The pack that the file is, by its first block; file, first_id and rows are left to the caller.
+StorePack sealed_pack(const std::filesystem::path& path);
+
+// The packs that an index names and that are there; none when `store` is no index, or damaged.
+std::vector<std::filesystem::path> packs_of_store(const std::filesystem::path& store);
+void remove_packs(const std::vector<std::filesystem::path>& packs);  // as far as it can
+
 // Creates a file of the schema and takes filtered chunks for it. Datasets are named by their index in the
 // layout, chunks by their first row in the file and their part along N. Failures are RunError(stopped), the
 // file then being removed; so is a file that was not sealed.
@@ -46,12 +65,19 @@ class StoreFileWriter {
   StoreFileWriter(const StoreFileWriter&) = delete;
   StoreFileWriter& operator=(const StoreFileWriter&) = delete;
 
+  // An index: nothing but seal() is called then.
+  StoreFileWriter(const std::filesystem::path& path, const StoreLayout& layout, const StoreHeader& header,
+                  std::span<const StorePack> packs);
+
   void write_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                    std::span<const std::byte> filtered);
   void seal();  // closes, writes the user block, syncs
 
  private:
-  void create(const StoreHeader& header, const std::optional<RowRange>& shard);
+  void begin(const StoreHeader& header, const std::optional<RowRange>& shard,
+             std::span<const StorePack> packs, std::uint64_t reserve);
+  void create(const StoreHeader& header, const std::optional<RowRange>& shard,
+              std::span<const StorePack> packs);
   void abandon();
 
   std::filesystem::path path_;
@@ -71,6 +97,7 @@ struct StoreFacts {
   std::vector<std::string> label_names;
   std::vector<DescriptorSchema> descriptors;
   std::optional<RowRange> shard;
+  std::vector<StorePack> packs;  // of an index; empty: the rows are in the file itself
 };
 
 // Opens a file of the schema for reading. Not thread-safe: callers hold an Hdf5Lock. Hdf5Error when the file
@@ -112,6 +139,11 @@ std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayou
                                   const std::optional<RowRange>& shard);
 std::vector<hsize_t> make_chunk_extents(const DatasetLayout& dataset);
 Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression);
+// Of a dataset whose rows are those of the same dataset of the packs, one after the other.
+Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLayout& layout,
+                                     std::span<const StorePack> packs);
+void write_packs(hid_t file, std::span<const StorePack> packs);
+std::vector<StorePack> read_packs(hid_t file);  // empty where there are none; Hdf5Error when they are damaged
 std::vector<hsize_t> chunk_offset(const DatasetLayout& dataset, std::uint64_t row, std::uint32_t part);
 
 void write_attribute(hid_t object, const char* name, std::string_view text);

@@ -137,6 +137,7 @@ void StoreFileReader::read_facts() {
   facts_.compression = compression == "none" ? Compression::none : Compression::standard;
   if (has_attribute(id, "shard_begin"))
     facts_.shard = RowRange{read_number(id, "shard_begin"), read_number(id, "shard_end")};
+  facts_.packs = read_packs(file_.get());
   const Hdf5Dataset points(H5Dopen2(file_.get(), "/points", H5P_DEFAULT), "open /points");
   facts_.order = read_text_attribute(points.get(), "order");
   const Hdf5Dataset label(H5Dopen2(file_.get(), "/label", H5P_DEFAULT), "open /label");
@@ -196,12 +197,16 @@ void StoreFileReader::open_dataset(DatasetLayout& dataset) {
   if (extents != make_extents(dataset, layout_, facts_.shard))
     return complain("has another shape than the schema");
   const Hdf5Properties creation(H5Dget_create_plist(id), "read the properties of " + spec.path);
-  if (chunk_extents_of(creation.get()) != make_chunk_extents(dataset))
-    complain("has other chunks than the schema");
-  std::vector<H5Z_filter_t> expected{H5Z_FILTER_FLETCHER32};
-  if (layout_.compression == Compression::standard)
-    expected = {H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE, H5Z_FILTER_FLETCHER32};
-  if (filters_of(creation.get()) != expected) complain("has other filters than the schema");
+  if (facts_.packs.empty()) {
+    if (chunk_extents_of(creation.get()) != make_chunk_extents(dataset))
+      complain("has other chunks than the schema");
+    std::vector<H5Z_filter_t> expected{H5Z_FILTER_FLETCHER32};
+    if (layout_.compression == Compression::standard)
+      expected = {H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE, H5Z_FILTER_FLETCHER32};
+    if (filters_of(creation.get()) != expected) complain("has other filters than the schema");
+  } else if (H5Pget_layout(creation.get()) != H5D_VIRTUAL) {
+    complain("does not lead to the packs");
+  }
   if (!fill_is(creation.get(), dataset, types_.back().get()))
     complain("has another fill value than the schema");
   if (spec.link.empty()) return;

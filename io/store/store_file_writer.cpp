@@ -111,13 +111,26 @@ void require_space(const fs::path& path, std::uint64_t bytes) {
 StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
                                  std::optional<RowRange> shard, std::uint64_t reserve)
     : path_(path), layout_(layout) {
-  require_space(path, reserve);
+  begin(header, shard, {}, reserve);
+}
+
+StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
+                                 std::span<const StorePack> packs)
+    : path_(path), layout_(layout) {
+  constexpr std::uint64_t bytes_per_mapping = 256;
+  begin(header, std::nullopt, packs, (packs.size() + 1) * layout.datasets.size() * bytes_per_mapping);
+}
+
+void StoreFileWriter::begin(const StoreHeader& header, const std::optional<RowRange>& shard,
+                            std::span<const StorePack> packs, std::uint64_t reserve) {
+  require_space(path_, reserve);
   const Hdf5Lock lock;
   try {
-    file_ = Hdf5File(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, file_creation().get(), file_access(layout).get()),
-                     "create " + path.string());
-    reserve_space(path, reserve);
-    create(header, shard);
+    file_ =
+        Hdf5File(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, file_creation().get(), file_access(layout_).get()),
+                 "create " + path_.string());
+    reserve_space(path_, reserve);
+    create(header, shard, packs);
   } catch (const Hdf5Error& error) {
     abandon();
     throw RunError(RunError::Kind::stopped, error.what());
@@ -127,7 +140,8 @@ StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout
   }
 }
 
-void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard) {
+void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard,
+                             std::span<const StorePack> packs) {
   write_root_attributes(file_.get(), layout_, header, shard);
   const Hdf5Group descriptors = make_group(file_, "/descriptors");
   const auto group_of = [&](const std::string& name) {
@@ -143,7 +157,8 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
     const std::vector<hsize_t> extents = make_extents(dataset, layout_, shard);
     const Hdf5Space space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
                           "make the space of " + dataset.spec.path);
-    const Hdf5Properties creation = make_creation(dataset, layout_.compression);
+    const Hdf5Properties creation = packs.empty() ? make_creation(dataset, layout_.compression)
+                                                  : make_virtual_creation(dataset, layout_, packs);
     datasets_.emplace_back(H5Dcreate2(file_.get(), dataset.spec.path.c_str(), type.get(), space.get(),
                                       H5P_DEFAULT, creation.get(), H5P_DEFAULT),
                            "create " + dataset.spec.path);
@@ -153,6 +168,7 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
                                 dataset.spec.link.c_str(), H5P_DEFAULT, H5P_DEFAULT),
                  "link " + dataset.spec.link);
   }
+  if (!packs.empty()) write_packs(file_.get(), packs);
 }
 
 StoreFileWriter::~StoreFileWriter() {

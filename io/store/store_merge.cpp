@@ -28,22 +28,44 @@ bool is_text(const DatasetLayout& dataset) {
 // An open source with the statuses of its rows.
 struct OpenSource {
   OpenSource(const MergeSource& source, const StoreLayout& layout, const StoreHeader& header)
-      : path(source.path), rows(source.rows), reader(source.path) {
+      : path(source.path),
+        rows(source.rows),
+        first(source.rows_before),
+        more(source.rows_after),
+        reader(source.path) {
     if (!reader.problems().empty()) refuse_source(source.path, reader.problems().front());
     const StoreFacts& facts = reader.facts();
     const bool same_rows = facts.shard ? facts.shard->begin == rows.begin && facts.shard->end == rows.end &&
                                              reader.layout().rows == layout.rows
-                                       : reader.layout().rows == rows.size();
+                                       : reader.layout().rows == first + rows.size() + more;
     if (!same_rows || reader.layout().samples != layout.samples || facts.seed != header.seed ||
         facts.parameters_json != header.parameters_json || facts.method_version != header.method_version ||
         reader.layout().datasets.size() != layout.datasets.size())
       refuse_source(source.path, "it belongs to another run");
     statuses.resize(rows.size());
-    reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
+    reader.read_rows(layout.index_of(ElementType::status), first, rows.size(), statuses);
   }
+
+  // Of a column of texts in these rows, in bytes; at least 1.
+  std::uint32_t longest_text(std::size_t dataset) const {
+    const std::uint64_t width = reader.layout().datasets[dataset].row_bytes;
+    std::vector<std::byte> texts;
+    std::size_t longest = 1;
+    for (std::uint64_t row = 0; row < rows.size(); row += shard_rows) {
+      const std::uint64_t count = std::min(shard_rows, rows.size() - row);
+      texts.resize(count * width);
+      reader.read_rows(dataset, first + row, count, texts);
+      for (std::uint64_t i = 0; i < count; ++i)
+        longest = std::max(longest, ::strnlen(reinterpret_cast<const char*>(&texts[i * width]), width));
+    }
+    return static_cast<std::uint32_t>(longest);
+  }
+
+  std::uint64_t row_in_file(std::uint64_t row) const { return row - rows.begin + first; }
 
   fs::path path;
   RowRange rows;
+  std::uint64_t first, more;  // rows of the file before and after them
   StoreFileReader reader;
   std::vector<std::byte> statuses;
 };
@@ -84,10 +106,13 @@ class RowMerger {
         refuse_source(source.path, damage);
       const Hdf5Lock lock;
       guarded(source.path, [&] {
-        width =
-            std::max(width, OpenSource(source, layout_, header_).reader.layout().datasets[reason].text_width);
+        const OpenSource open(source, layout_, header_);
+        const std::uint32_t whole = open.reader.layout().datasets[reason].text_width;
+        const bool is_whole = source.rows_before == 0 && source.rows_after == 0;
+        width = std::max(width, is_whole || whole <= width ? whole : open.longest_text(reason));
       });
-      bytes += fs::file_size(source.path);
+      const std::uint64_t all_rows = source.rows_before + source.rows.size() + source.rows_after;
+      bytes += fs::file_size(source.path) / std::max<std::uint64_t>(all_rows, 1) * source.rows.size();
     }
     if (row != layout_.rows)
       throw ItemError(Status::internal, fmt::format("{} of {} rows have a source", row, layout_.rows));
@@ -150,14 +175,14 @@ class RowMerger {
   bool has_whole_chunk(const OpenSource& source, std::size_t d, RowRange rows) const {
     const DatasetLayout &dataset = layout_.datasets[d], &theirs = source.reader.layout().datasets[d];
     return !is_text(dataset) && dataset.chunk == theirs.chunk && rows.end <= source.rows.end &&
-           (rows.begin - source.rows.begin) % dataset.chunk.rows == 0 &&
-           (rows.size() == dataset.chunk.rows || rows.end == source.rows.end);
+           source.row_in_file(rows.begin) % dataset.chunk.rows == 0 &&
+           (rows.size() == dataset.chunk.rows || (rows.end == source.rows.end && source.more == 0));
   }
 
   void copy_chunk(StoreFileWriter& store, std::size_t d, std::uint64_t row) {
     const OpenSource& source = source_of(row);
     for (std::uint32_t part = 0; part < layout_.datasets[d].chunk.chunks_per_row; ++part) {
-      guarded(source.path, [&] { source.reader.read_chunk(d, row - source.rows.begin, part, filtered_); });
+      guarded(source.path, [&] { source.reader.read_chunk(d, source.row_in_file(row), part, filtered_); });
       store.write_chunk(d, row, part, filtered_);
     }
   }
@@ -171,7 +196,7 @@ class RowMerger {
       const std::uint64_t count = std::min(rows.end, source.rows.end) - row;
       const std::uint64_t width = source.reader.layout().datasets[d].row_bytes;
       theirs.resize(count * width);
-      guarded(source.path, [&] { source.reader.read_rows(d, row - source.rows.begin, count, theirs); });
+      guarded(source.path, [&] { source.reader.read_rows(d, source.row_in_file(row), count, theirs); });
       // Texts are as wide as the longest of their file.
       for (std::uint64_t i = 0; i < count; ++i)
         std::memcpy(values.data() + (row - rows.begin + i) * dataset.row_bytes, theirs.data() + i * width,

@@ -21,11 +21,12 @@ using ReadPayload = std::function<void(std::uint64_t row, std::size_t most, std:
 void write_shard(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
                  RowRange rows, std::uint64_t reserve, const ReadPayload& read);
 
-// A file whose rows are the rows [rows.begin, rows.end) of the store: a sealed shard of the same run, or a
-// finished store of the same parameters.
+// A file with the rows [rows.begin, rows.end) of the store: a sealed shard of the same run, or a finished
+// store of the same parameters, which may have rows before and after them that the store does not get.
 struct MergeSource {
   std::filesystem::path path;
   RowRange rows;
+  std::uint64_t rows_before = 0, rows_after = 0;
 };
 
 // Writes the rows of all sources, which follow each other and are all rows of `header`, to the new store

@@ -84,11 +84,10 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
 
 }  // namespace store
 
-struct ChunkedRows {
-  std::uint64_t begin = 0, end = 0;
-};
+namespace store {
 
-struct StoreReader::State {
+// One file with rows: a store, or a pack of one. Rows are counted from its first one.
+struct StorePart {
   std::filesystem::path path;
   std::unique_ptr<StoreFileReader> file;
   mutable ItemBlock items;
@@ -97,10 +96,18 @@ struct StoreReader::State {
   mutable std::size_t searches = 0;
   mutable std::vector<std::string> first_ids;
 
-  ~State() {
+  StorePart(const std::filesystem::path& store, StoreCheck check);
+  StorePart(const StorePart&) = delete;
+  StorePart& operator=(const StorePart&) = delete;
+  ~StorePart() {
     const Hdf5Lock lock;
     file.reset();
   }
+
+  std::optional<std::uint64_t> find(std::string_view wanted) const;
+  void read_row(std::uint64_t row, Row& result) const;
+  void read_descriptor(std::string_view name, std::uint64_t row, std::span<float> values) const;
+  std::uint32_t width_of(std::string_view name) const;
 
   // Runs a read with the library locked and its errors turned into RunError(unusable).
   template <class Body>
@@ -113,7 +120,8 @@ struct StoreReader::State {
     }
   }
 
-  void read_chunks(std::size_t dataset, ChunkedRows rows, std::uint64_t begin, std::span<float> values) const;
+  std::size_t dataset_of(std::string_view name) const;
+  void read_chunks(std::size_t dataset, RowRange rows, std::uint64_t begin, std::span<float> values) const;
 
   // Of the rows of a chunk, which lie in one block of item columns.
   bool any_ok(std::uint64_t row, std::uint64_t count) const {
@@ -168,23 +176,23 @@ struct StoreReader::State {
 };
 
 // The chunks that begin in `rows`, as far as they lie in the rows from `begin` on that `values` holds.
-void StoreReader::State::read_chunks(std::size_t dataset, ChunkedRows rows, std::uint64_t begin,
-                                     std::span<float> values) const {
+void StorePart::read_chunks(std::size_t dataset, RowRange rows, std::uint64_t begin,
+                            std::span<float> values) const {
   const DatasetLayout& layout = file->layout().datasets[dataset];
   const std::uint64_t width = layout.spec.width, end = begin + values.size() / width;
   std::vector<std::vector<std::byte>> filtered((rows.end - rows.begin + layout.chunk.rows - 1) /
                                                layout.chunk.rows);
   const auto part_of = [&](std::size_t chunk) {
     const std::uint64_t first = rows.begin + chunk * layout.chunk.rows;
-    return ChunkedRows{std::max(first, begin), std::min(first + layout.chunk.rows, end)};
+    return RowRange{std::max(first, begin), std::min(first + layout.chunk.rows, end)};
   };
-  const auto room_of = [&](ChunkedRows part) {
+  const auto room_of = [&](RowRange part) {
     return std::as_writable_bytes(
         values.subspan((part.begin - begin) * width, (part.end - part.begin) * width));
   };
   guarded([&] {
     for (std::size_t c = 0; c < filtered.size(); ++c) {
-      const ChunkedRows part = part_of(c);
+      const RowRange part = part_of(c);
       if (any_ok(rows.begin + c * layout.chunk.rows, layout.chunk.rows))
         file->read_chunk(dataset, rows.begin + c * layout.chunk.rows, 0, filtered[c]);
       else
@@ -196,7 +204,7 @@ void StoreReader::State::read_chunks(std::size_t dataset, ChunkedRows rows, std:
     if (filtered[c].empty()) return;
     std::vector<std::byte> chunk(layout.chunk_bytes);
     if (!unfilter(filtered[c], layout.element_bytes, file->facts().compression, chunk)) whole = false;
-    const ChunkedRows part = part_of(c);
+    const RowRange part = part_of(c);
     const std::uint64_t skipped = (part.begin - rows.begin - c * layout.chunk.rows) * layout.row_bytes;
     const std::span<std::byte> room = room_of(part);
     std::copy_n(chunk.begin() + static_cast<std::ptrdiff_t>(skipped), room.size(), room.begin());
@@ -207,9 +215,7 @@ void StoreReader::State::read_chunks(std::size_t dataset, ChunkedRows rows, std:
                                layout.spec.path));
 }
 
-StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
-    : state_(std::make_unique<State>()) {
-  state_->path = store;
+StorePart::StorePart(const std::filesystem::path& store, StoreCheck check) : path(store) {
   if (!std::filesystem::exists(store))
     throw RunError(RunError::Kind::unusable, fmt::format("the store {} does not exist", store.string()));
   if (!std::filesystem::is_regular_file(store))
@@ -222,31 +228,172 @@ StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
           fmt::format("{} is not a whole store: {} (make it again or restore a copy; --trust reads it "
                       "unchecked)",
                       store.string(), damage));
-  state_->guarded([&] {
-    state_->file = std::make_unique<StoreFileReader>(store);
-    if (!state_->file->problems().empty())
-      throw Hdf5Error(fmt::format("cannot read {}: {}", store.string(), state_->file->problems().front()));
-    if (state_->file->facts().shard)
+  guarded([&] {
+    file = std::make_unique<StoreFileReader>(store);
+    if (!file->problems().empty())
+      throw Hdf5Error(fmt::format("cannot read {}: {}", store.string(), file->problems().front()));
+    if (file->facts().shard)
       throw Hdf5Error(fmt::format("{} is a part of an unfinished run, not a store", store.string()));
   });
 }
 
+std::optional<std::uint64_t> StorePart::find(std::string_view wanted) const {
+  const auto [first, last] = rows_around(wanted);
+  std::uint64_t begin = first, end = last;
+  while (begin < end) {
+    const std::uint64_t middle = begin + (end - begin) / 2;
+    const std::string at_middle = id(middle);
+    if (at_middle == wanted) return middle;
+    if (at_middle < wanted)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return std::nullopt;
+}
+
+void StorePart::read_row(std::uint64_t row, Row& result) const {
+  guarded([&] {
+    const StoreLayout& layout = file->layout();
+    for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
+      const DatasetSpec& spec = layout.datasets[d].spec;
+      if (spec.role == Role::samples) {
+        const std::size_t elements = layout.samples * std::max<std::size_t>(spec.width, 1);
+        file->read_rows(d, row, 1, spec.samples_room(result.samples, elements));
+      } else if (spec.role == Role::descriptor) {
+        DescriptorRow& descriptor = result.descriptors.emplace_back();
+        descriptor.name = spec.path.substr(spec.path.rfind('/') + 1);
+        descriptor.values.resize(spec.width);
+        file->read_rows(d, row, 1, std::as_writable_bytes(std::span(descriptor.values)));
+      }
+    }
+  });
+}
+
+// Whole chunks are decoded outside the library and its lock, in parallel.
+void StorePart::read_descriptor(std::string_view name, std::uint64_t row, std::span<float> values) const {
+  if (values.empty()) return;
+  const std::size_t dataset = dataset_of(name);
+  const DatasetLayout& layout = file->layout().datasets[dataset];
+  const std::uint64_t count = values.size() / layout.spec.width, chunk_rows = layout.chunk.rows;
+  if (count < chunk_rows) {
+    guarded([&] { file->read_rows(dataset, row, count, std::as_writable_bytes(values)); });
+    return;
+  }
+  constexpr std::uint64_t at_once = 32;
+  for (std::uint64_t first = row / chunk_rows * chunk_rows; first < row + count;
+       first += at_once * chunk_rows)
+    read_chunks(dataset, {first, std::min(row + count, first + at_once * chunk_rows)}, row, values);
+}
+
+std::size_t StorePart::dataset_of(std::string_view name) const {
+  const StoreLayout& layout = file->layout();
+  const auto at = std::find_if(layout.datasets.begin(), layout.datasets.end(), [&](const DatasetLayout& d) {
+    return d.spec.role == Role::descriptor && d.spec.path.substr(d.spec.path.rfind('/') + 1) == name;
+  });
+  if (at == layout.datasets.end())
+    throw RunError(RunError::Kind::unusable, fmt::format("{} has no descriptor {}", path.string(), name));
+  return static_cast<std::size_t>(at - layout.datasets.begin());
+}
+
+std::uint32_t StorePart::width_of(std::string_view name) const {
+  return file->layout().datasets[dataset_of(name)].spec.width;
+}
+
+}  // namespace store
+
+// The file that was named and, where it is an index, its packs: opened and checked when the first of their
+// rows is asked for, and no more than most_open of them at once.
+struct StoreReader::State {
+  StoreCheck check;
+  StorePart named;
+  std::vector<std::uint64_t> first_rows;  // of the packs; none: the rows are those of `named`
+  mutable std::vector<std::shared_ptr<const StorePart>> open;
+  mutable std::vector<std::size_t> by_age;  // those that are open, the one opened first in front
+  mutable std::vector<bool> checked;
+
+  State(const std::filesystem::path& store, StoreCheck how) : check(how), named(store, how) {
+    std::uint64_t row = 0;
+    for (const StorePack& pack : facts().packs) {
+      first_rows.push_back(row);
+      row += pack.rows;
+    }
+    if (!facts().packs.empty() && row != facts().rows)
+      throw RunError(RunError::Kind::unusable, fmt::format("{} is damaged: its packs have {} rows of {}",
+                                                           store.string(), row, facts().rows));
+    open.resize(first_rows.size());
+    checked.resize(first_rows.size());
+  }
+
+  const StoreFacts& facts() const { return named.file->facts(); }
+
+  // A file, kept open as long as the pointer lives, and where its rows are among all.
+  struct Place {
+    std::shared_ptr<const StorePart> part;
+    std::uint64_t first_row = 0, row = 0, end = 0;  // `row` and `end` within the part
+  };
+
+  Place pack(std::size_t number) const {
+    const Hdf5Lock lock;
+    if (!open[number]) {
+      const StorePack& pack = facts().packs[number];
+      const std::filesystem::path path = named.path.parent_path() / pack.file;
+      const std::string differs = difference_to_pack(path, pack);
+      if (!differs.empty())
+        throw RunError(RunError::Kind::unusable, fmt::format("{}: {}", named.path.string(), differs));
+      auto part = std::make_shared<const StorePart>(path, checked[number] ? StoreCheck::none : check);
+      if (part->file->facts().rows != pack.rows ||
+          part->file->facts().parameters_json != facts().parameters_json)
+        throw RunError(RunError::Kind::unusable, fmt::format("{}: its pack {} belongs to another store",
+                                                             named.path.string(), pack.file));
+      constexpr std::size_t most_open = 64;
+      if (by_age.size() == most_open) {
+        open[by_age.front()].reset();
+        by_age.erase(by_age.begin());
+      }
+      open[number] = std::move(part);
+      by_age.push_back(number);
+      checked[number] = true;
+    }
+    return {open[number], first_rows[number], 0, facts().packs[number].rows};
+  }
+
+  Place place_of(std::uint64_t row) const {
+    if (row >= facts().rows)
+      throw ItemError(Status::internal, fmt::format("row {} of a store of {} rows", row, facts().rows));
+    if (first_rows.empty())  // no owner: it lives as long as this
+      return {std::shared_ptr<const StorePart>(std::shared_ptr<const StorePart>(), &named), 0, row,
+              facts().rows};
+    const auto behind = std::upper_bound(first_rows.begin(), first_rows.end(), row);
+    Place place = pack(static_cast<std::size_t>(behind - first_rows.begin()) - 1);
+    place.row = row - place.first_row;
+    return place;
+  }
+
+  template <class Body>
+  auto with_items(std::uint64_t row, const Body& body) const {
+    const Place place = place_of(row);
+    return place.part->with_items(place.row, [&](const ItemBlock& items) { return body(items, place.row); });
+  }
+};
+
+StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
+    : state_(std::make_unique<State>(store, check)) {}
+
 StoreReader::~StoreReader() = default;
 
-std::uint64_t StoreReader::rows() const { return state_->file->facts().rows; }
-std::uint32_t StoreReader::samples() const { return state_->file->facts().samples; }
-std::uint32_t StoreReader::format_version() const { return state_->file->facts().format_version; }
-StoreContent StoreReader::content() const { return state_->file->facts().content; }
-std::uint32_t StoreReader::method_version() const { return state_->file->facts().method_version; }
-std::string StoreReader::tool_version() const { return state_->file->facts().tool_version; }
-std::uint64_t StoreReader::seed() const { return state_->file->facts().seed; }
-const std::string& StoreReader::order() const { return state_->file->facts().order; }
-Compression StoreReader::compression() const { return state_->file->facts().compression; }
-const std::string& StoreReader::parameters_json() const { return state_->file->facts().parameters_json; }
-const std::vector<std::string>& StoreReader::label_names() const { return state_->file->facts().label_names; }
-const std::vector<DescriptorSchema>& StoreReader::descriptors() const {
-  return state_->file->facts().descriptors;
-}
+std::uint64_t StoreReader::rows() const { return state_->facts().rows; }
+std::uint32_t StoreReader::samples() const { return state_->facts().samples; }
+std::uint32_t StoreReader::format_version() const { return state_->facts().format_version; }
+StoreContent StoreReader::content() const { return state_->facts().content; }
+std::uint32_t StoreReader::method_version() const { return state_->facts().method_version; }
+std::string StoreReader::tool_version() const { return state_->facts().tool_version; }
+std::uint64_t StoreReader::seed() const { return state_->facts().seed; }
+const std::string& StoreReader::order() const { return state_->facts().order; }
+Compression StoreReader::compression() const { return state_->facts().compression; }
+const std::string& StoreReader::parameters_json() const { return state_->facts().parameters_json; }
+const std::vector<std::string>& StoreReader::label_names() const { return state_->facts().label_names; }
+const std::vector<DescriptorSchema>& StoreReader::descriptors() const { return state_->facts().descriptors; }
 
 StoreHeader StoreReader::header() const {
   StoreHeader header;
@@ -269,34 +416,31 @@ StoreHeader StoreReader::header() const {
 }
 
 std::string StoreReader::id(std::uint64_t row) const {
-  return state_->with_items(row, [&](const ItemBlock& items) { return items.id(row); });
+  return state_->with_items(row, [](const ItemBlock& items, std::uint64_t at) { return items.id(at); });
 }
 
 std::optional<std::uint64_t> StoreReader::find(std::string_view wanted) const {
-  const auto [first, last] = state_->rows_around(wanted);
-  std::uint64_t begin = first, end = last;
-  while (begin < end) {
-    const std::uint64_t middle = begin + (end - begin) / 2;
-    const std::string at_middle = state_->id(middle);
-    if (at_middle == wanted) return middle;
-    if (at_middle < wanted)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  return std::nullopt;
+  const std::vector<StorePack>& packs = state_->facts().packs;
+  if (packs.empty()) return state_->named.find(wanted);
+  const auto behind =
+      std::upper_bound(packs.begin(), packs.end(), wanted,
+                       [](std::string_view id, const StorePack& pack) { return id < pack.first_id; });
+  if (behind == packs.begin()) return std::nullopt;
+  const State::Place place = state_->pack(static_cast<std::size_t>(behind - packs.begin()) - 1);
+  const std::optional<std::uint64_t> row = place.part->find(wanted);
+  return row ? std::optional(place.first_row + *row) : std::nullopt;
 }
 
 ItemReport StoreReader::report(std::uint64_t row) const {
-  return state_->with_items(row, [&](const ItemBlock& items) { return items.report(row); });
+  return state_->with_items(row, [](const ItemBlock& items, std::uint64_t at) { return items.report(at); });
 }
 
 std::int32_t StoreReader::label(std::uint64_t row) const {
-  return state_->with_items(row, [&](const ItemBlock& items) { return items.label(row); });
+  return state_->with_items(row, [](const ItemBlock& items, std::uint64_t at) { return items.label(at); });
 }
 
 Split StoreReader::split(std::uint64_t row) const {
-  return state_->with_items(row, [&](const ItemBlock& items) { return items.split(row); });
+  return state_->with_items(row, [](const ItemBlock& items, std::uint64_t at) { return items.split(at); });
 }
 
 Row StoreReader::read_row(std::uint64_t row) const {
@@ -304,21 +448,8 @@ Row StoreReader::read_row(std::uint64_t row) const {
   result.report = report(row);
   result.label = label(row);
   if (result.report.status != Status::ok) return result;
-  state_->guarded([&] {
-    const StoreLayout& layout = state_->file->layout();
-    for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
-      const DatasetSpec& spec = layout.datasets[d].spec;
-      if (spec.role == Role::samples) {
-        const std::size_t elements = layout.samples * std::max<std::size_t>(spec.width, 1);
-        state_->file->read_rows(d, row, 1, spec.samples_room(result.samples, elements));
-      } else if (spec.role == Role::descriptor) {
-        DescriptorRow& descriptor = result.descriptors.emplace_back();
-        descriptor.name = spec.path.substr(spec.path.rfind('/') + 1);
-        descriptor.values.resize(spec.width);
-        state_->file->read_rows(d, row, 1, std::as_writable_bytes(std::span(descriptor.values)));
-      }
-    }
-  });
+  const State::Place place = state_->place_of(row);
+  place.part->read_row(place.row, result);
   return result;
 }
 
@@ -326,29 +457,16 @@ std::vector<float> StoreReader::read_descriptor(std::string_view name) const {
   return read_descriptor(name, 0, rows());
 }
 
-// Whole chunks are decoded outside the library and its lock, in parallel.
 std::vector<float> StoreReader::read_descriptor(std::string_view name, std::uint64_t row,
                                                 std::uint64_t count) const {
-  const StoreLayout& layout = state_->file->layout();
-  const auto at = std::find_if(layout.datasets.begin(), layout.datasets.end(), [&](const DatasetLayout& d) {
-    return d.spec.role == Role::descriptor && d.spec.path.substr(d.spec.path.rfind('/') + 1) == name;
-  });
-  if (at == layout.datasets.end())
-    throw RunError(RunError::Kind::unusable,
-                   fmt::format("{} has no descriptor {}", state_->path.string(), name));
-  std::vector<float> values(count * at->spec.width);  // rows that are not ok hold the fill value, NaN
-  if (values.empty()) return values;
-  const auto dataset = static_cast<std::size_t>(at - layout.datasets.begin());
-  if (count < at->chunk.rows) {
-    state_->guarded(
-        [&] { state_->file->read_rows(dataset, row, count, std::as_writable_bytes(std::span(values))); });
-    return values;
+  const std::uint64_t width = state_->named.width_of(name);
+  std::vector<float> values(count * width);  // rows that are not ok hold the fill value, NaN
+  for (std::uint64_t done = 0; done < count;) {
+    const State::Place place = state_->place_of(row + done);
+    const std::uint64_t here = std::min(count - done, place.end - place.row);
+    place.part->read_descriptor(name, place.row, std::span(values).subspan(done * width, here * width));
+    done += here;
   }
-  constexpr std::uint64_t at_once = 32;
-  const std::uint64_t chunk_rows = at->chunk.rows;
-  for (std::uint64_t first = row / chunk_rows * chunk_rows; first < row + count;
-       first += at_once * chunk_rows)
-    state_->read_chunks(dataset, {first, std::min(row + count, first + at_once * chunk_rows)}, row, values);
   return values;
 }
 

@@ -291,26 +291,87 @@ class Verifier {
 
 }  // namespace
 
-VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit,
-                          const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+namespace {
+
+// Counts and problems of one file with rows, or what an index says of its packs.
+VerifyResult verify_file(const std::filesystem::path& path, std::size_t limit,
+                         const std::function<void(std::uint64_t, std::uint64_t)>& progress,
+                         StoreFacts& facts) {
   VerifyResult result;
   try {
-    const std::string damage = check_whole_file(store);
+    const std::string damage = check_whole_file(path);
     if (!damage.empty()) {
       // The library is not asked to parse bytes that are known to be wrong: on one flipped bit in six hundred
       // of a small store it crashes or does not come back.
-      result.problems.push_back(fmt::format("{} is not a whole store: {}", store.string(), damage));
+      result.problems.push_back(fmt::format("{} is not a whole store: {}", path.string(), damage));
       return result;
     }
     const Hdf5Lock lock;
-    const StoreFileReader file(store);
+    const StoreFileReader file(path);
+    facts = file.facts();
     for (const std::string& problem : file.problems())
       if (result.problems.size() < limit) result.problems.push_back(problem);
-    if (file.facts().shard) result.problems.push_back("this is a part of an unfinished run, not a store");
-    if (result.problems.empty()) Verifier(file, limit, result).check_rows(progress);
+    if (facts.shard) result.problems.push_back("this is a part of an unfinished run, not a store");
+    if (result.problems.empty() && facts.packs.empty()) Verifier(file, limit, result).check_rows(progress);
   } catch (const std::runtime_error& error) {  // RunError and Hdf5Error
     result.problems.emplace_back(error.what());
   }
+  return result;
+}
+
+// The first and the last id of a file that was found whole.
+std::pair<std::string, std::string> outer_ids(const std::filesystem::path& path) {
+  const StoreReader store(path, StoreCheck::none);
+  return {store.id(0), store.id(store.rows() - 1)};
+}
+
+void verify_packs(const std::filesystem::path& index, const StoreFacts& whole, std::size_t limit,
+                  const std::function<void(std::uint64_t, std::uint64_t)>& progress, VerifyResult& result) {
+  const auto complain = [&](const std::string& file, const std::string& what) {
+    if (result.problems.size() < limit) result.problems.push_back(fmt::format("{}: {}", file, what));
+  };
+  std::string last_id;
+  for (const StorePack& pack : whole.packs) {
+    const std::filesystem::path path = index.parent_path() / pack.file;
+    const std::uint64_t before = result.rows;
+    result.rows += pack.rows;
+    try {
+      if (const std::string differs = difference_to_pack(path, pack); !differs.empty()) {
+        complain(index.string(), differs);
+        continue;
+      }
+      StoreFacts facts;
+      const VerifyResult part = verify_file(
+          path, limit,
+          [&](std::uint64_t done, std::uint64_t) {
+            if (progress) progress(before + done, whole.rows);
+          },
+          facts);
+      result.ok_rows += part.ok_rows;
+      for (const std::string& problem : part.problems) complain(pack.file, problem);
+      if (!part.problems.empty()) continue;
+      if (facts.rows != pack.rows || facts.parameters_json != whole.parameters_json ||
+          facts.label_names != whole.label_names || facts.content != whole.content)
+        complain(pack.file, "it belongs to another store than its index");
+      const auto [first, last] = outer_ids(path);
+      if (first != pack.first_id || (before > 0 && first <= last_id))
+        complain(pack.file, fmt::format("its first item {} is not in its place", first));
+      last_id = last;
+    } catch (const std::runtime_error& error) {
+      complain(pack.file, error.what());
+    }
+  }
+  if (result.rows != whole.rows)
+    complain(index.string(), fmt::format("its packs have {} rows of {}", result.rows, whole.rows));
+}
+
+}  // namespace
+
+VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit,
+                          const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  StoreFacts facts;
+  VerifyResult result = verify_file(store, limit, progress, facts);
+  if (!facts.packs.empty() && result.problems.empty()) verify_packs(store, facts, limit, progress, result);
   return result;
 }
 

@@ -322,6 +322,131 @@ TEST_CASE("array: rows of an older store are used again") {
   CHECK(StoreReader(scene.store).find("late.off"));
 }
 
+TEST_CASE("array: packs with an index are one store") {
+  const Scene scene({"-n", "40", "--describe", "d2", "--label-from-folder"});
+  const StoreReader whole(scene.whole);
+  const auto rows_in_packs = [&](int shards, std::uint64_t pack_rows) {
+    REQUIRE(scene.plan(shards, {"--fresh"}).exit_code == 0);
+    for (const int i : shuffled(shards, 3))
+      REQUIRE(scene.shard(std::to_string(i) + "/" + std::to_string(shards)).exit_code == 0);
+    merge_run_array(scene.store, *read_run_array(scene.store), pack_rows);
+    std::vector<std::string> packs;
+    for (std::size_t p = 0; fs::exists(pack_path(scene.store, p)); ++p)
+      packs.push_back(read_file(pack_path(scene.store, p)));
+    return packs;
+  };
+  const std::vector<std::string> packs = rows_in_packs(1, 8);
+  REQUIRE(packs.size() == (whole.rows() + 7) / 8);
+  const std::string index = read_file(scene.store);
+  CHECK(index.size() < read_file(scene.whole).size() / 2);
+  {
+    const StoreReader store(scene.store);
+    REQUIRE(store.rows() == whole.rows());
+    CHECK(store.read_descriptor("d2", 5, 20).size() == 20 * 32);
+    for (std::uint64_t row = 0; row < whole.rows(); ++row) {
+      const Row here = store.read_row(row), there = whole.read_row(row);
+      CHECK(store.id(row) == whole.id(row));
+      CHECK(store.find(whole.id(row)) == row);
+      CHECK(here.label == there.label);
+      CHECK(here.report.status == there.report.status);
+      CHECK(here.report.reason == there.report.reason);
+      CHECK(here.samples.points == there.samples.points);
+      CHECK(here.samples.face == there.samples.face);
+      REQUIRE(here.descriptors.size() == there.descriptors.size());
+      if (!here.descriptors.empty()) CHECK(here.descriptors[0].values == there.descriptors[0].values);
+    }
+    CHECK_FALSE(store.find("a"));
+    CHECK_FALSE(store.find("zz"));
+  }
+  CHECK(verify_store(scene.store).problems.empty());
+  CHECK(meander_with({"info", scene.store.string()}).exit_code == 0);
+  // Put together again they are the store of one process, and any number of shards makes the same packs.
+  const fs::path one = scene.scratch / "one.h5";
+  REQUIRE(meander_with({"merge", scene.store.string(), "-o", one.string()}).exit_code == 0);
+  CHECK(read_file(one) == read_file(scene.whole));
+  CHECK((rows_in_packs(7, 8) == packs));  // not printed: they are binary
+  CHECK((read_file(scene.store) == index));
+  // As rows to use again.
+  const fs::path again = scene.scratch / "again.h5";
+  const ProcessResult reused =
+      meander_with({"run", scene.models.string(), "-o", again.string(), "-n", "40", "--describe", "d2",
+                    "--label-from-folder", "--reuse", scene.store.string()});
+  INFO(reused.out);
+  CHECK(reused.exit_code == 3);
+  CHECK(read_file(again) == read_file(scene.whole));
+  // A store that is brought up to date is one file; the packs go.
+  write_mesh(scene.models / "late.off", cube());
+  CHECK(meander_with({"run", scene.models.string(), "-o", scene.store.string(), "-n", "40", "--describe",
+                      "d2", "--label-from-folder"})
+            .exit_code == 3);
+  CHECK(StoreReader(scene.store).find("late.off"));
+  CHECK(verify_store(scene.store).problems.empty());
+  CHECK_FALSE(fs::exists(pack_path(scene.store, 0)));
+}
+
+TEST_CASE("array: packs that are missing, damaged or of another store are refused by name") {
+  const Scene scene;
+  REQUIRE(scene.plan(2).exit_code == 0);
+  for (const char* shard : {"0/2", "1/2"}) REQUIRE(scene.shard(shard).exit_code == 0);
+  merge_run_array(scene.store, *read_run_array(scene.store), 8);
+  const fs::path second = pack_path(scene.store, 1);
+  const std::string whole = read_file(second);
+  const auto refused = [&] {
+    const StoreReader store(scene.store);
+    CHECK(store.id(0) == StoreReader(scene.whole).id(0));  // the first pack is whole
+    CHECK_THROWS_WITH(store.id(8), Catch::Contains(second.string()));
+    CHECK(store.id(16) == StoreReader(scene.whole).id(16));
+    const VerifyResult result = verify_store(scene.store);
+    REQUIRE(result.problems.size() == 1);
+    CHECK(contains(result.problems[0], second.filename().string()));
+  };
+  fs::remove(second);
+  refused();
+  std::string damaged = whole;
+  damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 1);
+  write_file(second, damaged);
+  refused();
+  write_file(second, read_file(pack_path(scene.store, 0)));
+  refused();
+  write_file(second, whole);
+  CHECK(verify_store(scene.store).problems.empty());
+}
+
+TEST_CASE("array: a merge into packs goes on after it was stopped, and spares files that are not its own") {
+  const Scene scene;
+  REQUIRE(scene.plan(2).exit_code == 0);
+  for (const char* shard : {"0/2", "1/2"}) REQUIRE(scene.shard(shard).exit_code == 0);
+  const RunArray array = *read_run_array(scene.store);
+  write_file(pack_path(scene.store, 1), "the user's");
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 8), Catch::Contains("belongs to no store"));
+  CHECK(read_file(pack_path(scene.store, 1)) == "the user's");
+  fs::remove(pack_path(scene.store, 1));
+  const auto stops = [] { throw std::runtime_error("stopped"); };
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 8, stops), "stopped");
+  const std::string index = read_file(scene.store), second = read_file(pack_path(scene.store, 1));
+  // As a process leaves it that dies earlier.
+  fs::remove(scene.store);
+  write_file(pack_path(scene.store, 1), second.substr(0, second.size() / 2));
+  fs::remove(pack_path(scene.store, 2));
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 16), Catch::Contains("packs of 8 rows was begun"));
+  merge_run_array(scene.store, array, 8);
+  CHECK(read_file(scene.store) == index);
+  CHECK(read_file(pack_path(scene.store, 1)) == second);
+  CHECK_FALSE(fs::exists(scene.run));
+  CHECK(verify_store(scene.store).problems.empty());
+  // Planned anew, what an unfinished merge made goes with it.
+  REQUIRE(scene.plan(2, {"--fresh"}).exit_code == 0);
+  for (const char* shard : {"0/2", "1/2"}) REQUIRE(scene.shard(shard).exit_code == 0);
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 8, stops), "stopped");
+  REQUIRE(scene.plan(1, {"--fresh"}).exit_code == 0);
+  CHECK_FALSE(fs::exists(pack_path(scene.store, 0)));
+  REQUIRE(scene.shard("0/1").exit_code == 0);
+  // Sizes are options of the command; thirty rows are one pack.
+  CHECK(meander_with({"merge", scene.run, "--pack-size", "lots"}).exit_code == 2);
+  REQUIRE(meander_with({"merge", scene.run, "--pack-size", "1"}).exit_code == 0);
+  CHECK(scene.is_as_one_process_makes_it());
+}
+
 TEST_CASE("array: members of archives") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "set");

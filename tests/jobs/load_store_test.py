@@ -50,6 +50,48 @@ def check_loading(load_store, store):
     assert (pickle.loads(pickle.dumps(dataset))[39][0] == points[39, :32]).all()
 
 
+def every_value(group, found):
+    """Arrays by the path of their dataset, of a store or an index of packs."""
+    def take(path, dataset):
+        if isinstance(dataset, h5py.Dataset) and not path.startswith("packs/"):
+            found[path] = dataset[:]
+    group.visititems(take)
+    return found
+
+
+def check_packs(meander, load_store, folder):
+    """More rows than a pack has, through the commands: the index reads as the store of one process does."""
+    (folder / "many").mkdir()
+    for i in range(4100):
+        write_box(folder / "many" / f"{i:04}.off", 1, 1 + i % 7, 2)
+    sampling = ["--method", "direct", "-n", "4", "--progress", "none"]
+
+    def run(*words):
+        subprocess.run([Path(meander).resolve(), *map(str, words)], check=True, cwd=folder, stdout=subprocess.DEVNULL)
+    run("run", "many", "-o", "one.h5", *sampling)
+    run("plan", "many", "-o", "50%b.h5", "--shards", "3", *sampling[:-2])
+    for shard in range(3):
+        run("run", "50%b.h5.run", "--shard", f"{shard}/3", "--progress", "none")
+    run("merge", "50%b.h5.run", "--pack-size", "1K")
+    run("verify", "50%b.h5")
+    packs = [folder / f"50%b.pack-0000{p}.h5" for p in (0, 1)]
+    assert all(pack.exists() for pack in packs)
+    with h5py.File(folder / "one.h5") as one, load_store.open_store(folder / "50%b.h5") as index:
+        assert list(index["packs/rows"][:]) == [4096, 4]
+        ours, theirs = every_value(index, {}), every_value(one, {})
+        assert ours.keys() == theirs.keys() and len(ours) > 20
+        for path, values in theirs.items():
+            same = ours[path].dtype.kind == "S" or ours[path].dtype == values.dtype
+            assert same and numpy.array_equal(ours[path], values, equal_nan=values.dtype.kind == "f"), path
+    assert len(load_store.StoreDataset(folder / "50%b.h5")) == 4100
+    packs[1].unlink()
+    try:
+        load_store.open_store(folder / "50%b.h5")
+        raise AssertionError("a store without one of its packs was opened")
+    except FileNotFoundError as error:
+        assert "pack-00001" in str(error)
+
+
 def check_ann(meander, store, file, distance, name):
     subprocess.run([meander, "export", str(store), "--descriptors", "d2+a3", "--format", "ann-hdf5", "-o", str(file),
                     "--queries", "7", "--neighbours", "5", "--distance", distance], check=True)
@@ -201,6 +243,7 @@ def main():
                                "--label-from-folder", "--progress", "none"], check=False)
         assert made.returncode == 3
         check_arrays(meander, coloured, folder)
+        check_packs(meander, load_store, folder)
     print("numpy, data set and files of descriptors are as the store says")
 
 
