@@ -259,6 +259,7 @@ std::string_view describe(FileKind kind) {
                                 "a numpy array"sv,
                                 "a tar archive"sv,
                                 "a zip archive"sv,
+                                "a file of scores"sv,
                                 "a matrix of distances"sv,
                                 "a text file"sv,
                                 "a file of unknown content"sv};
@@ -271,6 +272,7 @@ FileKind kind_of_file(const std::filesystem::path& path) {
   const std::string_view bytes = head.bytes;
   if (bytes.empty()) return FileKind::empty;
   if (bytes.starts_with("meander store\n")) return FileKind::store;
+  if (bytes.starts_with(scores_magic)) return FileKind::scores;
   if (is_hdf5(bytes)) return FileKind::hdf5;
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return FileKind::png;
   if (bytes.starts_with("\x93NUMPY"sv)) return FileKind::npy;

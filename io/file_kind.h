@@ -29,10 +29,14 @@ enum class FileKind : std::uint8_t {
   npy,        // an array of numpy
   tar,
   zip,              // arrays of numpy (npz) among others
+  scores,           // of queries: meander retrieve evaluate --write-scores
   distance_matrix,  // n x n float32 without header: finite, none negative, the first 0
   text,             // any other text
   unknown
 };
+
+// What files of scores begin with.
+inline constexpr std::string_view scores_magic = "meander scores 1\n";
 
 // For messages, with the article: "a PNG picture", "an OFF mesh".
 std::string_view describe(FileKind kind);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -110,6 +111,28 @@ std::string array_expression(std::span<const std::size_t> ascending) {
     i = end;
   }
   return text;
+}
+
+std::optional<std::uint64_t> number_in(std::string_view text) {
+  std::uint64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stopped != end || text.empty()) return std::nullopt;
+  return value;
+}
+
+StoreShard parse_shard(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const std::string_view all(text);
+  const auto index = number_in(all.substr(0, slash));
+  const auto count = number_in(slash == std::string::npos ? std::string_view() : all.substr(slash + 1));
+  constexpr std::uint64_t most_shards = 1000000;
+  if (!index || !count || *count < 1 || *count > most_shards)
+    throw UsageError(fmt::format("--shard: `{}` is not i/n, for example 0/16", text));
+  if (*index >= *count)
+    throw UsageError(
+        fmt::format("--shard: shards are numbered from 0 to {}: {} is not one", *count - 1, *index));
+  return {*index, *count};
 }
 
 void write_shard_items(const fs::path& folder, std::span<const PlanItem> items) {

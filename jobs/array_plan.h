@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/store/run_array.h"
@@ -28,6 +30,11 @@ std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int
 
 // "3,7-9": numbers in the notation of job arrays.
 std::string array_expression(std::span<const std::size_t> ascending);
+
+// The number that the text is, decimal digits alone.
+std::optional<std::uint64_t> number_in(std::string_view text);
+// "3/64": the fourth of 64 shards. Throws UsageError for any other text, and for "64/64".
+StoreShard parse_shard(const std::string& text);
 
 // items.jsonl in the folder of a shard: where the items are, one line each.
 void write_shard_items(const std::filesystem::path& folder, std::span<const PlanItem> items);

@@ -40,6 +40,11 @@ class DescribeJob {
   int run() {
     store_ = open_described_store(options_);
     output_ = described_output(options_);
+    if (store_->rows() == 0) {
+      fmt::print("shard {} of `{}` has no rows: there is nothing to describe, and no store is made\n",
+                 options_.shard, options_.store);
+      return exit_done;
+    }
     header_ = described_header(*store_, options_);
     describer_ = make_describer(header_, options_.describe);
     options_.model_bytes =
@@ -88,7 +93,7 @@ class DescribeJob {
     parameters.timeout_seconds = options_.timeout_seconds;
     std::optional<StoreReader> own;  // a file offset is shared with the parent, which has checked the file
     const StageHook hook = [&](GraphStages& stages) {
-      stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none));
+      stages = stages_of(first_round(), own.emplace(options_.store, StoreCheck::none, options_.rows));
     };
     for (const std::uint64_t row : directory_->suspects()) {
       const std::optional<PlanItem> plan = plan_of(row, first_round());

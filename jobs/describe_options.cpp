@@ -10,6 +10,7 @@
 
 #include "io/parameters_text.h"
 #include "io/store/store.h"
+#include "jobs/array_plan.h"
 #include "jobs/command_line.h"
 #include "jobs/output_guard.h"
 #include "jobs/parameter_table.h"
@@ -143,6 +144,15 @@ void resolve_describe_options(DescribeOptions& options) {
     problems.push_back(
         fmt::format("no mesh is needed for {}: leave `{}` out", options.descriptors, options.inputs.front()));
   if (problems.empty()) check_descriptor_shape(options.shape, describe, problems);
+  if (!options.shard.empty()) {
+    try {
+      options.rows = parse_shard(options.shard);
+    } catch (const UsageError& error) {
+      problems.emplace_back(error.what());
+    }
+    if (options.output.empty())
+      problems.push_back("--shard describes a part of the rows: give it a store of its own with -o");
+  }
   const Budgets budgets = parse_budgets(options.memory, options.timeout, problems);
   options.memory_bytes = budgets.memory_bytes;
   options.timeout_seconds = budgets.timeout_seconds;
@@ -154,7 +164,7 @@ std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options
   const fs::path unfinished = options.store + ".run";
   if (!fs::exists(options.store) && fs::exists(unfinished))
     throw UsageError("`" + options.store + "` is not finished: repeat the `meander` command that began it");
-  auto store = std::make_unique<StoreReader>(options.store, options.check);
+  auto store = std::make_unique<StoreReader>(options.store, options.check, options.rows);
   if (store->content() == StoreContent::surfaces && !options.inputs.empty())
     throw UsageError("`" + options.store + "` is a store of parametric surfaces: there are no meshes for " +
                      described_by_meshes());
@@ -170,6 +180,9 @@ fs::path described_output(const DescribeOptions& options) {
 void check_described_output(const DescribeOptions& options, std::span<const fs::path> files_read) {
   const fs::path output = described_output(options);
   const bool in_place = output == fs::path(options.store);
+  if (in_place && !options.shard.empty())
+    throw UsageError(fmt::format(
+        "--shard: a part of `{}` cannot take the place of the whole: give another -o", options.store));
   OutputGuard guard;
   guard.protect(files_read);
   if (!in_place) guard.protect(options.store, "the store itself");
@@ -190,6 +203,10 @@ void add_describe_command(Command& program, DescribeOptions& options) {
   command.add_option("-o,--output", options.output, "Write to this store instead");
   ParameterTable unused;  // the new header takes its parameters from those of the store
   add_descriptor_shape_options(command, unused, options.shape, options.describe);
+  command.add_option(
+      "--shard", options.shard,
+      "Describe part i of n of the rows, from 0/n, into the store of -o; `meander merge` puts the "
+      "parts together");
   command.add_flag("--replace", options.replace, "Recompute descriptors that the store already has");
   add_list_options(command, options.collect);
   Command running = command.under("Running");

@@ -26,6 +26,8 @@ struct DescribeOptions {
   std::uint64_t model_bytes = 0;  // of memory_bytes
   double timeout_seconds = 0;
   DescriptorShapeOptions shape;
+  std::string shard;  // i/n; empty: all rows
+  StoreShard rows;    // the same
   bool replace = false, fresh = false, allow_oversize = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };

@@ -11,6 +11,7 @@
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
+#include "jobs/array_plan.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
@@ -22,6 +23,7 @@
 #include "jobs/retrieve_query.h"
 #include "jobs/retrieve_select.h"
 #include "jobs/run_report.h"
+#include "jobs/score_files.h"
 #include "jobs/units.h"
 #include "kernels/core/parallel.h"
 #include "kernels/describe/describe_samples.h"
@@ -34,7 +36,8 @@ namespace {
 constexpr std::size_t most_drawn_classes = 1024;
 
 struct EvaluateOptions : CompareOptions {
-  std::string classes, matrix, picture, confusion, html;
+  std::string classes, matrix, picture, confusion, html, shard, scores_file;
+  std::vector<std::string> score_files;
   bool psb_compat = false, per_class = false;
 };
 
@@ -48,6 +51,8 @@ void check_outputs(const EvaluateOptions& options) {
   guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
               "--confusion");
   guard.check(options.html, {FileKind::html}, "--html");
+  for (const std::string& path : options.score_files) guard.protect(path, "scores that are read");
+  guard.check(options.scores_file, {FileKind::scores}, "--write-scores");
 }
 
 // ---- evaluate --------------------------------------------------------------------------------------------
@@ -72,22 +77,72 @@ NearestModels nearest_models(const RetrievalTask& task, std::size_t query, std::
   return result;
 }
 
-// nearest: empty, or one for each row, filled in for those that are scored.
+// What of the command needs all distances, or all scores, and cannot be had from a part.
+void check_parts(const EvaluateOptions& options) {
+  const bool writes = !options.scores_file.empty(), reads = !options.score_files.empty();
+  if (options.shard.empty() == writes)
+    throw UsageError(
+        "--shard i/n and --write-scores FILE belong together: the scores of one part of the queries");
+  if (writes && reads) throw UsageError("--write-scores and --read-scores exclude each other");
+  const std::vector<std::pair<const char*, bool>> given = {
+      {"--matrix", !options.matrix.empty()},   {"--html", !options.html.empty()},
+      {"--picture", !options.picture.empty()}, {"--confusion", !options.confusion.empty()},
+      {"--csv", !options.csv.empty()},         {"--per-class", options.per_class}};
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (given[i].second && (writes || (reads && i < 2)))
+      throw UsageError(fmt::format("{} needs {}: leave it out", given[i].first,
+                                   writes ? "the scores of all queries" : "all distances"));
+}
+
+// Of the queries [begin, end), whose distances go to `matrix` where it is one. nearest: empty, or one for
+// each row, filled in for those that are scored.
+std::vector<QueryScores> score_queries(const RetrievalBase& base, const RetrievalTask& task,
+                                       std::size_t begin, std::size_t end, AtomicFile* matrix = nullptr,
+                                       std::span<NearestModels> nearest = {}) {
+  const std::size_t n = task.rows();
+  std::vector<QueryScores> queries(end - begin);
+  if (begin == end) return queries;
+  visit_distances(base.base, begin, end, [&](std::size_t first, std::span<const float> distances) {
+    parallel_tasks(distances.size() / n, [&](std::size_t q) {
+      const std::size_t query = first + q;
+      if (!task.scores(query)) return;
+      queries[query - begin] = score_query(task, query, distances.subspan(q * n, n));
+      if (!nearest.empty()) nearest[query] = nearest_models(task, query, distances.subspan(q * n, n));
+    });
+    if (matrix != nullptr) matrix->append(std::as_bytes(distances));
+  });
+  return queries;
+}
+
+int write_part(const EvaluateOptions& options, const RetrievalBase& base, const RetrievalTask& task) {
+  const StoreShard shard = parse_shard(options.shard);
+  const std::uint64_t n = task.rows(), begin = n * shard.number / shard.count,
+                      end = n * (shard.number + 1) / shard.count;
+  const ScoreOrigin origin = origin_of_scores(options.store, base, options.distance, options.psb_compat);
+  write_scores(options.scores_file, origin, begin, score_queries(base, task, begin, end));
+  if (options.json) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("scores", options.scores_file);
+    json.member("queries", n);
+    json.member("begin", begin);
+    json.member("end", end);
+    json.end_object();
+    fmt::print("{}\n", json.text());
+  } else {
+    fmt::print("{}: scores of {} of {} queries, from number {} on; --read-scores puts all parts together\n",
+               options.scores_file, end - begin, n, begin);
+  }
+  return exit_done;
+}
+
 RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& task,
                                const std::string& matrix, bool with_confusion,
                                std::span<NearestModels> nearest = {}) {
   std::optional<AtomicFile> file;
   if (!matrix.empty()) file.emplace(matrix);
-  const std::size_t n = task.rows();
-  std::vector<QueryScores> queries(n);
-  visit_distances(base.base, [&](std::size_t first, std::span<const float> distances) {
-    parallel_tasks(distances.size() / n, [&](std::size_t q) {
-      if (!task.scores(first + q)) return;
-      queries[first + q] = score_query(task, first + q, distances.subspan(q * n, n));
-      if (!nearest.empty()) nearest[first + q] = nearest_models(task, first + q, distances.subspan(q * n, n));
-    });
-    if (file) file->append(std::as_bytes(distances));
-  });
+  const std::vector<QueryScores> queries =
+      score_queries(base, task, 0, task.rows(), file ? &*file : nullptr, nearest);
   if (file) file->commit();
   return summarise(task, queries, with_confusion);
 }
@@ -259,6 +314,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
   if (!options.confusion.empty() && !options.confusion.ends_with(".svg") &&
       !options.confusion.ends_with(".png"))
     throw UsageError("--confusion draws PNG or SVG: `" + options.confusion + "` should end in .png or .svg");
+  check_parts(options);
   check_outputs(options);
   const StoreReader store(options.store, options.check);
   const RetrievalBase base = load_labelled_base(
@@ -266,14 +322,21 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
       {.descriptor = options.descriptor, .distance = options.kind(), .memory = parse_bytes(options.memory)},
       options.classes);
   const RetrievalTask task = labelled_task(base, options.psb_compat);
+  if (!options.scores_file.empty()) return write_part(options, base, task);
   const bool draws_confusion = !options.confusion.empty(), makes_page = !options.html.empty();
   if (draws_confusion && base.classes.size() > most_drawn_classes)
     throw UsageError(fmt::format("--confusion draws up to {} classes: there are {}", most_drawn_classes,
                                  base.classes.size()));
   std::vector<NearestModels> nearest(makes_page ? base.rows.size() : 0);
+  const bool with_confusion = draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes);
   const RetrievalSummary summary =
-      evaluate_base(base, task, options.matrix,
-                    draws_confusion || (makes_page && base.classes.size() <= most_drawn_classes), nearest);
+      options.score_files.empty()
+          ? evaluate_base(base, task, options.matrix, with_confusion, nearest)
+          : summarise(task,
+                      read_scores(options.score_files,
+                                  origin_of_scores(options.store, base, options.distance, options.psb_compat),
+                                  base.classes.size()),
+                      with_confusion);
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.picture.empty())
@@ -321,6 +384,11 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "--html", options->html,
       "Write a page with all of this to this file: also every descriptor of the store on its own, and "
       "the worst confusions");
+  judge.add_option("--shard", options->shard,
+                   "Score part i of n of the queries alone, from 0/n, into the file of --write-scores");
+  judge.add_option("--write-scores", options->scores_file, "Where the scores of --shard go");
+  judge.add_option("--read-scores", options->score_files,
+                   "Files of --write-scores with all parts: no distance is computed again");
   const JobFunction select = add_select_command(command);
   return [options, laboratory, command, query, select] {
     if (command.chose("query")) return query();

@@ -34,27 +34,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<std::uint64_t> number_in(std::string_view text) {
-  std::uint64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stopped, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stopped != end || text.empty()) return std::nullopt;
-  return value;
-}
-
 // "3/64" of an array of 64.
 std::size_t shard_in(const std::string& text, std::size_t shards) {
-  const std::size_t slash = text.find('/');
-  const auto index = number_in(std::string_view(text).substr(0, slash));
-  const auto count = slash == std::string::npos ? std::nullopt : number_in(text.substr(slash + 1));
-  if (!index || !count)
-    throw UsageError(fmt::format("--shard: `{}` is not i/n, for example 0/{}", text, shards));
-  if (*count != shards)
-    throw UsageError(fmt::format("--shard: the plan has {} shards, not {}", shards, *count));
-  if (*index >= shards)
-    throw UsageError(
-        fmt::format("--shard: shards are numbered from 0 to {}: {} is not one", shards - 1, *index));
-  return static_cast<std::size_t>(*index);
+  const StoreShard shard = parse_shard(text);
+  if (shard.count != shards)
+    throw UsageError(fmt::format("--shard: the plan has {} shards, not {}", shards, shard.count));
+  return static_cast<std::size_t>(shard.number);
 }
 
 void copy_file(const fs::path& from, const fs::path& to) {

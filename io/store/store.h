@@ -154,12 +154,26 @@ void discard_run(const std::filesystem::path& store);
 // there is a STORE.run/, which is continued or discarded.
 void tidy_store(const std::filesystem::path& store);
 
+// The CRC32C of the bytes of a store, of all its packs for an index of them, as its first block says: it tells
+// stores apart. Throws RunError(unusable) when the file does not begin as a store does.
+std::uint32_t stated_checksum(const std::filesystem::path& store);
+
 // What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it
 // finds the values, so one flipped bit there can make it give other values without a word, or crash it.
 enum class StoreCheck : std::uint8_t {
   every_byte,  // the length and the CRC32C of the whole file: it is read once, about 5 GB/s from the page
                // cache
   none         // for a file that this process has just sealed or checked, and where the user asks for it
+};
+
+// One of `count` parts of the rows of a store, of about equal numbers of rows: parts begin at multiples of a
+// power of two, 256 at most, that leaves at least sixteen such blocks a part. Some parts of few rows are
+// empty.
+struct StoreShard {
+  std::uint64_t number = 0, count = 1;  // number < count
+
+  // The first row of part `part` of a store of this many rows; that of part `count` is the end.
+  std::uint64_t begin_of(std::uint64_t part, std::uint64_t rows) const;
 };
 
 // Reading a finished store; after the check only what is asked for is read. A store may be an index of packs
@@ -170,6 +184,8 @@ class StoreReader {
   // Throws RunError(unusable): there is no such file, it is no store, or its bytes are not those that were
   // written; with StoreCheck::none damage may go unnoticed.
   explicit StoreReader(const std::filesystem::path& store, StoreCheck check = StoreCheck::every_byte);
+  // The rows of a shard alone, as a store of its own: row 0 is the first of them.
+  StoreReader(const std::filesystem::path& store, StoreCheck check, const StoreShard& shard);
   ~StoreReader();
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;

@@ -210,3 +210,9 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
 }
 
 }  // namespace meander::store
+
+namespace meander {
+
+std::uint32_t stated_checksum(const std::filesystem::path& store) { return store::sealed_pack(store).crc32c; }
+
+}  // namespace meander

@@ -302,17 +302,28 @@ std::uint32_t StorePart::width_of(std::string_view name) const {
 
 }  // namespace store
 
+std::uint64_t StoreShard::begin_of(std::uint64_t part, std::uint64_t rows) const {
+  constexpr std::uint64_t blocks_of_part = 16;
+  std::uint64_t block = block_rows;
+  while (block > 1 && rows < block * blocks_of_part * count) block /= 2;
+  return part >= count ? rows : (rows / count * part + rows % count * part / count) / block * block;
+}
+
 // The file that was named and, where it is an index, its packs: opened and checked when the first of their
 // rows is asked for, and no more than most_open of them at once.
 struct StoreReader::State {
   StoreCheck check;
   StorePart named;
+  std::uint64_t begin = 0, end = 0;       // the rows of the shard
   std::vector<std::uint64_t> first_rows;  // of the packs; none: the rows are those of `named`
   mutable std::vector<std::shared_ptr<const StorePart>> open;
   mutable std::vector<std::size_t> by_age;  // those that are open, the one opened first in front
   mutable std::vector<bool> checked;
 
-  State(const std::filesystem::path& store, StoreCheck how) : check(how), named(store, how) {
+  State(const std::filesystem::path& store, StoreCheck how, const StoreShard& shard)
+      : check(how), named(store, how) {
+    begin = shard.begin_of(shard.number, facts().rows);
+    end = shard.begin_of(shard.number + 1, facts().rows);
     std::uint64_t row = 0;
     for (const StorePack& pack : facts().packs) {
       first_rows.push_back(row);
@@ -359,8 +370,9 @@ struct StoreReader::State {
   }
 
   Place place_of(std::uint64_t row) const {
-    if (row >= facts().rows)
-      throw ItemError(Status::internal, fmt::format("row {} of a store of {} rows", row, facts().rows));
+    if (row >= end - begin)
+      throw ItemError(Status::internal, fmt::format("row {} of a store of {} rows", row, end - begin));
+    row += begin;
     if (first_rows.empty())  // no owner: it lives as long as this
       return {std::shared_ptr<const StorePart>(std::shared_ptr<const StorePart>(), &named), 0, row,
               facts().rows};
@@ -368,6 +380,19 @@ struct StoreReader::State {
     Place place = pack(static_cast<std::size_t>(behind - first_rows.begin()) - 1);
     place.row = row - place.first_row;
     return place;
+  }
+
+  // Among all rows of the store.
+  std::optional<std::uint64_t> find(std::string_view wanted) const {
+    const std::vector<StorePack>& packs = facts().packs;
+    if (packs.empty()) return named.find(wanted);
+    const auto behind =
+        std::upper_bound(packs.begin(), packs.end(), wanted,
+                         [](std::string_view id, const StorePack& pack) { return id < pack.first_id; });
+    if (behind == packs.begin()) return std::nullopt;
+    const Place place = pack(static_cast<std::size_t>(behind - packs.begin()) - 1);
+    const std::optional<std::uint64_t> row = place.part->find(wanted);
+    return row ? std::optional(place.first_row + *row) : std::nullopt;
   }
 
   template <class Body>
@@ -378,11 +403,14 @@ struct StoreReader::State {
 };
 
 StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check)
-    : state_(std::make_unique<State>(store, check)) {}
+    : StoreReader(store, check, StoreShard{}) {}
+
+StoreReader::StoreReader(const std::filesystem::path& store, StoreCheck check, const StoreShard& shard)
+    : state_(std::make_unique<State>(store, check, shard)) {}
 
 StoreReader::~StoreReader() = default;
 
-std::uint64_t StoreReader::rows() const { return state_->facts().rows; }
+std::uint64_t StoreReader::rows() const { return state_->end - state_->begin; }
 std::uint32_t StoreReader::samples() const { return state_->facts().samples; }
 std::uint32_t StoreReader::format_version() const { return state_->facts().format_version; }
 StoreContent StoreReader::content() const { return state_->facts().content; }
@@ -420,15 +448,9 @@ std::string StoreReader::id(std::uint64_t row) const {
 }
 
 std::optional<std::uint64_t> StoreReader::find(std::string_view wanted) const {
-  const std::vector<StorePack>& packs = state_->facts().packs;
-  if (packs.empty()) return state_->named.find(wanted);
-  const auto behind =
-      std::upper_bound(packs.begin(), packs.end(), wanted,
-                       [](std::string_view id, const StorePack& pack) { return id < pack.first_id; });
-  if (behind == packs.begin()) return std::nullopt;
-  const State::Place place = state_->pack(static_cast<std::size_t>(behind - packs.begin()) - 1);
-  const std::optional<std::uint64_t> row = place.part->find(wanted);
-  return row ? std::optional(place.first_row + *row) : std::nullopt;
+  const std::optional<std::uint64_t> row = state_->find(wanted);
+  if (!row || *row < state_->begin || *row >= state_->end) return std::nullopt;
+  return *row - state_->begin;
 }
 
 ItemReport StoreReader::report(std::uint64_t row) const {

@@ -105,6 +105,45 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
   CHECK(same_bytes(c.path("plain.h5"), c.path("all.h5")));
 }
 
+TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
+  const Collection models;
+  models.sample("s.h5");
+  REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code ==
+          0);
+  for (const int shards : {1, 2, 5, 9}) {
+    std::vector<std::string> parts;
+    for (int i = shards - 1; i >= 0; --i) {
+      const std::string part = models.path(("part" + std::to_string(i) + ".h5").c_str());
+      const ProcessResult result =
+          models.describe("s.h5", {"-o", part, "--descriptors", "d2,a3", "--fresh", "--shard",
+                                   std::to_string(i) + "/" + std::to_string(shards)});
+      INFO(result.err);
+      REQUIRE(result.exit_code == 0);
+      if (fs::exists(part))
+        parts.push_back(part);
+      else
+        CHECK(contains(result.out, "has no rows"));
+    }
+    CHECK(parts.size() == std::min<std::size_t>(shards, 6));
+    REQUIRE(meander_with(std::vector<std::string>{"merge"} + parts +
+                         std::vector<std::string>{"-o", models.path("merged.h5"), "--fresh"})
+                .exit_code == 0);
+    CHECK(same_bytes(models.path("merged.h5"), models.path("whole.h5")));
+    for (const std::string& part : parts) fs::remove(part);
+  }
+  const auto fails = [&](const std::vector<std::string>& more, const char* why) {
+    const ProcessResult result =
+        models.describe("s.h5", std::vector<std::string>{"--descriptors", "d2"} + more);
+    INFO(result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, why));
+  };
+  fails({"--shard", "0/2"}, "give it a store of its own with -o");
+  fails({"--shard", "0/2", "-o", models.path("s.h5")}, "cannot take the place of the whole");
+  fails({"--shard", "2/2", "-o", models.path("t.h5")}, "numbered from 0 to 1");
+  fails({"--shard", "two", "-o", models.path("t.h5")}, "is not i/n");
+}
+
 TEST_CASE("describe: a missing or changed mesh is a problem of its row alone") {
   const Collection c;
   c.sample("s.h5");

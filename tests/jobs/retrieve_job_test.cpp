@@ -183,6 +183,61 @@ TEST_CASE("retrieve evaluate: scores by hand, what is left out, tiny classes") {
   CHECK(std::stod(csv_line(scratch / "f.csv", "cat")[3]) == Approx(0.125));
 }
 
+TEST_CASE("retrieve evaluate: parts of the queries, put together, score as all at once") {
+  const ScratchFolder scratch;
+  const std::string store = scratch / "s.h5";
+  write_items(store);
+  const std::vector<std::string> setting = {"evaluate", store, "--descriptor", "place+flat"};
+  const auto evaluate = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = setting;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return retrieve(arguments);
+  };
+  const std::string whole = evaluate({"--json"}).out;
+  REQUIRE(contains(whole, "precision_micro"));
+  for (const int shards : {1, 3, 20}) {  // of nine queries
+    std::vector<std::string> reading = {"--json", "--read-scores"};
+    for (int i = 0; i < shards; ++i) {
+      const std::string file = scratch / ("part" + std::to_string(i));
+      const ProcessResult part =
+          evaluate({"--shard", std::to_string(i) + "/" + std::to_string(shards), "--write-scores", file});
+      INFO(part.err);
+      REQUIRE(part.exit_code == 0);
+      reading.push_back(file);
+    }
+    const ProcessResult all = evaluate(reading);
+    INFO(all.err);
+    CHECK(all.out == whole);
+  }
+  const auto fails = [&](const std::vector<std::string>& more, const char* why) {
+    const ProcessResult result = evaluate(more);
+    INFO(result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(contains(result.err, why));
+  };
+  REQUIRE(evaluate({"--shard", "0/2", "--write-scores", scratch / "a"}).exit_code == 0);
+  REQUIRE(evaluate({"--shard", "1/2", "--write-scores", scratch / "b"}).exit_code == 0);
+  fails({"--read-scores", scratch / "a"}, "5 of 9 queries are in none of the files");
+  fails({"--read-scores", scratch / "a", scratch / "a", scratch / "b"}, "is in a file before it");
+  fails({"--distance", "l2", "--read-scores", scratch / "a", scratch / "b"},
+        "distance, classes or rules are others");
+  const std::string bytes = read_file(scratch / "b");
+  for (const std::size_t at : {std::size_t{3}, bytes.size() / 2, bytes.size() - 1}) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 4);
+    write_file(scratch / "b", damaged);
+    fails({"--read-scores", scratch / "a", scratch / "b"}, "is no file of scores");
+  }
+  write_file(scratch / "b", bytes.substr(0, 20));
+  fails({"--read-scores", scratch / "a", scratch / "b"}, "is no file of scores");
+  fails({"--shard", "0/2"}, "belong together");
+  fails({"--write-scores", scratch / "c"}, "belong together");
+  fails({"--shard", "0/2", "--write-scores", store}, "the store itself");
+  fails({"--shard", "0/2", "--write-scores", scratch / "c", "--matrix", scratch / "m"},
+        "scores of all queries");
+  fails({"--read-scores", scratch / "a", "--matrix", scratch / "m"}, "needs all distances");
+}
+
 TEST_CASE("retrieve evaluate: combined descriptors, rows that are not finite, every distance") {
   const ScratchFolder scratch;
   write_items(scratch / "s.h5", true, true, true);
