@@ -34,7 +34,8 @@ FAULTS = {
 }
 STAYING = {"ENOSPC": FAULTS["ENOSPC"], "EIO": {"write", "sync", "truncate", "close", "rename", "create"}}
 TEMPORARY = re.compile(r"\.tmp\d+$")
-LEFTOVERS = re.compile(r"\.(tmp|part-|run\.removed-)\d+(/|$)")  # of processes that died or could not remove them
+# Of processes that died or could not remove them; a lock that nobody holds hinders nobody.
+LEFTOVERS = re.compile(r"\.(tmp|part-|run\.removed-)\d+(/|$)|(^|/)remesh\.json\.lock$")
 
 # name: (commands that prepare, the command, exit code). All run in the folder of the scene and write to out/.
 RUN = ["run", "in", "-o", "out/s.h5", "-n", "16", "-j", "1", "--progress", "none"]

@@ -7,6 +7,10 @@ It starts munged, slurmctld and two slurmd in a folder of their own, plans a run
 submits the script that `meander plan --emit slurm` prints. While it works a task gets the signal of its time limit,
 another is killed (SIGKILL), a second copy of a third is started beside it, and two are taken out of the queue. A
 second array then does what `meander status --array` names, and the merged store must have the bytes of one process.
+
+Another array then loses a node: its daemon and the shells of its tasks are killed, while the processes of the tasks live
+on where nobody sees them. One goes on with its work; the others hang (SIGSTOP) until second copies on the other node
+were refused, and are killed then. The store must be the same again, and what was recorded must not be done twice.
 """
 import os
 import shutil
@@ -61,7 +65,7 @@ class Slurm:
     """The daemons; they end with the scope."""
 
     def __init__(self, folder):
-        self.folder, self.processes = Path(folder), []
+        self.folder, self.processes, self.nodes = Path(folder), [], []
 
     def __enter__(self):
         for name in ("state", "log", "spool-n1", "spool-n2"):
@@ -79,6 +83,7 @@ class Slurm:
         self.start(["slurmctld", "-D", "-c", "-f", configuration])
         for node in ("n1", "n2"):
             self.start(["slurmd", "-D", "-N", node, "-f", configuration])
+            self.nodes.append((self.processes[-1], node))
         self.wait(lambda: self.ask(["sinfo", "-h", "-o", "%D %t"]) == "2 idle", "slurmctld and slurmd")
         return self
 
@@ -127,6 +132,70 @@ def process_of(task, job):
                 and f"SLURM_ARRAY_JOB_ID={job}".encode() in variables:
             return int(folder.name)
     return None
+
+
+def kill_daemons(slurm, node, jobs):
+    """The daemon of a node, what it has started for these jobs, and their shells: the work itself is orphaned."""
+    for process, name in slurm.nodes:
+        if name == node:
+            process.kill()
+    for folder in Path("/proc").iterdir():
+        try:
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            variables = (folder / "environ").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        daemon = words[0].startswith(b"slurmstepd") and any(f"[{job}.".encode() in words[0] for job in jobs)
+        shell = b"bash" in words[0] and any(f"SLURM_JOB_ID={job}".encode() in variables for job in jobs)
+        if daemon or shell:
+            try:
+                os.kill(int(folder.name), signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+
+
+def lose_a_node(slurm, folder, expect, findings):
+    """The array of d.h5 with a node that dies; returns how many of its tasks were on it."""
+    script = expect(["plan", "in", "-o", "d.h5", "-n", "64", "--shards", str(SHARDS), "--emit", "slurm"], 0, "plan")
+    (folder / "dead.sh").write_text(script)
+    job = slurm.submit("dead.sh", "--cpus-per-task=1", "--output=dead-%a.log")
+    slurm.wait(lambda: all(process_of(task, job) for task in range(SHARDS)), "the tasks start on both nodes")
+    time.sleep(2.5)
+    places = [line.split() for line in slurm.ask(["squeue", "-h", "-r", "-j", job, "-o", "%K %N %A"]).splitlines()]
+    lost = {int(task): number for task, node, number in places if node == "n1"}
+    orphans = {task: process_of(task, job) for task in lost}
+    goes_on = min(lost)
+    kill_daemons(slurm, "n1", lost.values())
+    # Not before: a stopped process whose parents die is sent SIGHUP.
+    for task, process in orphans.items():
+        if task != goes_on:
+            os.kill(process, signal.SIGSTOP)
+    slurm.ask(["scontrol", "update", "nodename=n1", "state=down", "reason=dead"])
+
+    def log(task):
+        path = folder / f"dead-{task}.log"
+        return path.read_text(errors="replace") if path.exists() else ""
+    hung = [task for task in lost if task != goes_on]
+    slurm.wait(lambda: all("another process" in log(task) for task in hung), "second copies are refused", 400)
+    for task in hung:
+        os.kill(orphans[task], signal.SIGKILL)
+    slurm.wait(lambda: not slurm.tasks(job), "the tasks of the lost node end on the other one", 600)
+    missing = expect(["status", "d.h5.run", "--array"], 75 if shards_missing(folder) else 0, "status").strip()
+    if missing:  # a task that was refused three times stays out of the queue
+        second = slurm.submit("dead.sh", f"--array={missing}", "--cpus-per-task=1", "--output=dead-%a.log")
+        slurm.wait(lambda: not slurm.tasks(second), "the second array ends", 120)
+    for task in hung:
+        if "continuing" not in log(task):
+            findings.add(f"task {task} of the lost node did not go on from its journal: {log(task)}")
+    expect(["merge", "d.h5.run"], 0, "merge after a lost node")
+    if not (folder / "d.h5").exists() or (folder / "d.h5").read_bytes() != (folder / "whole.h5").read_bytes():
+        findings.add("the store of the array with a lost node is not that of one process", folder / "d.h5")
+    return len(lost)
+
+
+def shards_missing(folder):
+    shards = folder / "d.h5.run" / "shards" / "000"
+    return any(not (shards / f"shard-{shard:06}.h5").exists() for shard in range(SHARDS))
 
 
 def main():
@@ -181,15 +250,17 @@ def main():
             second = slurm.submit("job.sh", f"--array={again}", "--cpus-per-task=1", "--output=task-%a.log")
             slurm.wait(lambda: not slurm.tasks(second), "the second array ends", 120)
             expect(["status", "s.h5.run"], 0, "status after the second array")
+            lost = lose_a_node(slurm, folder, expect, findings)
         expect(["merge", "s.h5.run"], 0, "merge")
         if not (folder / "s.h5").exists() or (folder / "s.h5").read_bytes() != (folder / "whole.h5").read_bytes():
             findings.add("the merged store is not that of one process", folder / "s.h5", folder / "whole.h5")
         if findings.problems:
-            for path in sorted(folder.glob("task-*.log")):
+            for path in sorted([*folder.glob("task-*.log"), *folder.glob("dead-*.log")]):
                 print(f"--- {path.name}\n{path.read_text(errors='replace')}")
         os.chdir("/")
     findings.end(f"{SHARDS} shards on 2 nodes: 1 task ended by the signal of its limit, 1 killed, 1 second copy "
-                 "refused, 2 cancelled, 1 second array, merged store as of one process")
+                 f"refused, 2 cancelled, 1 second array; a node lost with {lost} tasks, 1 of which went on unseen "
+                 "and the others hung; merged stores as of one process")
 
 
 if __name__ == "__main__":
