@@ -150,7 +150,7 @@ int sample_surfaces(SurfaceOptions& options) {
   std::sort(options.surfaces.begin(), options.surfaces.end(),
             [](const std::string& a, const std::string& b) { return surface_id(a) < surface_id(b); });
   StoreHeader header;
-  header.content = StoreContent::surfaces;
+  header.columns = StoreColumns{.rows = RowKind::surfaces};
   header.samples = options.sample.samples;
   header.compression = options.compression;
   header.seed = options.sample.seed;

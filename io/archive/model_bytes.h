@@ -51,7 +51,8 @@ class ModelBytes {
   std::array<std::uint8_t, 32> color_sha256() const;
   // See read_mesh and MeshSurroundings::admit.
   PolygonMesh mesh(const CancelToken& cancel = {},
-                   const std::function<void(const MeshEstimate&)>& admit = {}) const;
+                   const std::function<void(const MeshEstimate&)>& admit = {},
+                   const MeshExtras& extras = {}) const;
 
  private:
   // The bytes of one file. Moved only before they are looked at.
