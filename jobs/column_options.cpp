@@ -84,12 +84,11 @@ std::uint32_t parse_left_out(const std::vector<std::string>& words, const StoreC
     const std::string_view name = name_of(column);
     if (columns.applies(column) && !named(name)) stored.leave_out(column);
     if (columns.applies(column) || !named(name)) continue;
-    problems.push_back(fmt::format("--store: {}",
-                                   column == SampleColumn::uv         ? "only parametric surfaces have `uv`"
-                                   : column == SampleColumn::tensor ? "`tensor` needs --method anisotropic"
-                                                                      : fmt::format(
-                                                                            "parametric surfaces have no `{}`",
-                                                                            name)));
+    problems.push_back(
+        fmt::format("--store: {}", column == SampleColumn::uv ? "only parametric surfaces have `uv`"
+                                   : column == SampleColumn::tensor
+                                       ? "`tensor` needs --method anisotropic"
+                                       : fmt::format("parametric surfaces have no `{}`", name)));
   }
   for (const OwnOption& own : own_options)
     if (named(own.word) && !own.asked(columns))

@@ -19,8 +19,9 @@ std::vector<AttributeColumn> parse_attributes(const std::vector<std::string>& te
 // The same as one text: what --attribute takes, its commas included.
 std::string text_of(const std::vector<AttributeColumn>& attributes);
 
-// StoreColumns::left_out from the words of --store, none of which means all columns. Columns that have options
-// of their own (`rgb`, `texcoord`, `attributes`) are stored whenever they are asked for, and may be named then.
+// StoreColumns::left_out from the words of --store, none of which means all columns. Columns that have
+// options of their own (`rgb`, `texcoord`, `attributes`) are stored whenever they are asked for, and may be
+// named then.
 std::uint32_t parse_left_out(const std::vector<std::string>& words, const StoreColumns& columns,
                              std::vector<std::string>& problems);
 // The words for such columns, in their order, with `points` first: what --store takes.

@@ -199,11 +199,12 @@ bool is_array_format(const std::string& format) { return format == "npz" || form
 void add_array_export_options(const Command& whole, ArrayExport& options) {
   Command command = whole.under("Arrays");
   command
-      .add_option("--arrays", options.arrays,
-                  fmt::format("npz, webdataset: arrays, separated by commas (default: points,normals and, of "
-                              "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
-                              "from 0 to 1",
-                              fmt::join(array_names, ", ")))
+      .add_option(
+          "--arrays", options.arrays,
+          fmt::format("npz, webdataset: arrays, separated by commas (default: points,normals and, of "
+                      "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
+                      "from 0 to 1",
+                      fmt::join(array_names, ", ")))
       .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,
@@ -234,9 +235,10 @@ std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExpo
     if (!columns.texcoord && name == "texcoord")
       throw UsageError("--arrays: the store has no `texcoord`: it was made without --texcoord");
     if (name.starts_with(attribute_word) && !attribute_of_array(columns, name))
-      throw UsageError(fmt::format("--arrays: the store has no attribute `{0}`: it was made without "
-                                   "`--attribute {0}`",
-                                   name.substr(attribute_word.size())));
+      throw UsageError(
+          fmt::format("--arrays: the store has no attribute `{0}`: it was made without "
+                      "`--attribute {0}`",
+                      name.substr(attribute_word.size())));
     if (!surfaces && name == "uv") throw UsageError("--arrays: the store has no `uv`: its models are meshes");
     if (const auto column = column_of_array(name)) store.require(*column, fmt::format("--arrays {}", name));
     if (std::find(chosen.begin(), chosen.end(), name) == chosen.end()) chosen.push_back(name);
@@ -252,7 +254,8 @@ void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vect
                const Row& row, const std::string& id) {
   try {
     StoredZipWriter zip(put);
-    for (const std::string& name : arrays) zip.add(file_word(name) + ".npy", {npy_of(name, columns, row.samples)});
+    for (const std::string& name : arrays)
+      zip.add(file_word(name) + ".npy", {npy_of(name, columns, row.samples)});
     zip.add("loc.npy", {npy_file("<f8", std::span<const double>(row.report.loc), 1)});
     const std::string_view scale(reinterpret_cast<const char*>(&row.report.scale), sizeof(double));
     zip.add("scale.npy", {npy_header("<f8", {}), scale});

@@ -78,8 +78,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("overlap", r.overlap);
     json.member("area_scale_range", r.area_scale_range);
     json.member("distortion", r.distortion);
-    if (store.columns().chosen_count() > 0)
-      write_texts(json, "lacks", lacking_columns(store.columns(), r));
+    if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
     json.member("file_bytes", r.file_bytes);
     json.member("content_sha256", hex_text(r.content_sha256));
     json.key("repairs");

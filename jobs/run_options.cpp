@@ -85,9 +85,10 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
       "colors", "--colors", [&options] { return options.sample.colors; },
       [&options] { return options.sample.colors; });
   collection
-      .add_option("--attribute", texts.attributes,
-                  "Store an attribute of the models at the points (/attributes/NAME), NAME:2, NAME:3 or NAME:4 "
-                  "a vector; of vertices interpolated, of faces that of the face. Repeat it for several")
+      .add_option(
+          "--attribute", texts.attributes,
+          "Store an attribute of the models at the points (/attributes/NAME), NAME:2, NAME:3 or NAME:4 "
+          "a vector; of vertices interpolated, of faces that of the face. Repeat it for several")
       .separator(',')
       .one_at_a_time();
   table.compute(

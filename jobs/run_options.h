@@ -32,7 +32,7 @@ struct RunOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
-  bool certify = false;  // measure the samples of every model; needs the laboratory
+  bool certify = false;        // measure the samples of every model; needs the laboratory
   std::uint32_t left_out = 0;  // sample columns that are not stored, see StoreColumns
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read

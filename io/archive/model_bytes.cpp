@@ -163,8 +163,7 @@ std::array<std::uint8_t, 32> ModelBytes::color_sha256() const {
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
-PolygonMesh ModelBytes::mesh(const CancelToken& cancel,
-                             const std::function<void(const MeshEstimate&)>& admit,
+PolygonMesh ModelBytes::mesh(const CancelToken& cancel, const std::function<void(const MeshEstimate&)>& admit,
                              const MeshExtras& extras) const {
   return read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
 }

@@ -50,8 +50,7 @@ class ModelBytes {
   // depend. Zeros where there are none.
   std::array<std::uint8_t, 32> color_sha256() const;
   // See read_mesh and MeshSurroundings::admit.
-  PolygonMesh mesh(const CancelToken& cancel = {},
-                   const std::function<void(const MeshEstimate&)>& admit = {},
+  PolygonMesh mesh(const CancelToken& cancel = {}, const std::function<void(const MeshEstimate&)>& admit = {},
                    const MeshExtras& extras = {}) const;
 
  private:

@@ -279,8 +279,8 @@ class SceneReader {
     }
   }
 
-  // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute for
-  // each of its numbers.
+  // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute
+  // for each of its numbers.
   void add_asked_values(const std::string& name, std::uint32_t width, const std::vector<double>& values,
                         const VertexBlock& block) {
     for (std::uint32_t k = 0; k < width; ++k) {
@@ -507,7 +507,7 @@ class SceneReader {
   SceneTextures& textures_;
   std::map<std::uint32_t, std::uint32_t> coordinates_, own_coordinates_;  // where those of an accessor begin
   std::map<std::string, std::vector<double>> asked_;  // attributes by name, of the vertices so far
-  std::vector<std::vector<AffineMap>> skins_;           // of joints, once they are asked for
+  std::vector<std::vector<AffineMap>> skins_;         // of joints, once they are asked for
   // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for.
   std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>>, VertexBlock> blocks_;
   PolygonMesh mesh_;

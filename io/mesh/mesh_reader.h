@@ -115,8 +115,8 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 //   not read. An index that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
 //
-// Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has it:
-// upwards in OBJ, downwards in glTF.
+// Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has
+// it: upwards in OBJ, downwards in glTF.
 //
 // Colours, when asked for: of vertices from PLY (red green blue), OBJ (`v x y z r g b`), OFF (COFF) and glTF
 // (COLOR_0); of faces from PLY and OFF; of materials from OBJ (Kd of the MTL files) and glTF

@@ -489,8 +489,8 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   if (extras.keeps_coordinates && !coordinates.values.empty()) mesh.coordinates = coordinates;
   if (!extras.textures) coordinates = {};
   if (around.colors)
-    mesh.colors = join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions,
-                              cancel);
+    mesh.colors =
+        join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions, cancel);
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   return mesh;
 }

@@ -256,8 +256,7 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
                        now_plan.root);
   if (begun.method_version != now.method_version)
     return fmt::format("the method version was {}, now it is {}", begun.method_version, now.method_version);
-  if (begun.columns->rows != now.columns->rows)
-    return "one is of meshes, the other of parametric surfaces";
+  if (begun.columns->rows != now.columns->rows) return "one is of meshes, the other of parametric surfaces";
   // All that a command can set is here, and all of it is named.
   if (const std::string text = parameter_differences(begun.parameters_json, now.parameters_json);
       !text.empty())

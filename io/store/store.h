@@ -65,9 +65,9 @@ inline constexpr std::size_t most_chosen_columns = 32;
 // The columns that a store has.
 struct StoreColumns {
   RowKind rows = RowKind::meshes;
-  bool tensors = false, colors = false;     // anisotropic samples; samples with colours
-  bool texcoord = false;                    // samples with texture coordinates
-  std::uint32_t left_out = 0;               // bit c: without the SampleColumn c
+  bool tensors = false, colors = false;          // anisotropic samples; samples with colours
+  bool texcoord = false;                         // samples with texture coordinates
+  std::uint32_t left_out = 0;                    // bit c: without the SampleColumn c
   std::vector<AttributeColumn> attributes = {};  // ascending by name
 
   // Whether rows of this kind have such a column, and whether it is stored.
@@ -82,8 +82,8 @@ struct StoreColumns {
   friend bool operator==(const StoreColumns&, const StoreColumns&) = default;
 };
 
-// What is wrong with the name of an attribute, completing "the attribute `NAME` ..."; empty: nothing. Names are
-// 1 to 200 bytes of UTF-8 without control characters, `/`, `,` and `:`, and more than dots.
+// What is wrong with the name of an attribute, completing "the attribute `NAME` ..."; empty: nothing. Names
+// are 1 to 200 bytes of UTF-8 without control characters, `/`, `,` and `:`, and more than dots.
 std::string attribute_name_problem(std::string_view name);
 
 namespace store {

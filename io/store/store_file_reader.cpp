@@ -153,7 +153,8 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
   for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
     const auto column = static_cast<SampleColumn>(c);
     // Both arrays of tensors stand in a folder.
-    const std::string name = column == SampleColumn::tensor ? "tensor/direction" : std::string(name_of(column));
+    const std::string name =
+        column == SampleColumn::tensor ? "tensor/direction" : std::string(name_of(column));
     if (columns.applies(column) && std::find(list.begin(), list.end(), name) == list.end())
       columns.leave_out(column);
   }
@@ -164,8 +165,7 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
     const std::vector<hsize_t> extents = extents_of(dataset.get());
     const hsize_t width = extents.size() == 3 ? extents[2] : 1;
     if (width > 4) refuse("/" + name + " of the width " + std::to_string(width));
-    columns.attributes.push_back(
-        {name.substr(attribute_prefix.size()), static_cast<std::uint32_t>(width)});
+    columns.attributes.push_back({name.substr(attribute_prefix.size()), static_cast<std::uint32_t>(width)});
   }
   try {
     StoredColumns stored(std::move(columns));

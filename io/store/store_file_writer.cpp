@@ -55,8 +55,7 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   write_attribute(root.get(), "method_version", header.method_version);
   write_attribute(root.get(), "tool_version",
                   header.tool_version.empty() ? tool_version() : header.tool_version);
-  write_attribute(root.get(), "content",
-                  content_name(*header.columns));
+  write_attribute(root.get(), "content", content_name(*header.columns));
   if (header.columns->are_chosen()) write_attribute(root.get(), "columns", column_list(header.columns));
   write_attribute(root.get(), "seed", header.seed);
   write_attribute(root.get(), "samples", layout.samples);

@@ -16,8 +16,8 @@ class PolygonCorners {
   // The mesh must outlive the object.
   explicit PolygonCorners(const PolygonMesh& mesh) : mesh_(mesh) {}
 
-  // The place in PolygonMesh::corners of the first corner of polygon `face` with that vertex; no_index where it
-  // has none. O(1), of polygons with many corners once O(corners log corners).
+  // The place in PolygonMesh::corners of the first corner of polygon `face` with that vertex; no_index where
+  // it has none. O(1), of polygons with many corners once O(corners log corners).
   std::uint32_t find(std::uint32_t face, std::uint32_t vertex);
 
  private:

@@ -109,7 +109,8 @@ SampleValues sample_coordinates(const PolygonMesh& mesh, const Samples& samples,
     double sum = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t number = 2 * at[c] + k;
-      sum += weights[c] * (number < coordinates.values.size() ? double{coordinates.values[number]} : no_number);
+      sum +=
+          weights[c] * (number < coordinates.values.size() ? double{coordinates.values[number]} : no_number);
     }
     return sum;
   });

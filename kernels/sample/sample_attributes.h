@@ -20,9 +20,10 @@ struct SampleValues {
 // The attribute at each sample, which `face`, `corners` and `barycentric` name. An attribute of vertices is
 // interpolated linearly between the three corners, which are the file's own; one of faces is that of the
 // polygon. Where vertices and faces have attributes of one name, that of the vertices is taken. A column of
-// width W > 1 takes the attributes NAME_0 to NAME_(W - 1) or, where there is no NAME_0, NAME_x, NAME_y, NAME_z
-// and NAME_w; all W of them must be of vertices, or all of faces. A sample of which one number is not finite,
-// or not as float32, has NaN in all of them. Throws RunCancelled and ItemError(timeout) by `cancel`. O(N).
+// width W > 1 takes the attributes NAME_0 to NAME_(W - 1) or, where there is no NAME_0, NAME_x, NAME_y,
+// NAME_z and NAME_w; all W of them must be of vertices, or all of faces. A sample of which one number is not
+// finite, or not as float32, has NaN in all of them. Throws RunCancelled and ItemError(timeout) by `cancel`.
+// O(N).
 SampleValues sample_attribute(const PolygonMesh& mesh, const AttributeColumn& column, const Samples& samples,
                               const CancelToken& cancel = {});
 
