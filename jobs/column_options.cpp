@@ -39,14 +39,17 @@ constexpr std::array<OwnOption, 3> own_options = {
 
 }  // namespace
 
-void add_store_columns_option(Command command, std::vector<std::string>& stored) {
+void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored) {
+  const bool surfaces = rows == RowKind::surfaces;
   std::vector<std::string> words = {"points"};
-  words.insert(words.end(), sample_column_names.begin(), sample_column_names.end());
+  for (const std::string_view name : sample_column_names) words.emplace_back(name);
   for (const OwnOption& own : own_options) words.emplace_back(own.word);
+  if (surfaces) words = {"points", "normals", "uv", "curve_rank", "density"};
   command
       .add_option("--store", stored,
-                  "Columns of the samples to store, separated by commas (default: all); points always are, "
-                  "what --colors, --texcoord and --attribute ask for too")
+                  std::string("Columns of the samples to store, separated by commas (default: all); points "
+                              "always are") +
+                      (surfaces ? "" : ", and what --colors, --texcoord and --attribute ask for"))
       .separator(',')
       .one_at_a_time()
       .one_of(words);
@@ -84,11 +87,10 @@ std::uint32_t parse_left_out(const std::vector<std::string>& words, const StoreC
     const std::string_view name = name_of(column);
     if (columns.applies(column) && !named(name)) stored.leave_out(column);
     if (columns.applies(column) || !named(name)) continue;
-    problems.push_back(
-        fmt::format("--store: {}", column == SampleColumn::uv ? "only parametric surfaces have `uv`"
-                                   : column == SampleColumn::tensor
-                                       ? "`tensor` needs --method anisotropic"
-                                       : fmt::format("parametric surfaces have no `{}`", name)));
+    if (column == SampleColumn::tensor)
+      problems.emplace_back("--store: `tensor` needs --method anisotropic");
+    else
+      problems.push_back(fmt::format("--store: only parametric surfaces have `{}`", name));
   }
   for (const OwnOption& own : own_options)
     if (named(own.word) && !own.asked(columns))

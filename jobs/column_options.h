@@ -10,8 +10,8 @@
 
 namespace meander {
 
-// Adds --store.
-void add_store_columns_option(Command command, std::vector<std::string>& stored);
+// Adds --store for rows of this kind.
+void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored);
 
 // NAME or NAME:WIDTH of each text; ascending by name. Adds to `problems` what is wrong.
 std::vector<AttributeColumn> parse_attributes(const std::vector<std::string>& texts,

@@ -99,7 +99,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   table.compute(
       "texcoord", "--texcoord", [&options] { return options.sample.texcoord; },
       [&options] { return options.sample.texcoord; });
-  add_store_columns_option(collection, texts.stored);
+  add_store_columns_option(collection, RowKind::meshes, texts.stored);
   table.compute(
       "store", "--store", [&options] { return stored_words(columns_of(options)); },
       [&options] { return options.left_out != 0; });

@@ -431,7 +431,8 @@ std::string layout_markdown() {
   };
   StoreColumns all{.tensors = true, .colors = true, .texcoord = true};
   all.attributes = {{"<name>", 1}};
-  for (const DatasetSpec& spec : datasets_of(StoredColumns(std::move(all)))) {
+  const StoredColumns columns(std::move(all));
+  for (const DatasetSpec& spec : datasets_of(columns)) {
     add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }

@@ -83,6 +83,7 @@ struct ColumnTable {
 inline const std::vector<DatasetSpec>& datasets_of(const StoredColumns& columns) {
   return columns.table().datasets;
 }
+const std::vector<DatasetSpec>& datasets_of(StoredColumns&& temporary) = delete;  // which the table ends with
 inline const ItemRecord& item_record(const StoredColumns& columns) { return columns.table().items; }
 
 // The root attribute `content`, which names columns as format version 3 knows them, and back; empty for any

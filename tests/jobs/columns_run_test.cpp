@@ -347,8 +347,8 @@ TEST_CASE("run --store: kept columns are those of the whole store, and every rea
   refused({"export", store, "--format", "webdataset", "--arrays", "density", "-o", out}, "density");
   refused({"describe", store, scratch / "in", "--descriptors", "geodesic", "-o", scratch / "d.h5"}, "face");
   refused({"describe", store, "--descriptors", "pairs-unsigned", "-o", scratch / "d.h5"}, "normals");
-  refused({"measure", "discrepancy", store + "::plain.stl"}, "density");
-  refused({"render", store, "-o", scratch / "sheet.png"}, "normals");
+  refused({"measure", "discrepancy", store + "::plain.stl", "--surface", scratch / "in"}, "density");
+  refused({"render", "sheet", store, "-o", scratch / "sheet.png"}, "normals");
   refused({"render", "turntable", store, "--item", "plain.stl", "-o", scratch / "frames"}, "normals");
   // What can do without works.
   for (const char* format : {"ply", "off", "npz", "webdataset"}) {
@@ -372,6 +372,27 @@ TEST_CASE("run --store: kept columns are those of the whole store, and every rea
   REQUIRE(meander_with({"export", scratch / "some.h5", "plain.stl", "-o", scratch / "some"}).exit_code == 0);
   CHECK_THAT(read_file(scratch / "some/plain.stl.ply"),
              Contains("property float nz\nproperty float density\nend_header\n"));
+}
+
+TEST_CASE("surface --store: parametric surfaces without some of their columns") {
+  const ScratchFolder scratch;
+  const auto run_surface = [&](const char* name, const Words& more) {
+    const Words words = {"surface", "torus", "-n", "200", "-o", (scratch / name).string()};
+    return meander_with(joined(words, more)).exit_code;
+  };
+  REQUIRE(run_surface("all.h5", {}) == 0);
+  REQUIRE(run_surface("some.h5", {"--store", "uv,density"}) == 0);
+  require_verified(scratch / "some.h5");
+  const Row all = StoreReader(scratch / "all.h5").read_row(0),
+            some = StoreReader(scratch / "some.h5").read_row(0);
+  CHECK(all.samples.points == some.samples.points);
+  CHECK(all.samples.uv == some.samples.uv);
+  CHECK((some.samples.normals.empty() && some.samples.curve_rank.empty()));
+  CHECK(run_surface("no.h5", {"--store", "face"}) == 2);
+  REQUIRE(meander_with({"export", scratch / "some.h5", "-o", scratch / "out"}).exit_code == 0);
+  CHECK_THAT(
+      read_file(scratch / "out/torus.ply"),
+      Contains("property double z\nproperty float u\nproperty float v\nproperty float density\nend_header"));
 }
 
 TEST_CASE("export --arrays: texture coordinates and attributes") {

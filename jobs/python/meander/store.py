@@ -81,7 +81,8 @@ class Store:
         row = self.row(item)
         if self.status[row] != "ok":
             raise SamplingError(self.status[row], self.reason(row), row)
-        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "rgb", "texcoord")
+        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "rgb",
+                 "texcoord")
         arrays = {name: self.file[name][row] for name in names if name in self.file}
         for name in ("direction", "spacing"):
             if "tensor/" + name in self.file:
