@@ -285,11 +285,12 @@ std::vector<std::uint32_t> read_coordinates(JsonValue attributes) {
   }
 }
 
-std::vector<std::uint32_t> read_asked(JsonValue attributes, std::span<const std::string> names) {
+std::vector<std::uint32_t> read_asked(JsonValue attributes, std::span<const AttributeColumn> columns) {
   std::vector<std::uint32_t> asked;
   // Other names are those of the format itself, whose values are no user's.
-  for (const std::string& name : names)
-    asked.push_back(name.starts_with('_') ? lenient_reference(attributes.member(name)) : no_index);
+  for (const AttributeColumn& column : columns)
+    asked.push_back(column.name.starts_with('_') ? lenient_reference(attributes.member(column.name))
+                                                 : no_index);
   return asked;
 }
 

@@ -281,25 +281,26 @@ class SceneReader {
 
   // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute
   // for each of its numbers.
-  void add_asked_values(const std::string& name, std::uint32_t width, const std::vector<double>& values,
+  void add_asked_values(const AttributeColumn& column, const std::vector<double>& values,
                         const VertexBlock& block) {
-    for (std::uint32_t k = 0; k < width; ++k) {
-      std::vector<double>& all = asked_[width == 1 ? name : fmt::format("{}_{}", name, k)];
+    for (std::uint32_t k = 0; k < column.width; ++k) {
+      std::vector<double>& all =
+          asked_[column.width == 1 ? column.name : fmt::format("{}_{}", column.name, k)];
       all.resize(block.first, std::numeric_limits<double>::quiet_NaN());
-      for (std::size_t v = 0; v < block.count; ++v) all.push_back(values[width * v + k]);
+      for (std::size_t v = 0; v < block.count; ++v) all.push_back(values[column.width * v + k]);
     }
   }
 
-  // Of vectors of up to four; what is wrong with one costs its values alone.
+  // Of accessors of the width that is asked for; what is wrong with one costs its values alone.
   void add_asked(const GltfPrimitive& primitive, const VertexBlock& block) {
     for (std::size_t i = 0; i < primitive.asked.size(); ++i) {
+      const AttributeColumn& column = extras_.attributes[i];
       const std::uint32_t accessor = primitive.asked[i];
-      if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count)
+      if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count ||
+          document_.accessors[accessor].width != column.width)
         continue;
-      const std::uint32_t width = document_.accessors[accessor].width;
-      if (width < 1 || width > 4) continue;
       try {
-        add_asked_values(extras_.attributes[i], width, data_.numbers(accessor, width, cancel_), block);
+        add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block);
       } catch (const ItemError& error) {
         if (error.status() != Status::unreadable) throw;
       }
@@ -336,8 +337,8 @@ class SceneReader {
     const std::size_t own_at = wanted.size();
     if (has_own) wanted.push_back({primitive.draco_coordinates[0], 2, true});
     const std::size_t asked_at = wanted.size();
-    const std::vector<std::pair<std::size_t, std::uint32_t>> asked = asked_of_draco(primitive);
-    for (const auto& [i, width] : asked) wanted.push_back({primitive.draco_asked[i], width, true});
+    for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
+      wanted.push_back({primitive.draco_asked[i], extras_.attributes[i].width, true});
     DracoMesh decoded =
         decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
     VertexValues values;
@@ -348,9 +349,9 @@ class SceneReader {
     }
     const VertexBlock block = place(part, values);
     if (colors_) add_vertex_colors(no_index, block.count);
-    for (std::size_t a = 0; a < asked.size(); ++a)
-      if (const std::vector<double>& found = decoded.values[asked_at + a]; !found.empty())
-        add_asked_values(extras_.attributes[asked[a].first], asked[a].second, found, block);
+    for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
+      if (const std::vector<double>& found = decoded.values[asked_at + i]; !found.empty())
+        add_asked_values(extras_.attributes[i], found, block);
     if (decoded.corners.empty()) return;
     const auto added = [&](bool there, std::size_t at, std::vector<float>& all) {
       return there && !decoded.values[at].empty() ? add_coordinates(decoded.values[at], all) : no_index;
@@ -359,18 +360,6 @@ class SceneReader {
                                     added(has_own, own_at, mesh_.coordinates.values)};
     add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number, first);
     if (colors_) add_face_colors(primitive.material, decoded.corners.size() / 3);
-  }
-
-  // Which of the attributes that are asked for the stream has, and their width, which the accessors state.
-  std::vector<std::pair<std::size_t, std::uint32_t>> asked_of_draco(const GltfPrimitive& primitive) const {
-    std::vector<std::pair<std::size_t, std::uint32_t>> found;
-    for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i) {
-      const std::uint32_t accessor = primitive.asked[i];
-      if (primitive.draco_asked[i] == no_index || accessor >= document_.accessors.size()) continue;
-      const std::uint32_t width = document_.accessors[accessor].width;
-      if (width >= 1 && width <= 4) found.emplace_back(i, width);
-    }
-    return found;
   }
 
   bool is_skinned(const GltfPart& part) const {

@@ -15,6 +15,7 @@
 #include "io/file/mapped_file.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/samples.h"
 
 namespace meander {
 
@@ -57,9 +58,9 @@ struct CompanionFile {
 struct MeshExtras {
   bool coordinates = false;  // fill PolygonMesh::coordinates
   // Fill PolygonMesh::asked_attributes with these, where the format has attributes that are not read anyway:
-  // glTF, whose names begin with `_`. A vector NAME becomes NAME_0, NAME_1, ...; what is wrong with one, or
-  // missing at some vertices, is NaN there.
-  std::span<const std::string> attributes = {};
+  // glTF, whose names begin with `_`, and of just this width. A vector NAME becomes NAME_0, NAME_1, ...; what
+  // is wrong with one, or missing at some vertices, is NaN there.
+  std::span<const AttributeColumn> attributes = {};
 };
 
 // What a reader may need beside the bytes of the file. Only glTF does.

@@ -286,6 +286,13 @@ std::vector<std::string> column_list(const StoredColumns& columns) {
   return names;
 }
 
+std::uint64_t sample_bytes(const StoredColumns& columns) {
+  std::uint64_t bytes = 0;
+  for (const DatasetSpec& spec : datasets_of(columns))
+    if (spec.role == Role::samples) bytes += value_bytes(spec);
+  return bytes;
+}
+
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
   return {"/" + descriptor.group + "/" + descriptor.name,
           Role::descriptor,

@@ -93,6 +93,8 @@ std::optional<StoreColumns> columns_of_content(std::string_view name);
 // The root attribute `columns` of stores whose columns are chosen: the datasets of samples in file order,
 // without the leading `/`.
 std::vector<std::string> column_list(const StoredColumns& columns);
+// Bytes of one sample in all columns, before they are compressed.
+std::uint64_t sample_bytes(const StoredColumns& columns);
 inline constexpr std::string_view attribute_prefix = "attributes/";
 inline std::uint32_t format_version_of(const StoreColumns& columns) {
   return columns.are_chosen() ? chosen_format_version : store_format_version;

@@ -113,7 +113,8 @@ void run_mesh(std::string_view bytes, MeshFormat format, std::span<const Compani
   MeshSurroundings around;
   around.companions = companions;
   around.colors = true;
-  static const std::vector<std::string> asked = {"_A", "_A_0", "_BATCHID", "_FEATURE_ID_0", "POSITION"};
+  static const std::vector<AttributeColumn> asked = {
+      {"_A", 2}, {"_A_0", 1}, {"_BATCHID", 1}, {"_FEATURE_ID_0", 1}, {"POSITION", 3}};
   around.extras = {true, asked};
   around.admit = [](const MeshEstimate& stated) {
     if (stated.vertices > most_memory / 100 || stated.triangles > most_memory / 100 ||

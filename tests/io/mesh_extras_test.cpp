@@ -14,7 +14,7 @@ using namespace meander::test;
 
 namespace {
 
-MeshSurroundings asking(bool coordinates, std::span<const std::string> names = {}) {
+MeshSurroundings asking(bool coordinates, std::span<const AttributeColumn> names = {}) {
   MeshSurroundings around;
   around.extras = {coordinates, names};
   return around;
@@ -108,7 +108,8 @@ TEST_CASE("attributes: glTF, those that are asked for, scalars and vectors") {
       file.add_view(std::vector<std::uint8_t>{0, 0, 0, 0, 51, 0, 0, 0, 255, 0, 0, 0}, ",\"byteStride\":4"),
       5121, 3, "SCALAR", ",\"normalized\":true");
   file.add_accessor(file.add_view(std::vector<float>{1, 2}), 5126, 2, "SCALAR");
-  const std::vector<std::string> names = {"_HEAT", "_FLOW", "_SHORT", "_ABSENT", "POSITION"};
+  const std::vector<AttributeColumn> names = {{"_HEAT", 1},   {"_FLOW", 2},    {"_SHORT", 1},
+                                              {"_ABSENT", 1}, {"POSITION", 3}, {"_OTHER", 2}};
   const std::string text =
       two_primitives(file, R"(,"_HEAT":2,"_FLOW":3,"_OTHER":2,"_SHORT":5)", R"(,"_HEAT":4)");
   const PolygonMesh mesh = read_gltf_file(text, asking(false, names));
@@ -128,7 +129,7 @@ TEST_CASE("attributes: glTF, primitives that share positions keep values of thei
   const std::string text = file.glb(
       R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"_A":1}},{"attributes":{"POSITION":0,"_A":2}},)"
       R"({"attributes":{"POSITION":0,"_A":1}}]}],"nodes":[{"mesh":0}])");
-  const std::vector<std::string> names = {"_A"};
+  const std::vector<AttributeColumn> names = {{"_A", 1}};
   const PolygonMesh mesh = read_gltf_file(text, asking(false, names));
   CHECK(same_numbers(asked(mesh, "_A"), {1, 2, 3, 4, 5, 6}));
   CHECK(mesh.corners == Indices{0, 1, 2, 3, 4, 5, 0, 1, 2});
