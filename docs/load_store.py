@@ -64,6 +64,8 @@ class StoreDataset:
         self.store = None
         self.owner = None  # the process that opened it
         with open_store(path) as store:
+            if "normals" not in store:
+                raise ValueError(f"`{path}` has no normals: it was made with a --store that leaves them out")
             self.rows = rows_of(store, split)
 
     def __len__(self):

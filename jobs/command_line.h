@@ -50,6 +50,8 @@ class Option {
   Option& needs(const Option& other);
   // A list may also be given as one argument, its members separated by this character.
   Option& separator(char character);
+  // A list takes one argument each time the option is given, so that others may follow it.
+  Option& one_at_a_time();
 
   // Checks of each value. One of the words; the error names all words and the nearest one.
   Option& one_of(const std::vector<std::string>& words);

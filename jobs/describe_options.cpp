@@ -160,14 +160,27 @@ void resolve_describe_options(DescribeOptions& options) {
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
+// The columns that a descriptor is made from, beside the points.
+std::vector<SampleColumn> columns_for(Descriptor descriptor) {
+  std::vector<SampleColumn> columns;
+  if (needs_mesh(descriptor)) columns = {SampleColumn::face, SampleColumn::corners};
+  if (group_of(descriptor).needs_triangles) columns.push_back(SampleColumn::barycentric);
+  if (descriptor == Descriptor::shapedna) columns.push_back(SampleColumn::curve_rank);
+  if (descriptor == Descriptor::pairs_unsigned) columns.push_back(SampleColumn::normals);
+  return columns;
+}
+
 std::unique_ptr<StoreReader> open_described_store(const DescribeOptions& options) {
   const fs::path unfinished = options.store + ".run";
   if (!fs::exists(options.store) && fs::exists(unfinished))
     throw UsageError("`" + options.store + "` is not finished: repeat the `meander` command that began it");
   auto store = std::make_unique<StoreReader>(options.store, options.check, options.rows);
-  if (store->content() == StoreContent::surfaces && !options.inputs.empty())
+  if (store->columns().rows == RowKind::surfaces && !options.inputs.empty())
     throw UsageError("`" + options.store + "` is a store of parametric surfaces: there are no meshes for " +
                      described_by_meshes());
+  for (const Descriptor descriptor : options.describe.descriptors)
+    for (const SampleColumn column : columns_for(descriptor))
+      store->require(column, fmt::format("the descriptor {}", name_of(descriptor)));
   return store;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "io/file/atomic_file.h"
@@ -17,6 +18,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/units.h"
+#include "kernels/core/spelling.h"
 
 namespace meander {
 
@@ -24,8 +26,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> array_names = {"points",  "normals",     "rgb", "points_rgb", "face_index",
-                                              "corners", "barycentric", "uv",  "curve_rank", "density"};
+const std::vector<std::string> array_names = {"points",     "normals", "rgb",         "points_rgb",
+                                              "face_index", "corners", "barycentric", "uv",
+                                              "curve_rank", "density", "texcoord"};
+constexpr std::string_view attribute_word = "attribute:";
+
+// Names of arrays, where a list is the names and `attribute:NAME`.
+std::string array_problem(const std::string& name) {
+  if (name.starts_with(attribute_word)) return {};
+  if (std::find(array_names.begin(), array_names.end(), name) != array_names.end()) return {};
+  const std::string near = nearest(name, array_names);
+  return fmt::format("--arrays: `{}` is none of {}, attribute:NAME{}", name, fmt::join(array_names, ", "),
+                     near.empty() ? "" : fmt::format("; did you mean `{}`?", near));
+}
+
+// The column of a store that an array of this name is made of, of those that may be left out.
+std::optional<SampleColumn> column_of_array(std::string_view name) {
+  if (name == "face_index") name = name_of(SampleColumn::face);
+  const auto at = std::find(sample_column_names.begin(), sample_column_names.end(), name);
+  if (at == sample_column_names.end()) return std::nullopt;
+  return static_cast<SampleColumn>(at - sample_column_names.begin());
+}
+
+// The place among the attributes of a store; none where it has no such.
+std::optional<std::size_t> attribute_of_array(const StoreColumns& columns, std::string_view name) {
+  for (std::size_t i = 0; i < columns.attributes.size(); ++i)
+    if (columns.attributes[i].name == name.substr(attribute_word.size())) return i;
+  return std::nullopt;
+}
+
+// Of the files: `attribute:NAME` becomes `attribute_NAME`, since some systems know no colon in file names.
+std::string file_word(std::string name) {
+  if (name.starts_with(attribute_word)) name[attribute_word.size() - 1] = '_';
+  return name;
+}
 
 template <class Number>
 std::string npy_file(std::string_view type, std::span<const Number> values, std::uint64_t columns) {
@@ -47,12 +81,12 @@ std::vector<float> points_and_colors(const Samples& samples) {
   return values;
 }
 
-std::string npy_of(const std::string& name, const Samples& samples) {
-  const auto floats = [](const std::vector<float>& values, std::uint64_t columns) {
-    return npy_file("<f4", std::span<const float>(values), columns);
+std::string npy_of(const std::string& name, const StoreColumns& columns, const Samples& samples) {
+  const auto floats = [](const std::vector<float>& values, std::uint64_t width) {
+    return npy_file("<f4", std::span<const float>(values), width);
   };
-  const auto numbers = [](const std::vector<std::uint32_t>& values, std::uint64_t columns) {
-    return npy_file("<u4", std::span<const std::uint32_t>(values), columns);
+  const auto numbers = [](const std::vector<std::uint32_t>& values, std::uint64_t width) {
+    return npy_file("<u4", std::span<const std::uint32_t>(values), width);
   };
   if (name == "points") return floats(samples.points, 3);
   if (name == "normals") return floats(samples.normals, 3);
@@ -63,6 +97,11 @@ std::string npy_of(const std::string& name, const Samples& samples) {
   if (name == "barycentric") return floats(samples.barycentric, 2);
   if (name == "uv") return floats(samples.uv, 2);
   if (name == "curve_rank") return numbers(samples.curve_rank, 1);
+  if (name == "texcoord") return floats(samples.texcoord, 2);
+  if (name.starts_with(attribute_word)) {
+    const std::size_t i = *attribute_of_array(columns, name);
+    return floats(samples.attributes[i], columns.attributes[i].width);
+  }
   return floats(samples.density, 1);
 }
 
@@ -160,11 +199,13 @@ bool is_array_format(const std::string& format) { return format == "npz" || form
 void add_array_export_options(const Command& whole, ArrayExport& options) {
   Command command = whole.under("Arrays");
   command
-      .add_option("--arrays", options.arrays,
-                  "npz, webdataset: arrays, separated by commas (default: points,normals and, of a store "
-                  "with colours, rgb); points_rgb: N x 6, the colours from 0 to 1")
-      .separator(',')
-      .one_of(array_names);
+      .add_option(
+          "--arrays", options.arrays,
+          fmt::format("npz, webdataset: arrays, separated by commas (default: points,normals and, of "
+                      "a store with colours, rgb): {}, attribute:NAME; points_rgb: N x 6, the colours "
+                      "from 0 to 1",
+                      fmt::join(array_names, ", ")))
+      .separator(',');
   command
       .add_option("--shard-bytes", options.shard_bytes,
                   "webdataset: size that a shard does not exceed, unless a single model does")
@@ -175,33 +216,46 @@ void add_array_export_options(const Command& whole, ArrayExport& options) {
 void check_array_export(const ArrayExport& options, const std::string& format) {
   if (!options.arrays.empty() && !is_array_format(format))
     throw UsageError("--arrays applies to --format npz and webdataset only");
+  for (const std::string& name : options.arrays)
+    if (const std::string problem = array_problem(name); !problem.empty()) throw UsageError(problem);
   if (options.shapes_shards && format != "webdataset")
     throw UsageError("--shard-bytes applies to --format webdataset only");
   parse_bytes(options.shard_bytes);
 }
 
 std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options) {
-  const bool colors = has_colors(store.content()), surfaces = store.content() == StoreContent::surfaces;
+  const StoreColumns& columns = store.columns();
+  const bool colors = columns.colors, surfaces = columns.rows == RowKind::surfaces;
   std::vector<std::string> chosen;
   for (const std::string& name : options.arrays) {
     if (!colors && (name == "rgb" || name == "points_rgb"))
       throw UsageError("--arrays: the store has no `" + name + "`: it was made without --colors");
     if (surfaces && (name == "face_index" || name == "corners" || name == "barycentric"))
       throw UsageError("--arrays: the store has no `" + name + "`: its models are parametric surfaces");
+    if (!columns.texcoord && name == "texcoord")
+      throw UsageError("--arrays: the store has no `texcoord`: it was made without --texcoord");
+    if (name.starts_with(attribute_word) && !attribute_of_array(columns, name))
+      throw UsageError(
+          fmt::format("--arrays: the store has no attribute `{0}`: it was made without "
+                      "`--attribute {0}`",
+                      name.substr(attribute_word.size())));
     if (!surfaces && name == "uv") throw UsageError("--arrays: the store has no `uv`: its models are meshes");
+    if (const auto column = column_of_array(name)) store.require(*column, fmt::format("--arrays {}", name));
     if (std::find(chosen.begin(), chosen.end(), name) == chosen.end()) chosen.push_back(name);
   }
   if (!chosen.empty()) return chosen;
-  chosen = {"points", "normals"};
+  chosen = {"points"};
+  if (columns.has(SampleColumn::normals)) chosen.emplace_back("normals");
   if (colors) chosen.emplace_back("rgb");
   return chosen;
 }
 
-void write_npz(const PutBytes& put, const std::vector<std::string>& arrays, const Row& row,
-               const std::string& id) {
+void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vector<std::string>& arrays,
+               const Row& row, const std::string& id) {
   try {
     StoredZipWriter zip(put);
-    for (const std::string& name : arrays) zip.add(name + ".npy", {npy_of(name, row.samples)});
+    for (const std::string& name : arrays)
+      zip.add(file_word(name) + ".npy", {npy_of(name, columns, row.samples)});
     zip.add("loc.npy", {npy_file("<f8", std::span<const double>(row.report.loc), 1)});
     const std::string_view scale(reinterpret_cast<const char*>(&row.report.scale), sizeof(double));
     zip.add("scale.npy", {npy_header("<f8", {}), scale});
@@ -232,7 +286,8 @@ int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>
     const std::string key = fmt::format("{:08}", number);
     std::vector<std::pair<std::string, std::string>> members;
     for (const std::string& name : arrays)
-      members.emplace_back(fmt::format("{}.{}.npy", key, name), npy_of(name, row.samples));
+      members.emplace_back(fmt::format("{}.{}.npy", key, file_word(name)),
+                           npy_of(name, store.columns(), row.samples));
     if (row.label >= 0)
       members.emplace_back(key + ".cls", std::to_string(row.label));
     else

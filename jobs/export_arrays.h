@@ -14,7 +14,8 @@ namespace meander {
 class Command;
 
 struct ArrayExport {
-  std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colours, rgb
+  std::vector<std::string> arrays;  // names; empty: points, normals and, of a store with colours, rgb, as far
+                                    // as there are such
   std::string shard_bytes = "256M";
   bool shapes_shards = false;  // --shard-bytes was given
 };
@@ -30,8 +31,8 @@ std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExpo
 
 // An .npz file: the arrays, and `loc` (3 float64) and `scale` (float64); coordinates of the model's file are
 // loc + scale * points. Throws RunError(unusable) for 4 GiB and more.
-void write_npz(const PutBytes& put, const std::vector<std::string>& arrays, const Row& row,
-               const std::string& id);
+void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vector<std::string>& arrays,
+               const Row& row, const std::string& id);
 
 // The rows as FOLDER/STORE-000000.tar and so on, rows with a split in STORE-train-, STORE-test- and
 // STORE-val-: of each KEY.NAME.npy, KEY.cls (the number of its class, where it has one) and KEY.json, KEY

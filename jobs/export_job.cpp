@@ -78,9 +78,10 @@ FileKind kind_of_format(const std::string& format) {
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
+  if (options.format == "xyz") store.require(SampleColumn::normals, "--format xyz");
   const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
     const Row content = store.read_row(row);
-    if (options.format == "npz") return write_npz(put, arrays, content, store.id(row));
+    if (options.format == "npz") return write_npz(put, store.columns(), arrays, content, store.id(row));
     const PointFormat format = options.format == "ply"   ? PointFormat::ply
                                : options.format == "off" ? PointFormat::off
                                                          : PointFormat::xyz;

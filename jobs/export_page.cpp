@@ -9,6 +9,7 @@
 
 #include "io/json_writer.h"
 #include "io/page/model_page.h"
+#include "io/store/schema.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
@@ -58,6 +59,8 @@ class PageFacts {
  public:
   PageFacts(const StoreReader& store, const std::string& store_name, const PageExport& options)
       : store_(store) {
+    for (const SampleColumn column : {SampleColumn::normals, SampleColumn::density, SampleColumn::curve_rank})
+      store.require(column, "--html");
     choose_rows(options);
     choose_points(options);
     for (const DescriptorSchema& schema : store.descriptors())
@@ -136,7 +139,7 @@ class PageFacts {
   }
 
   void write_provenance() {
-    json_.member("content", store_content_names[static_cast<std::size_t>(store_.content())]);
+    json_.member("content", store::content_name(store_.columns()));
     json_.member("rows", store_.rows());
     json_.member("ok", ok_rows_);
     json_.member("named", named_);

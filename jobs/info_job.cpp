@@ -10,6 +10,7 @@
 #include "io/digest.h"
 #include "io/json_writer.h"
 #include "io/store/run_array.h"
+#include "io/store/schema.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
@@ -29,6 +30,21 @@ struct InfoOptions {
   bool failed = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };
+
+void write_texts(JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
+  json.key(name);
+  json.begin_array();
+  for (const std::string& text : texts) json.value(text);
+  json.end_array();
+}
+
+// Attributes and texture coordinates that the item lacks.
+std::vector<std::string> lacking_columns(const StoreColumns& columns, const ItemReport& report) {
+  std::vector<std::string> lacking;
+  for (std::size_t bit = 0; bit < columns.chosen_count(); ++bit)
+    if ((report.lacks >> bit & 1) != 0) lacking.push_back(columns.chosen_name(bit));
+  return lacking;
+}
 
 int show_item(const StoreReader& store, const InfoOptions& options) {
   const std::uint64_t row = find_item(store, options.item);
@@ -62,6 +78,7 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("overlap", r.overlap);
     json.member("area_scale_range", r.area_scale_range);
     json.member("distortion", r.distortion);
+    if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
     json.member("file_bytes", r.file_bytes);
     json.member("content_sha256", hex_text(r.content_sha256));
     json.key("repairs");
@@ -92,6 +109,8 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   for (std::size_t i = 0; i < repair_count; ++i)
     if (r.repairs.counts[i] > 0)
       fmt::print("  repaired          {} {}\n", repair_names[i], r.repairs.counts[i]);
+  if (r.lacks != 0)
+    fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
     if (descriptor.values.size() == 1)
       fmt::print("  {:<18}{:.4g}\n", descriptor.name, descriptor.values.front());
@@ -122,6 +141,9 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
     if (summary.by_color_source[c] > 0)
       fmt::print("  colors: {:<12}{:>10}\n", color_source_names[c], summary.by_color_source[c]);
   if (summary.rows_with_fills > 0) fmt::print("  {:<20}{:>10}\n", "color fills", summary.rows_with_fills);
+  if (store.columns().are_chosen())
+    fmt::print("  columns {}\n", fmt::join(store::column_list(store.columns()), ", "));
+  print_lacking(summary);
   for (std::size_t i = 0; i < repair_count; ++i)
     if (summary.by_repair[i] > 0)
       fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
@@ -171,6 +193,8 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
     json.end_object();
     json.member("items_with_color_fills", summary.rows_with_fills);
   }
+  write_texts(json, "columns", store::column_list(store.columns()));
+  write_lacking(json, summary);
   json.key("descriptors");
   json.begin_array();
   for (const DescriptorSchema& descriptor : store.descriptors()) {

@@ -8,7 +8,7 @@ namespace meander {
 StoreHeader run_header(const RunOptions& options, const Inputs& inputs, const Laboratory* laboratory) {
   StoreHeader header;
   header.samples = options.sample.place.samples;
-  header.content = content_of_meshes(method_of(options.sample).follows_tensor, options.sample.colors);
+  header.columns = columns_of(options);
   header.compression = options.compression;
   header.seed = options.sample.seed;
   header.order = options.sample.place.order == OrderKind::curve ? "curve" : "progressive";

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "io/store/schema.h"
 #include "jobs/array_plan.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
@@ -91,7 +92,8 @@ class RunJob {
     const double points = static_cast<double>(inputs_.items.size()) * header_.samples;
     fmt::print(
         "{} models, {:.1f} MB of input, {} points each, about {:.1f} MB of points and their attributes\n",
-        inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples, points * 60e-6);
+        inputs_.items.size(), static_cast<double>(bytes) * 1e-6, header_.samples,
+        points * 1e-6 * static_cast<double>(store::sample_bytes(header_.columns)));
     fmt::print(
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
         "too_large\n",

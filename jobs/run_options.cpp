@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "jobs/column_options.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
@@ -16,6 +17,16 @@
 #include "jobs/units.h"
 
 namespace meander {
+
+StoreColumns columns_of(const RunOptions& options) {
+  StoreColumns columns;
+  columns.tensors = method_of(options.sample).follows_tensor;
+  columns.colors = options.sample.colors;
+  columns.texcoord = options.sample.texcoord;
+  columns.attributes = options.sample.attributes;
+  columns.left_out = options.left_out;
+  return columns;
+}
 
 namespace {
 
@@ -73,6 +84,25 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   table.compute(
       "colors", "--colors", [&options] { return options.sample.colors; },
       [&options] { return options.sample.colors; });
+  collection
+      .add_option(
+          "--attribute", texts.attributes,
+          "Store an attribute of the models at the points (/attributes/NAME), NAME:2, NAME:3 or NAME:4 "
+          "a vector; of vertices interpolated, of faces that of the face. Repeat it for several")
+      .separator(',')
+      .one_at_a_time();
+  table.compute(
+      "attributes", "--attribute", [&options] { return text_of(options.sample.attributes); },
+      [&options] { return !options.sample.attributes.empty(); });
+  collection.add_flag("--texcoord", options.sample.texcoord,
+                      "Store the texture coordinates of the models at the points (/texcoord)");
+  table.compute(
+      "texcoord", "--texcoord", [&options] { return options.sample.texcoord; },
+      [&options] { return options.sample.texcoord; });
+  add_store_columns_option(collection, RowKind::meshes, texts.stored);
+  table.compute(
+      "store", "--store", [&options] { return stored_words(columns_of(options)); },
+      [&options] { return options.left_out != 0; });
   add_list_options(collection, options.collect);
   add_label_options(collection, options.collect);
   table.add(collection, "compress", "--compress", options.compression, compression_words,
@@ -312,6 +342,8 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   resolve_descriptors(texts, sample.describe, problems);
   resolve_sampling(sample, texts);
   resolve_tensor_options(texts.tensor, sample, problems);
+  sample.attributes = parse_attributes(texts.attributes, problems);
+  options.left_out = parse_left_out(texts.stored, columns_of(options), problems);
   resolve_density(texts.density, sample.density, problems);
   const DensityKind density = sample.density.kind;
   if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&

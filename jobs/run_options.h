@@ -32,7 +32,8 @@ struct RunOptions {
   std::vector<std::string> inputs;
   std::string store;
   SampleParameters sample;
-  bool certify = false;  // measure the samples of every model; needs the laboratory
+  bool certify = false;        // measure the samples of every model; needs the laboratory
+  std::uint32_t left_out = 0;  // sample columns that are not stored, see StoreColumns
   Compression compression = Compression::standard;
   InputOptions collect;  // how the inputs are read
   int threads = 0;       // 0: as many as the machine (or its cgroup) gives
@@ -49,6 +50,9 @@ struct RunOptions {
   std::string parameters_json;    // all effective parameters that decide the rows, one line of JSON
 };
 
+// The columns of the store of these options, once they are resolved.
+StoreColumns columns_of(const RunOptions& options);
+
 // What the command line gave and resolve turns into RunOptions.
 struct RunOptionTexts {
   ParameterTable table;         // refers to the RunOptions and to these texts
@@ -56,6 +60,7 @@ struct RunOptionTexts {
   std::uint32_t samples = 2048;
   std::string curve, density = "uniform", describe = "none", memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
+  std::vector<std::string> attributes, stored;  // --attribute, --store
   TensorOptionTexts tensor;
   DescriptorShapeOptions descriptor_shape;
   bool chooses_place = false;   // --place was given

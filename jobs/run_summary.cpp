@@ -101,6 +101,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
     write_counts(json, "color_source", color_source_names, summary.by_color_source);
     json.member("items_with_color_fills", summary.rows_with_fills);
   }
+  write_lacking(json, summary);
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
     json.member("notice", lacking);
   json.key("failed");
@@ -153,10 +154,17 @@ void print_nodes(const std::vector<NodeStatistics>& nodes) {
 
 }  // namespace
 
+std::string chosen_column_text(const StoreColumns& columns, std::size_t bit) {
+  if (bit >= columns.attributes.size()) return "texture coordinates";
+  return fmt::format("attribute `{}`", columns.attributes[bit].name);
+}
+
 StoreSummary summarise(const StoreReader& store) {
   StoreSummary summary;
   summary.rows = store.rows();
-  summary.has_colors = has_colors(store.content());
+  summary.has_colors = store.columns().colors;
+  for (std::size_t bit = 0; bit < store.columns().chosen_count(); ++bit)
+    summary.lacking.emplace_back(chosen_column_text(store.columns(), bit), 0);
   for (std::uint64_t row = 0; row < summary.rows; ++row) {
     ItemReport report = store.report(row);
     ++summary.by_status[static_cast<std::size_t>(report.status)];
@@ -165,12 +173,29 @@ StoreSummary summarise(const StoreReader& store) {
       ++summary.by_order_reason[static_cast<std::size_t>(report.order_reason)];
       ++summary.by_color_source[static_cast<std::size_t>(report.color_source)];
       if (report.color_fills > 0) ++summary.rows_with_fills;
+      for (std::size_t bit = 0; bit < summary.lacking.size(); ++bit)
+        summary.lacking[bit].second += report.lacks >> bit & 1;
     }
     for (std::size_t r = 0; r < repair_count; ++r) summary.by_repair[r] += report.repairs.counts[r];
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
   }
   return summary;
+}
+
+void print_lacking(const StoreSummary& summary) {
+  for (const auto& [column, rows] : summary.lacking)
+    if (rows > 0)
+      fmt::print("  {} {} {}, at some or all points, which have NaN\n", rows,
+                 rows == 1 ? "model lacks" : "models lack", column);
+}
+
+void write_lacking(JsonWriter& json, const StoreSummary& summary) {
+  if (summary.lacking.empty()) return;
+  json.key("items_that_lack");
+  json.begin_object();
+  for (const auto& [column, rows] : summary.lacking) json.member(column, rows);
+  json.end_object();
 }
 
 int RunOutcome::exit_code() const {
@@ -212,6 +237,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         "  {:<20}{:>10}   some of their samples have no colour, or an image that is lost, and got the grey "
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
+  print_lacking(summary);
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/store/store.h"
@@ -26,6 +27,9 @@ struct StoreSummary {
   std::array<std::uint64_t, color_source_names.size()>
       by_color_source{};              // of ok rows of a store with colours
   std::uint64_t rows_with_fills = 0;  // of those
+  // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
+  // more.
+  std::vector<std::pair<std::string, std::uint64_t>> lacking;
   struct Failure {
     std::uint64_t row;
     std::string id;
@@ -36,7 +40,15 @@ struct StoreSummary {
   std::uint64_t failed() const { return rows - by_status[0]; }
 };
 
+// "attribute `NAME`", or "texture coordinates".
+std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
+
 StoreSummary summarise(const StoreReader& store);
+
+class JsonWriter;
+// A line for each column that models lack; the member "items_that_lack" where there are such columns.
+void print_lacking(const StoreSummary& summary);
+void write_lacking(JsonWriter& json, const StoreSummary& summary);
 
 // Everything that a run reports at the end.
 struct RunOutcome {

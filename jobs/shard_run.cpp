@@ -251,7 +251,10 @@ int run_shards(const RunOptions& given, const RunOptionTexts& texts, const Shard
   refuse_other_options(command, given.inputs.front());
   RunOptions budgets = given;
   resolve_budget_options(budgets, texts);
-  ArrayTask task{store, *read_run_array(store), {}, which.scratch, {}};
+  ArrayTask task;
+  task.store = store;
+  task.array = *read_run_array(store);
+  task.scratch = which.scratch;
   const std::vector<std::size_t> numbers = shards_of_task(which, task.array.shards.size());
   task.options = planned_options(task.array, read_shard_plan(store, numbers.front()).header, laboratory);
   task.options.fresh = task.options.json = false;

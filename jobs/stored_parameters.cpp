@@ -22,7 +22,8 @@ using Arguments = std::vector<std::string>;
 
 // What does not change the samples of a row.
 constexpr std::string_view not_of_samples[] = {
-    "certify", "colors", "compress", "describe", "descriptor_bins", "descriptor_scale", "geodesic_sources"};
+    "attributes",      "certify",          "colors",           "compress", "describe",
+    "descriptor_bins", "descriptor_scale", "geodesic_sources", "store",    "texcoord"};
 
 Members of_samples(const std::string& parameters_json) {
   Members members = split_members(parameters_json);
@@ -134,7 +135,7 @@ DescribeParameters describe_parameters(const std::string& path, const std::strin
 
 StoredParameters stored_parameters(const StoreReader& store, const std::string& path,
                                    std::span<const DescriptorSchema> wanted) {
-  if (store.content() == StoreContent::surfaces)
+  if (store.columns().rows == RowKind::surfaces)
     throw UsageError(
         fmt::format("`{}` is a store of parametric surfaces: no mesh is sampled as they were", path));
   StoredParameters result;

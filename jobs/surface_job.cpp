@@ -13,6 +13,7 @@
 #include "io/image/png_reader.h"
 #include "io/json_writer.h"
 #include "io/store/store.h"
+#include "jobs/column_options.h"
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
@@ -38,6 +39,8 @@ struct SurfaceOptions {
   SurfaceSampleParameters sample;
   std::string density = "uniform";
   Compression compression = Compression::standard;
+  std::vector<std::string> stored;  // --store
+  StoreColumns columns = {.rows = RowKind::surfaces};
   ParameterTable table;  // refers to the members above and below
   HeightFieldOptions height_field;
   bool fresh = false, json = false;
@@ -53,6 +56,7 @@ void resolve(SurfaceOptions& options) {
   }
   std::vector<std::string> problems = validate(sample);
   check_spacing_option(sample.sequence, options.spacing_given, problems);
+  options.columns.left_out = parse_left_out(options.stored, options.columns, problems);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
 }
 
@@ -150,7 +154,7 @@ int sample_surfaces(SurfaceOptions& options) {
   std::sort(options.surfaces.begin(), options.surfaces.end(),
             [](const std::string& a, const std::string& b) { return surface_id(a) < surface_id(b); });
   StoreHeader header;
-  header.content = StoreContent::surfaces;
+  header.columns = options.columns;
   header.samples = options.sample.samples;
   header.compression = options.compression;
   header.seed = options.sample.seed;
@@ -238,6 +242,10 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
             "Extent of a height field in y, > 0");
   table.add(command, "compress", "--compress", options.compression, compression_words,
             "shuffle + deflate + checksum, or checksum only");
+  add_store_columns_option(command, RowKind::surfaces, options.stored);
+  table.compute(
+      "store", "--store", [&options] { return stored_words(options.columns); },
+      [&options] { return options.columns.left_out != 0; });
   command.add_flag("--fresh", options.fresh, "Replace the store if it exists");
   command.add_flag("--json", options.json, "The summary as JSON");
 }

@@ -22,6 +22,12 @@ constexpr double bytes_per_colored_vertex = 64;  // values, and the attributes o
 constexpr double bytes_per_colored_triangle = 180;
 constexpr double bytes_per_colored_sample = 6;            // red, green, blue, while the vector grows
 constexpr double most_library_bytes = 2.0 * 1024 * 1024;  // materials of OBJ
+// Texture coordinates for their own sake: of every corner one of its own, while parts are joined; of every
+// vertex while an accessor is read; of a sample, also encoded.
+constexpr double bytes_per_coordinate_triangle = 120, bytes_per_coordinate_vertex = 40,
+                 bytes_per_coordinate_sample = 24;
+// Of each number of an attribute that only a column asks for.
+constexpr double bytes_per_asked_vertex = 32, bytes_per_attribute_sample = 12;
 constexpr double bytes_per_prepared_triangle = 150;
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances
 // While a chart is looked for: the best cut with its map, the next cut with its triangulation.
@@ -109,6 +115,11 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   if (parameters.colors)
     file += most_library_bytes + vertices * bytes_per_colored_vertex +
             triangles * bytes_per_colored_triangle + samples * bytes_per_colored_sample;
+  if (parameters.texcoord)
+    file += vertices * bytes_per_coordinate_vertex + triangles * bytes_per_coordinate_triangle +
+            samples * bytes_per_coordinate_sample;
+  for (const AttributeColumn& column : parameters.attributes)
+    file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
   const double prepared =
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.

@@ -409,7 +409,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
         estimate_bytes(needs, parameters, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   };
-  item.model.file = file.mesh(item.model.cancel, admit);
+  item.model.file = file.mesh(item.model.cancel, admit, {parameters.texcoord, parameters.attributes});
   MeshEstimate actual;
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();

@@ -163,9 +163,9 @@ std::array<std::uint8_t, 32> ModelBytes::color_sha256() const {
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
-PolygonMesh ModelBytes::mesh(const CancelToken& cancel,
-                             const std::function<void(const MeshEstimate&)>& admit) const {
-  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_});
+PolygonMesh ModelBytes::mesh(const CancelToken& cancel, const std::function<void(const MeshEstimate&)>& admit,
+                             const MeshExtras& extras) const {
+  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
 }
 
 MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {

@@ -50,8 +50,8 @@ class ModelBytes {
   // depend. Zeros where there are none.
   std::array<std::uint8_t, 32> color_sha256() const;
   // See read_mesh and MeshSurroundings::admit.
-  PolygonMesh mesh(const CancelToken& cancel = {},
-                   const std::function<void(const MeshEstimate&)>& admit = {}) const;
+  PolygonMesh mesh(const CancelToken& cancel = {}, const std::function<void(const MeshEstimate&)>& admit = {},
+                   const MeshExtras& extras = {}) const;
 
  private:
   // The bytes of one file. Moved only before they are looked at.

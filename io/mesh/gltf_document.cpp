@@ -285,7 +285,16 @@ std::vector<std::uint32_t> read_coordinates(JsonValue attributes) {
   }
 }
 
-std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
+std::vector<std::uint32_t> read_asked(JsonValue attributes, std::span<const AttributeColumn> columns) {
+  std::vector<std::uint32_t> asked;
+  // Other names are those of the format itself, whose values are no user's.
+  for (const AttributeColumn& column : columns)
+    asked.push_back(column.name.starts_with('_') ? lenient_reference(attributes.member(column.name))
+                                                 : no_index);
+  return asked;
+}
+
+std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors, const MeshExtras& extras) {
   std::vector<GltfPrimitive> primitives;
   const JsonValue list = entry.member("primitives");
   if (!list.is_array()) entry.fail("`primitives` is not a list");
@@ -297,8 +306,10 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
     if (colors) {
       primitive.colors = lenient_reference(from->member("attributes").member("COLOR_0"));
       primitive.material = lenient_reference(from->member("material"));
-      primitive.coordinates = read_coordinates(from->member("attributes"));
     }
+    const bool coordinates = colors || extras.coordinates;
+    if (coordinates) primitive.coordinates = read_coordinates(from->member("attributes"));
+    primitive.asked = read_asked(from->member("attributes"), extras.attributes);
     const std::uint64_t mode = from->count("mode", 4);
     if (mode > 6) entry.fail(fmt::format("the mode {} of a primitive is none", mode));
     primitive.mode = static_cast<std::uint32_t>(mode);
@@ -306,7 +317,8 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
     if (!draco) continue;
     primitive.draco_view = draco->reference("bufferView");
     primitive.draco_ids = read_attributes(*draco);
-    if (colors) primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
+    if (coordinates) primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
+    primitive.draco_asked = read_asked(draco->member("attributes"), extras.attributes);
     if (primitive.draco_view == no_index) entry.fail("its Draco stream has no buffer view");
     if (primitive.mode < 4) entry.fail("a Draco stream holds triangles only");
   }
@@ -463,7 +475,7 @@ GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes) {
   return chunks;
 }
 
-GltfDocument parse_gltf(const JsonTree& json, bool colors) {
+GltfDocument parse_gltf(const JsonTree& json, bool colors, const MeshExtras& extras) {
   const JsonValue root = json.root();
   if (!root.is_object()) throw ItemError(Status::unreadable, "not a glTF file: its JSON is not an object");
   check_version(root);
@@ -472,7 +484,8 @@ GltfDocument parse_gltf(const JsonTree& json, bool colors) {
   read_list(root, "buffers", [&](const Entry& e) { document.buffer_uris.push_back(e.text("uri")); });
   read_list(root, "bufferViews", [&](const Entry& e) { document.views.push_back(read_view(e)); });
   read_list(root, "accessors", [&](const Entry& e) { document.accessors.push_back(read_accessor(e)); });
-  read_list(root, "meshes", [&](const Entry& e) { document.meshes.push_back(read_primitives(e, colors)); });
+  read_list(root, "meshes",
+            [&](const Entry& e) { document.meshes.push_back(read_primitives(e, colors, extras)); });
   read_list(root, "nodes", [&](const Entry& e) { document.nodes.push_back(read_node(e)); });
   read_list(root, "skins", [&](const Entry& e) {
     document.skins.push_back({e.reference("inverseBindMatrices"), e.references("joints")});

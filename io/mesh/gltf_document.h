@@ -77,9 +77,11 @@ struct GltfPrimitive {
   std::uint32_t mode = 4;           // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
   std::uint32_t colors = no_index;  // an accessor; not of a Draco stream
   std::uint32_t material = no_index;
-  // Sets of texture coordinates, accessors; in a Draco stream ids. These and the two above only if colours
-  // are asked for.
+  // Sets of texture coordinates, accessors; in a Draco stream ids. The two above only if colours are asked
+  // for, these also if coordinates are.
   std::vector<std::uint32_t> coordinates, draco_coordinates;
+  // Accessors, and ids in a Draco stream, of the attributes that are asked for, in their order.
+  std::vector<std::uint32_t> asked, draco_asked;
   std::uint32_t draco_view = no_index;
   GltfAttributes draco_ids;
 };
@@ -138,8 +140,8 @@ GltfChunks gltf_chunks(std::string_view head, std::uint64_t file_bytes);
 
 // Throws ItemError: unsupported_format for glTF 1.0 and for required extensions that are unknown, which it
 // names; unreadable when a value has another type than the format says. What colours need is read with
-// `colors` alone, and what is wrong there costs the colours. O(values).
-GltfDocument parse_gltf(const JsonTree& json, bool colors = false);
+// `colors` alone, and what is wrong there costs the colours; so it is with the extras. O(values).
+GltfDocument parse_gltf(const JsonTree& json, bool colors = false, const MeshExtras& extras = {});
 
 // "accessors[3]: `what`".
 [[noreturn]] void fail_in(std::string_view list, std::uint64_t index, const std::string& what);

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "io/image/color_image.h"
@@ -153,13 +154,14 @@ class SceneTextures {
 class SceneReader {
  public:
   SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
-              const CancelToken& cancel, bool colors, SceneTextures& textures)
+              const CancelToken& cancel, bool colors, const MeshExtras& extras, SceneTextures& textures)
       : document_(document),
         scene_(scene),
         data_(data),
         cancel_(cancel),
         colors_(colors),
         textured_(colors && SceneTextures::has_any(document)),
+        extras_(extras),
         textures_(textures),
         skins_(document.skins.size()) {
     for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
@@ -183,6 +185,11 @@ class SceneReader {
     number_triangles(part_.size(), mesh_);
     mesh_.corners = std::move(corners);
     mesh_.face_attributes.push_back({"part", std::move(part_)});
+    for (auto& [name, values] : asked_) {
+      values.resize(mesh_.vertex_count(), std::numeric_limits<double>::quiet_NaN());
+      mesh_.asked_attributes.push_back({name, std::move(values)});
+    }
+    if (mesh_.coordinates.values.empty()) mesh_.coordinates = {};
     mesh_.colors.linear = mesh_.colors.of_materials = colors_;
     if (!textures_.made().textures.empty()) mesh_.colors.textures = textures_.take();
     return std::move(mesh_);
@@ -195,16 +202,18 @@ class SceneReader {
     left_out_ += counts.left_out;
     if (counts.triangles == 0) return;
     if (primitive.draco_view != no_index) return read_draco(part, primitive, counts, number);
-    const std::pair key(primitive.attributes, primitive.colors);
+    const std::tuple key(primitive.attributes, primitive.colors, primitive.asked);
     auto block = blocks_.find(key);
     if (block == blocks_.end()) {
       block = blocks_.emplace(key, place(part, values_of(primitive.attributes))).first;
       if (colors_) add_vertex_colors(primitive.colors, block->second.count);
+      add_asked(primitive, block->second);
     }
     std::vector<std::uint32_t> indices;
     if (primitive.indices != no_index) indices = data_.indices(primitive.indices, cancel_);
-    add_triangles(primitive.mode, counts.triangles, indices, block->second, number,
-                  coordinates_of(primitive, block->second.count));
+    const FirstCoordinates first = {coordinates_of(primitive, block->second.count),
+                                    own_coordinates_of(primitive, block->second.count)};
+    add_triangles(primitive.mode, counts.triangles, indices, block->second, number, first);
     if (colors_) add_face_colors(primitive.material, counts.triangles);
   }
 
@@ -219,22 +228,33 @@ class SceneReader {
   // can be read.
   std::uint32_t coordinates_of(const GltfPrimitive& primitive, std::uint32_t count) {
     const auto set = coordinate_set_of(primitive.material);
-    if (!set || *set >= primitive.coordinates.size()) return no_index;
-    const std::uint32_t accessor = primitive.coordinates[*set];
+    if (!set) return no_index;
+    return coordinates_of_set(primitive, *set, count, coordinates_, textures_.made().coordinates);
+  }
+
+  // The same of those that are kept for their own sake: of the first set.
+  std::uint32_t own_coordinates_of(const GltfPrimitive& primitive, std::uint32_t count) {
+    if (!extras_.coordinates) return no_index;
+    return coordinates_of_set(primitive, 0, count, own_coordinates_, mesh_.coordinates.values);
+  }
+
+  std::uint32_t coordinates_of_set(const GltfPrimitive& primitive, std::uint32_t set, std::uint32_t count,
+                                   std::map<std::uint32_t, std::uint32_t>& known, std::vector<float>& all) {
+    if (set >= primitive.coordinates.size()) return no_index;
+    const std::uint32_t accessor = primitive.coordinates[set];
     if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count)
       return no_index;
-    const auto [at, is_new] = coordinates_.try_emplace(accessor, no_index);
+    const auto [at, is_new] = known.try_emplace(accessor, no_index);
     if (!is_new) return at->second;
     try {
-      at->second = add_coordinates(data_.numbers(accessor, 2, cancel_));
+      at->second = add_coordinates(data_.numbers(accessor, 2, cancel_), all);
     } catch (const ItemError& error) {
       if (error.status() != Status::unreadable) throw;
     }
     return at->second;
   }
 
-  std::uint32_t add_coordinates(const std::vector<double>& values) {
-    std::vector<float>& all = textures_.made().coordinates;
+  static std::uint32_t add_coordinates(const std::vector<double>& values, std::vector<float>& all) {
     const std::uint64_t first = all.size() / 2;
     check_count(first + values.size() / 2, "texture coordinates");
     for (const double value : values) all.push_back(static_cast<float>(value));
@@ -256,6 +276,34 @@ class SceneReader {
           colors[begin + 3 * v + k] = static_cast<float>(values[width * v + k]);
     } catch (const ItemError& error) {
       if (error.status() != Status::unreadable) throw;
+    }
+  }
+
+  // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute
+  // for each of its numbers.
+  void add_asked_values(const AttributeColumn& column, const std::vector<double>& values,
+                        const VertexBlock& block) {
+    for (std::uint32_t k = 0; k < column.width; ++k) {
+      std::vector<double>& all =
+          asked_[column.width == 1 ? column.name : fmt::format("{}_{}", column.name, k)];
+      all.resize(block.first, std::numeric_limits<double>::quiet_NaN());
+      for (std::size_t v = 0; v < block.count; ++v) all.push_back(values[column.width * v + k]);
+    }
+  }
+
+  // Of accessors of the width that is asked for; what is wrong with one costs its values alone.
+  void add_asked(const GltfPrimitive& primitive, const VertexBlock& block) {
+    for (std::size_t i = 0; i < primitive.asked.size(); ++i) {
+      const AttributeColumn& column = extras_.attributes[i];
+      const std::uint32_t accessor = primitive.asked[i];
+      if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count ||
+          document_.accessors[accessor].width != column.width)
+        continue;
+      try {
+        add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block);
+      } catch (const ItemError& error) {
+        if (error.status() != Status::unreadable) throw;
+      }
     }
   }
 
@@ -284,6 +332,13 @@ class SceneReader {
     const bool has_coordinates =
         set && *set < primitive.draco_coordinates.size() && primitive.draco_coordinates[*set] != no_index;
     if (has_coordinates) wanted.push_back({primitive.draco_coordinates[*set], 2, true});
+    const bool has_own = extras_.coordinates && !primitive.draco_coordinates.empty() &&
+                         primitive.draco_coordinates[0] != no_index;
+    const std::size_t own_at = wanted.size();
+    if (has_own) wanted.push_back({primitive.draco_coordinates[0], 2, true});
+    const std::size_t asked_at = wanted.size();
+    for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
+      wanted.push_back({primitive.draco_asked[i], extras_.attributes[i].width, true});
     DracoMesh decoded =
         decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
     VertexValues values;
@@ -294,10 +349,16 @@ class SceneReader {
     }
     const VertexBlock block = place(part, values);
     if (colors_) add_vertex_colors(no_index, block.count);
+    for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
+      if (const std::vector<double>& found = decoded.values[asked_at + i]; !found.empty())
+        add_asked_values(extras_.attributes[i], found, block);
     if (decoded.corners.empty()) return;
-    const bool found = has_coordinates && !decoded.values.back().empty();
-    add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number,
-                  found ? add_coordinates(decoded.values.back()) : no_index);
+    const auto added = [&](bool there, std::size_t at, std::vector<float>& all) {
+      return there && !decoded.values[at].empty() ? add_coordinates(decoded.values[at], all) : no_index;
+    };
+    const FirstCoordinates first = {added(has_coordinates, own_at - 1, textures_.made().coordinates),
+                                    added(has_own, own_at, mesh_.coordinates.values)};
+    add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number, first);
     if (colors_) add_face_colors(primitive.material, decoded.corners.size() / 3);
   }
 
@@ -397,9 +458,15 @@ class SceneReader {
     return sum;
   }
 
-  // Without indices the corners are the vertices in order. `coordinates`: the first of those of the vertices.
+  // The first of the texture coordinates of the vertices of a block: in the textures, and in those that are
+  // kept for their own sake; no_index: none.
+  struct FirstCoordinates {
+    std::uint32_t texture = no_index, own = no_index;
+  };
+
+  // Without indices the corners are the vertices in order.
   void add_triangles(std::uint32_t mode, std::size_t triangles, const std::vector<std::uint32_t>& indices,
-                     const VertexBlock& block, double number, std::uint32_t coordinates) {
+                     const VertexBlock& block, double number, FirstCoordinates first) {
     check_count(mesh_.corners.size() + 3 * std::uint64_t{triangles}, "corners");
     std::vector<std::uint32_t>& of_corners = textures_.made().corner;
     for (std::size_t t = 0; t < triangles; ++t) {
@@ -410,10 +477,12 @@ class SceneReader {
       if (block.mirrors(corners[0])) std::swap(corners[1], corners[2]);
       for (const std::uint32_t corner : corners)
         mesh_.corners.push_back(corner < block.count ? block.first + corner : no_index);
-      if (!textured_) continue;
-      for (const std::uint32_t corner : corners)
-        of_corners.push_back(corner < block.count && coordinates != no_index ? coordinates + corner
-                                                                             : no_index);
+      const auto add_corners = [&](std::uint32_t begin, std::vector<std::uint32_t>& all) {
+        for (const std::uint32_t corner : corners)
+          all.push_back(corner < block.count && begin != no_index ? begin + corner : no_index);
+      };
+      if (textured_) add_corners(first.texture, of_corners);
+      if (extras_.coordinates) add_corners(first.own, mesh_.coordinates.corner);
     }
     part_.insert(part_.end(), triangles, number);
   }
@@ -423,11 +492,13 @@ class SceneReader {
   GltfData& data_;
   const CancelToken& cancel_;
   bool colors_, textured_;
+  const MeshExtras& extras_;
   SceneTextures& textures_;
-  std::map<std::uint32_t, std::uint32_t> coordinates_;  // where those of an accessor begin
-  std::vector<std::vector<AffineMap>> skins_;           // of joints, once they are asked for
-  // Of the mesh that is being placed, with the accessor of its colours.
-  std::map<std::pair<GltfAttributes, std::uint32_t>, VertexBlock> blocks_;
+  std::map<std::uint32_t, std::uint32_t> coordinates_, own_coordinates_;  // where those of an accessor begin
+  std::map<std::string, std::vector<double>> asked_;  // attributes by name, of the vertices so far
+  std::vector<std::vector<AffineMap>> skins_;         // of joints, once they are asked for
+  // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for.
+  std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>>, VertexBlock> blocks_;
   PolygonMesh mesh_;
   std::vector<double> part_;  // of every triangle
   std::uint64_t next_part_ = 0, left_out_ = 0;
@@ -453,7 +524,7 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   check_content(is_marked ? content.substr(3) : content);
   const GltfChunks chunks = gltf_chunks(content, content.size());
   const JsonTree json(part_of(content, chunks.json_begin, chunks.json_bytes));
-  const GltfDocument document = parse_gltf(json, around.colors);
+  const GltfDocument document = parse_gltf(json, around.colors, around.extras);
   const GltfScene scene = arrange_scene(document, cancel);
   MeshEstimate total = count_scene(document, scene, cancel);
   total.companions = companions_of(document);
@@ -467,7 +538,8 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
     total.decoding_bytes += bytes;
     around.admit(total);
   }
-  PolygonMesh mesh = SceneReader(document, scene, data, total, cancel, around.colors, textures).read();
+  PolygonMesh mesh =
+      SceneReader(document, scene, data, total, cancel, around.colors, around.extras, textures).read();
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   return mesh;
 }

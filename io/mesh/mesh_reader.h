@@ -15,6 +15,7 @@
 #include "io/file/mapped_file.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/samples.h"
 
 namespace meander {
 
@@ -53,6 +54,15 @@ struct CompanionFile {
   bool is_image = false;  // a texture: no reader takes it for anything else
 };
 
+// What a reader takes up only when it is asked to, beside colours.
+struct MeshExtras {
+  bool coordinates = false;  // fill PolygonMesh::coordinates
+  // Fill PolygonMesh::asked_attributes with these, where the format has attributes that are not read anyway:
+  // glTF, whose names begin with `_`, and of just this width. A vector NAME becomes NAME_0, NAME_1, ...; what
+  // is wrong with one, or missing at some vertices, is NaN there.
+  std::span<const AttributeColumn> attributes = {};
+};
+
 // What a reader may need beside the bytes of the file. Only glTF does.
 struct MeshSurroundings {
   std::span<const CompanionFile> companions;
@@ -60,6 +70,7 @@ struct MeshSurroundings {
   // (file_bytes is 0); may throw.
   std::function<void(const MeshEstimate&)> admit;
   bool colors = false;  // fill PolygonMesh::colors; without it a reader does nothing for them
+  MeshExtras extras = {};
 };
 
 // The paths of the files that a model needs beside its own, below the model's folder, in the order in which
@@ -104,6 +115,9 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 //   0 in this order. Points and lines are left out and counted as short_faces. Morph targets and normals are
 //   not read. An index that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
+//
+// Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has
+// it: upwards in OBJ, downwards in glTF.
 //
 // Colours, when asked for: of vertices from PLY (red green blue), OBJ (`v x y z r g b`), OFF (COFF) and glTF
 // (COLOR_0); of faces from PLY and OFF; of materials from OBJ (Kd of the MTL files) and glTF

@@ -1,4 +1,4 @@
-// Wavefront OBJ: v, vn and f lines; everything else (groups, lines, points, and unless colours are asked for
+// Wavefront OBJ: v, vn and f lines; everything else (groups, lines, points, and unless they are asked for
 // materials and texture coordinates) is skipped, so that several objects become one mesh.
 //
 // The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
@@ -37,7 +37,9 @@ struct MaterialUse {
 
 // What is read beside positions, normals and faces.
 struct ObjExtras {
-  bool colors = false, textures = false;
+  bool colors = false, textures = false;  // colours; textures of materials, which need coordinates
+  bool keeps_coordinates = false;         // texture coordinates for their own sake
+  bool coordinates() const { return textures || keeps_coordinates; }
 };
 
 // Index numbers of one kind (vertices, normals or texture coordinates) that faces of a part name.
@@ -48,7 +50,7 @@ struct ObjPart {
   std::vector<MaterialUse> materials;  // the same
   PolygonPart polygons;
   std::vector<std::uint32_t> corner_normals;      // for the first corners, as far as faces name normals
-  std::vector<float> coordinates;                 // two per texture coordinate, where textures are asked for
+  std::vector<float> coordinates;                 // two per texture coordinate, where they are asked for
   std::vector<std::uint32_t> corner_coordinates;  // as corner_normals
   std::vector<RelativeIndex> relative_corners, relative_normals, relative_coordinates;
   std::uint64_t bad_faces = 0;
@@ -86,7 +88,7 @@ class ObjBlockReader {
         at_ += 2;
         read_normal();
         skip_logical_line();
-      } else if (extras_.textures && first == 'v' && second == 't' && at_ + 2 < end_ &&
+      } else if (extras_.coordinates() && first == 'v' && second == 't' && at_ + 2 < end_ &&
                  text::is_blank(at_[2])) {
         part_.keywords = true;
         at_ += 2;
@@ -210,7 +212,7 @@ class ObjBlockReader {
       part_.corner_normals.push_back(
           resolve(normal, part_.normals.size() / 3, corners.size(), part_.relative_normals));
     }
-    if (texture != 0 && extras_.textures) {
+    if (texture != 0 && extras_.coordinates()) {
       part_.corner_coordinates.resize(corners.size(), no_index);
       part_.corner_coordinates.push_back(
           resolve(texture, part_.coordinates.size() / 2, corners.size(), part_.relative_coordinates));
@@ -327,22 +329,23 @@ PolygonMesh join_parts(std::vector<ObjPart>& parts, const std::vector<Offsets>& 
 }
 
 // Coordinates of all corners, as far as faces name them.
-void join_coordinates(std::vector<ObjPart>& parts, const std::vector<Offsets>& offsets,
-                      SurfaceTextures& textures) {
-  textures.corner.resize(offsets.back().corners, no_index);
-  textures.coordinates.reserve(2 * offsets.back().coordinates);
+CornerCoordinates join_coordinates(std::vector<ObjPart>& parts, const std::vector<Offsets>& offsets) {
+  CornerCoordinates joined;
+  joined.corner.resize(offsets.back().corners, no_index);
+  joined.values.reserve(2 * offsets.back().coordinates);
   for (std::size_t b = 0; b < parts.size(); ++b) {
     ObjPart& part = parts[b];
-    textures.coordinates.insert(textures.coordinates.end(), part.coordinates.begin(), part.coordinates.end());
-    std::uint32_t* const corners = textures.corner.data() + offsets[b].corners;
+    joined.values.insert(joined.values.end(), part.coordinates.begin(), part.coordinates.end());
+    std::uint32_t* const corners = joined.corner.data() + offsets[b].corners;
     std::copy(part.corner_coordinates.begin(), part.corner_coordinates.end(), corners);
     resolve_relative(part.relative_coordinates, offsets[b].coordinates, corners);
     part.coordinates = {};
     part.corner_coordinates = {};
   }
   // Others would be found to be none when they are looked up; a file may name those that follow.
-  drop_out_of_range(textures.corner.data(), textures.corner.data() + textures.corner.size(),
+  drop_out_of_range(joined.corner.data(), joined.corner.data() + joined.corner.size(),
                     offsets.back().coordinates);
+  return joined;
 }
 
 // The textures of materials, each once; their images are read when the first polygon has one.
@@ -386,9 +389,8 @@ std::array<float, 3> face_color(const MtlMaterial& material) {
 
 // Colours of vertices, polygons and blocks: a material holds until the next one is named.
 SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
-                          const std::vector<Offsets>& offsets, const MtlMaterials& materials,
-                          ObjExtras extras, std::span<const CompanionFile> companions,
-                          const CancelToken& cancel) {
+                          const MtlMaterials& materials, ObjExtras extras, CornerCoordinates coordinates,
+                          std::span<const CompanionFile> companions, const CancelToken& cancel) {
   SurfaceColors colors;
   for (ObjPart& part : parts) {
     colors.vertex.insert(colors.vertex.end(), part.colors.begin(), part.colors.end());
@@ -400,7 +402,8 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   if (companions.empty()) return colors;
   colors.of_materials = true;
   auto textures = std::make_shared<SurfaceTextures>();
-  if (extras.textures) join_coordinates(parts, offsets, *textures);
+  textures->coordinates = std::move(coordinates.values);
+  textures->corner = std::move(coordinates.corner);
   MaterialTextures images(companions, cancel, *textures);
   std::array<float, 3> current = no_material_color;
   std::uint32_t texture = no_index;
@@ -466,7 +469,8 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   const MtlMaterials materials = around.colors ? read_materials(around.companions) : MtlMaterials();
   const ObjExtras extras = {around.colors,
                             std::any_of(materials.begin(), materials.end(),
-                                        [](const auto& material) { return material.second.has_image; })};
+                                        [](const auto& material) { return material.second.has_image; }),
+                            around.extras.coordinates};
   parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
     cancel.check();
     const std::size_t b = begin / block;
@@ -480,8 +484,13 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   for (const ObjPart& part : parts) polygons.push_back(part.polygons.count());
   const std::vector<Offsets> offsets = offsets_of(parts);
   PolygonMesh mesh = join_parts(parts, offsets, content.size(), block);
+  CornerCoordinates coordinates;
+  if (extras.coordinates()) coordinates = join_coordinates(parts, offsets);
+  if (extras.keeps_coordinates && !coordinates.values.empty()) mesh.coordinates = coordinates;
+  if (!extras.textures) coordinates = {};
   if (around.colors)
-    mesh.colors = join_colors(parts, polygons, offsets, materials, extras, around.companions, cancel);
+    mesh.colors =
+        join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions, cancel);
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   return mesh;
 }

@@ -17,10 +17,11 @@ std::string header(PointFormat format, const Samples& samples) {
       return "OFF\n" + n + " 0 0\n";
     case PointFormat::ply:
       return "ply\nformat binary_little_endian 1.0\nelement vertex " + n +
-             "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float "
-             "ny\nproperty float nz\n" +
-             (samples.uv.empty() ? "property uint face\n" : "property float u\nproperty float v\n") +
-             "property float density\n" +
+             "\nproperty double x\nproperty double y\nproperty double z\n" +
+             (samples.normals.empty() ? "" : "property float nx\nproperty float ny\nproperty float nz\n") +
+             (samples.face.empty() ? "" : "property uint face\n") +
+             (samples.uv.empty() ? "" : "property float u\nproperty float v\n") +
+             (samples.density.empty() ? "" : "property float density\n") +
              (samples.rgb.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
              "end_header\n";
     case PointFormat::xyz:
@@ -33,24 +34,23 @@ void append_row(std::string& data, PointFormat format, const Samples& samples, c
                 std::size_t i) {
   const Vector3 at = file_point(report, samples.points, i);
   const std::array<double, 3> point = {at.x, at.y, at.z};
-  const float* const normal = samples.normals.data() + 3 * i;
   if (format == PointFormat::ply) {
+    const auto append = [&](const auto& values, std::size_t width) {
+      for (std::size_t k = width * i; k < width * (i + 1) && !values.empty(); ++k)
+        append_little_endian(data, values[k]);
+    };
     for (const double value : point) append_little_endian(data, value);
-    for (std::size_t k = 0; k < 3; ++k) append_little_endian(data, normal[k]);
-    if (samples.uv.empty()) {
-      append_little_endian(data, samples.face[i]);
-    } else {
-      append_little_endian(data, samples.uv[2 * i]);
-      append_little_endian(data, samples.uv[2 * i + 1]);
-    }
-    append_little_endian(data, samples.density[i]);
-    for (std::size_t k = 3 * i; k < 3 * i + 3 && !samples.rgb.empty(); ++k)
-      append_little_endian(data, samples.rgb[k]);
+    append(samples.normals, 3);
+    append(samples.face, 1);
+    append(samples.uv, 2);
+    append(samples.density, 1);
+    append(samples.rgb, 3);
     return;
   }
   const bool normals = format == PointFormat::xyz;
   for (std::size_t k = 0; k < 3; ++k) append_decimal(data, point[k], k < 2 || normals ? ' ' : '\n');
-  for (std::size_t k = 0; normals && k < 3; ++k) append_decimal(data, normal[k], k < 2 ? ' ' : '\n');
+  for (std::size_t k = 0; normals && k < 3; ++k)
+    append_decimal(data, samples.normals[3 * i + k], k < 2 ? ' ' : '\n');
 }
 
 }  // namespace

@@ -203,6 +203,7 @@ std::vector<fs::path> pointnet_files(const fs::path& folder) {
 }
 
 PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows) {
+  store.require(SampleColumn::normals, "--pointnet");
   if (shard_rows == 0) throw RunError(RunError::Kind::unusable, "a PointNet file needs one row or more");
   if (store.label_names().size() > most_classes)
     throw RunError(RunError::Kind::unusable,

@@ -52,8 +52,8 @@ class Cursor {
 
 RecordParts take_head(const StoreHeader& header, Cursor& cursor) {
   RecordParts parts;
-  parts.items = cursor.take(item_record(header.content).bytes);
-  parts.status = static_cast<Status>(parts.items[item_record(header.content).status_offset]);
+  parts.items = cursor.take(item_record(header.columns).bytes);
+  parts.status = static_cast<Status>(parts.items[item_record(header.columns).status_offset]);
   const auto reason = cursor.take(cursor.take_length());
   parts.reason = {reinterpret_cast<const char*>(reason.data()), reason.size()};
   if (parts.status == Status::ok)
@@ -77,12 +77,12 @@ std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& c
 void append_samples(const StoreHeader& header, const Samples& samples, Samples* spent,
                     std::vector<std::byte>& out) {
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
+  for (const DatasetSpec& spec : datasets_of(header.columns)) {
     if (spec.role != Role::samples) continue;
-    const std::span<const std::byte> row = spec.samples_view(samples);
+    const std::span<const std::byte> row = spec.view(samples);
     if (chunk.rows > 1) {
       out.insert(out.end(), row.begin(), row.end());
-      if (spent != nullptr) spec.samples_free(*spent);
+      if (spent != nullptr) spec.free(*spent);
       continue;
     }
     for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
@@ -96,7 +96,7 @@ void append_samples(const StoreHeader& header, const Samples& samples, Samples* 
       const auto length = static_cast<std::uint32_t>(out.size() - length_at - 4);
       std::memcpy(out.data() + length_at, &length, 4);
     }
-    if (spent != nullptr) spec.samples_free(*spent);
+    if (spent != nullptr) spec.free(*spent);
   }
 }
 
@@ -111,9 +111,9 @@ void append_descriptors(const StoreHeader& header, const Row& row, std::vector<s
 
 void check_samples(const StoreHeader& header, const Row& row) {
   const std::size_t expected = row.report.status == Status::ok ? header.samples : 0;
-  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
+  for (const DatasetSpec& spec : datasets_of(header.columns)) {
     if (spec.role != Role::samples) continue;
-    const std::size_t bytes = spec.samples_view(row.samples).size();
+    const std::size_t bytes = spec.view(row.samples).size();
     if (bytes != expected * value_bytes(spec))
       throw ItemError(Status::internal,
                       fmt::format("{} of a row with status {} has {} bytes instead of {}", spec.path,
@@ -163,10 +163,10 @@ Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
   Samples samples;
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
   std::size_t next = 0;
-  for (const DatasetSpec& spec : fixed_datasets(header.content)) {
+  for (const DatasetSpec& spec : datasets_of(header.columns)) {
     if (spec.role != Role::samples) continue;
     const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
-    const std::span<std::byte> room = spec.samples_room(samples, elements);
+    const std::span<std::byte> room = spec.room(samples, elements);
     if (chunk.rows > 1) {
       std::memcpy(room.data(), parts.samples[next++].data(), room.size());
       continue;
@@ -204,7 +204,7 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
   RecordParts parts = take_head(header, cursor);
   if (parts.status == Status::ok) {
     const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-    for (const DatasetSpec& spec : fixed_datasets(header.content)) {
+    for (const DatasetSpec& spec : datasets_of(header.columns)) {
       if (spec.role != Role::samples) continue;
       if (chunk.rows > 1) {
         parts.samples.push_back(cursor.take(header.samples * value_bytes(spec)));
@@ -219,7 +219,7 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
 }
 
 std::size_t payload_head_bytes(const StoreHeader& header) {
-  std::size_t bytes = item_record(header.content).bytes + 4 + longest_reason;
+  std::size_t bytes = item_record(header.columns).bytes + 4 + longest_reason;
   for (const DescriptorSchema& descriptor : header.descriptors) bytes += descriptor.width * sizeof(float);
   return bytes;
 }
@@ -257,12 +257,12 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   encoded.row = row_number;
   std::vector<std::byte>& out = encoded.bytes;
   std::size_t bytes_per_sample = 2;  // and those of the datasets; filtered chunks are hardly larger
-  for (const DatasetSpec& spec : fixed_datasets(header.content))
+  for (const DatasetSpec& spec : datasets_of(header.columns))
     if (spec.role == Role::samples) bytes_per_sample += value_bytes(spec);
   out.reserve(record_header_bytes + payload_head_bytes(header) +
               (ok ? header.samples * bytes_per_sample + 1024 : 0));
-  out.resize(record_header_bytes + item_record(header.content).bytes);
-  for (const auto& [spec, offset] : item_record(header.content).columns)
+  out.resize(record_header_bytes + item_record(header.columns).bytes);
+  for (const auto& [spec, offset] : item_record(header.columns).columns)
     spec->put_item(report, out.data() + record_header_bytes + offset);
   const std::string reason = ok ? std::string() : clean_reason(report.reason);
   append(out, static_cast<std::uint32_t>(reason.size()));
@@ -297,7 +297,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {
     throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
   const RecordParts parts = split_record(header, bytes.subspan(record_header_bytes));
   Row row;
-  for (const auto& [spec, offset] : item_record(header.content).columns)
+  for (const auto& [spec, offset] : item_record(header.columns).columns)
     spec->get_item(parts.items.data() + offset, row.report);
   row.report.reason = parts.reason;
   row.label = header.labels.at(encoded.row);

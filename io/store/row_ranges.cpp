@@ -80,9 +80,23 @@ void check_at_box(std::span<const float> points, const ItemReport& report, const
   }
 }
 
+// NaN stands for what a model lacks, and its item says that it lacks some.
+void check_chosen(std::span<const float> values, const DatasetSpec& spec, const ItemReport& report,
+                  const Complain& complain) {
+  const bool lacks_some = (report.lacks >> *spec.lacks_bit & 1) != 0;
+  bool has_fill = false;
+  for (const float value : values) {
+    if (std::isinf(value)) return complain(fmt::format("has a value in {} that is infinite", spec.path));
+    has_fill = has_fill || std::isnan(value);
+  }
+  if (has_fill != lacks_some)
+    complain(fmt::format("has {} in {}, but /items/lacks says {}", has_fill ? "NaN" : "no NaN", spec.path,
+                         lacks_some ? "that it lacks some" : "that it lacks none"));
+}
+
 }  // namespace
 
-void check_item_ranges(const ItemReport& report, StoreContent content, const Complain& complain) {
+void check_item_ranges(const ItemReport& report, RowKind rows, const Complain& complain) {
   const auto positive = [&](std::string_view name, double value) {
     if (!(value > 0) || !std::isfinite(value)) complain(wrong(name, value, "positive and finite"));
   };
@@ -103,14 +117,15 @@ void check_item_ranges(const ItemReport& report, StoreContent content, const Com
   positive("area_scale_range", report.area_scale_range);
   positive("distortion", report.distortion);
   at_least_one("number of components", report.components);
-  if (content == StoreContent::surfaces) return;  // neither vertices nor faces, and no chart has a method
+  if (rows == RowKind::surfaces) return;  // neither vertices nor faces, and no chart has a method
   at_least_one("number of vertices", static_cast<double>(report.vertices));
   at_least_one("number of faces", static_cast<double>(report.faces));
   if (report.method == Method::none) complain("is ok, but no method placed its samples");
 }
 
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
-                         StoreContent content, const Complain& complain) {
+                         RowKind rows, const Complain& complain) {
+  if (spec.lacks_bit) return check_chosen(values, spec, report, complain);
   for (const float value : values)
     if (!std::isfinite(value))
       return complain(fmt::format("has a value in {} that is not finite", spec.path));
@@ -122,7 +137,7 @@ void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values,
   if (spec.path == "/tensor/spacing")
     return check_each(values, std::numeric_limits<float>::denorm_min(), largest, spec, "positive", complain);
   // A parametric surface has no normal where its parametrisation degenerates.
-  if (spec.path == "/normals" && content == StoreContent::surfaces) return;
+  if (spec.path == "/normals" && rows == RowKind::surfaces) return;
   if (spec.path == "/normals" || spec.path == "/tensor/direction")
     return check_unit_vectors(values, spec, complain);
 }

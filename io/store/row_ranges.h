@@ -13,14 +13,14 @@ namespace meander::store {
 using Complain = std::function<void(std::string)>;
 
 // The columns of an ok row: area, measure, scale and distortions positive and finite, loc and box finite, the
-// box not turned inside out, shares within [0, 1], counts and method such as the content allows.
-void check_item_ranges(const ItemReport& report, StoreContent content, const Complain& complain);
+// box not turned inside out, shares within [0, 1], counts and method such as the kind of rows allows.
+void check_item_ranges(const ItemReport& report, RowKind rows, const Complain& complain);
 
 // The samples of an ok row in one dataset, all of them of the type f32 (value_bytes of the row each): finite,
 // weights and parameters within [0, 1], normals and directions of unit length, densities not negative,
-// spacings positive, points (in file coordinates) at the box of the item. One report for every dataset at
-// most.
+// spacings positive, points (in file coordinates) at the box of the item. Attributes and texture coordinates
+// have NaN where, and only where, the item says that it lacks some. One report for every dataset at most.
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
-                         StoreContent content, const Complain& complain);
+                         RowKind rows, const Complain& complain);
 
 }  // namespace meander::store

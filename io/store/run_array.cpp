@@ -117,7 +117,7 @@ RunPlan plan_of_shard(const RunPlan& plan, const ArrayShard& shard) {
     return std::decay_t<decltype(values)>(begin, end);
   };
   const StoreHeader& all = plan.header;
-  RunPlan part{{all.content, all.samples, all.compression, all.seed, all.order, all.parameters_json,
+  RunPlan part{{all.columns, all.samples, all.compression, all.seed, all.order, all.parameters_json,
                 all.label_names, all.descriptors, rows(all.ids), rows(all.labels), rows(all.splits),
                 all.method_version, all.tool_version},
                plan.purpose,
@@ -313,7 +313,7 @@ class PackedMerge {
 
   void write_index(const StoreHeader& header, const std::vector<StorePack>& packs) const {
     const fs::path made = part_of_store(store_);
-    const StoreLayout layout = make_layout(header.content, array_.rows, header.samples, header.compression,
+    const StoreLayout layout = make_layout(header.columns, array_.rows, header.samples, header.compression,
                                            header.descriptors, id_width_, reason_width(packs));
     StoreFileWriter index(made, layout, header, packs);
     index.seal();

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 3\n";  // raised with the format of journal records
+constexpr std::string_view plan_magic = "meander plan 4\n";  // raised with the format of journal records
 
 class PlanWriter {
  public:
@@ -64,6 +64,10 @@ class PlanReader {
     if (!text_.empty()) damaged();
   }
   std::string text() { return std::string(take(number())); }
+  [[noreturn]] void damaged() const {
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} is damaged: start anew with --fresh", path_.string()));
+  }
   std::vector<std::string> texts() {
     std::vector<std::string> values;
     for (std::uint64_t left = number(); left > 0; --left) values.push_back(text());
@@ -77,11 +81,6 @@ class PlanReader {
     text_.remove_prefix(count);
     return taken;
   }
-  [[noreturn]] void damaged() const {
-    throw RunError(RunError::Kind::unusable,
-                   fmt::format("{} is damaged: start anew with --fresh", path_.string()));
-  }
-
   std::string_view text_;
   const fs::path& path_;
 };
@@ -93,7 +92,17 @@ std::string plan_text(const RunPlan& run) {
   plan.number(header.method_version);
   plan.text(run.purpose);
   plan.text(run.root);
-  plan.number(static_cast<std::uint64_t>(header.content));
+  const StoreColumns& columns = *header.columns;
+  plan.number(static_cast<std::uint64_t>(columns.rows));
+  plan.number(columns.tensors);
+  plan.number(columns.colors);
+  plan.number(columns.texcoord);
+  plan.number(columns.left_out);
+  plan.number(columns.attributes.size());
+  for (const AttributeColumn& column : columns.attributes) {
+    plan.text(column.name);
+    plan.number(column.width);
+  }
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
   plan.number(header.seed);
@@ -123,6 +132,26 @@ struct StoredPlan {
   RunPlan run;
 };
 
+StoredColumns parse_columns(PlanReader& plan) {
+  StoreColumns columns;
+  columns.rows = static_cast<RowKind>(plan.number(static_cast<std::uint64_t>(RowKind::surfaces)));
+  columns.tensors = plan.number(1) != 0;
+  columns.colors = plan.number(1) != 0;
+  columns.texcoord = plan.number(1) != 0;
+  columns.left_out = static_cast<std::uint32_t>(plan.number((1u << sample_column_names.size()) - 1));
+  if (columns.rows == RowKind::surfaces && (columns.tensors || columns.colors)) plan.damaged();
+  columns.attributes.resize(plan.number(most_chosen_columns));
+  for (AttributeColumn& column : columns.attributes) {
+    column.name = plan.text();
+    column.width = static_cast<std::uint32_t>(plan.number(4));
+  }
+  try {
+    return StoredColumns(std::move(columns));
+  } catch (const ItemError&) {
+    plan.damaged();
+  }
+}
+
 StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
   PlanReader plan(text, path);
@@ -133,7 +162,7 @@ StoredPlan parse_plan(std::string_view text, const fs::path& path) {
   header.method_version = static_cast<std::uint32_t>(plan.number(most32));
   stored.run.purpose = plan.text();
   stored.run.root = plan.text();
-  header.content = static_cast<StoreContent>(plan.number(store_content_names.size() - 1));
+  header.columns = parse_columns(plan);
   header.samples = static_cast<std::uint32_t>(plan.number(most32));
   header.compression = static_cast<Compression>(plan.number(static_cast<std::uint64_t>(Compression::none)));
   header.seed = plan.number();
@@ -227,12 +256,14 @@ std::string first_difference(const RunPlan& begun_plan, const RunPlan& now_plan)
                        now_plan.root);
   if (begun.method_version != now.method_version)
     return fmt::format("the method version was {}, now it is {}", begun.method_version, now.method_version);
-  if ((begun.content == StoreContent::surfaces) != (now.content == StoreContent::surfaces))
-    return "one is of meshes, the other of parametric surfaces";
+  if (begun.columns->rows != now.columns->rows) return "one is of meshes, the other of parametric surfaces";
   // All that a command can set is here, and all of it is named.
   if (const std::string text = parameter_differences(begun.parameters_json, now.parameters_json);
       !text.empty())
     return text;
+  if (!(begun.columns == now.columns))
+    return fmt::format("the columns were {}, now they are {}", fmt::join(column_list(begun.columns), ", "),
+                       fmt::join(column_list(now.columns), ", "));
   if (begun.samples != now.samples)
     return fmt::format("the number of samples was {}, now it is {}", begun.samples, now.samples);
   if (begun.seed != now.seed) return fmt::format("the seed was {}, now it is {}", begun.seed, now.seed);

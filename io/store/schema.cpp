@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <memory>
 #include <type_traits>
+
+#include "io/utf8.h"
 
 namespace meander::store {
 
@@ -36,19 +39,34 @@ void get(const std::byte* in, ItemReport& report) {
 }
 
 template <auto Member>
-std::span<const std::byte> view(const Samples& samples) {
+std::span<const std::byte> view(const Samples& samples, std::size_t) {
   return std::as_bytes(std::span(samples.*Member));
 }
 
 template <auto Member>
-std::span<std::byte> room(Samples& samples, std::size_t count) {
+std::span<std::byte> room(Samples& samples, std::size_t, std::size_t count) {
   (samples.*Member).resize(count);
   return std::as_writable_bytes(std::span(samples.*Member));
 }
 
 template <auto Member>
-void free_array(Samples& samples) {
+void free_array(Samples& samples, std::size_t) {
   auto freed = std::move(samples.*Member);
+}
+
+std::span<const std::byte> view_attribute(const Samples& samples, std::size_t attribute) {
+  if (attribute >= samples.attributes.size()) return {};
+  return std::as_bytes(std::span(samples.attributes[attribute]));
+}
+
+std::span<std::byte> attribute_room(Samples& samples, std::size_t attribute, std::size_t count) {
+  if (attribute >= samples.attributes.size()) samples.attributes.resize(attribute + 1);
+  samples.attributes[attribute].resize(count);
+  return std::as_writable_bytes(std::span(samples.attributes[attribute]));
+}
+
+void free_attribute(Samples& samples, std::size_t attribute) {
+  auto freed = std::move(samples.attributes[attribute]);
 }
 
 template <auto Member>
@@ -72,36 +90,62 @@ DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width,
   return spec;
 }
 
-std::vector<DatasetSpec> make_sample_datasets(StoreContent content) {
+DatasetSpec attribute_array(const AttributeColumn& column, std::size_t number) {
+  DatasetSpec spec{"/" + std::string(attribute_prefix) + column.name,
+                   Role::samples,
+                   ElementType::f32,
+                   column.width == 1 ? 0 : column.width,
+                   not_a_number,
+                   "",
+                   "with --attribute only: the attribute of this name at the point, NaN where there is none",
+                   ""};
+  spec.samples_view = view_attribute;
+  spec.samples_room = attribute_room;
+  spec.samples_free = free_attribute;
+  spec.attribute = number;
+  spec.lacks_bit = static_cast<std::uint32_t>(number);
+  return spec;
+}
+
+std::vector<DatasetSpec> make_sample_datasets(const StoreColumns& columns) {
   using enum ElementType;
   using S = Samples;
   std::vector<DatasetSpec> datasets = {
       sample_array<&S::points>("/points", f32, 3, "length / scale",
                                "the points; file coordinates = loc + scale * point", "/data"),
-      sample_array<&S::normals>("/normals", f32, 3, "1", "unit normals at the points", "/normal"),
   };
-  const auto add = [&](DatasetSpec spec) { datasets.push_back(std::move(spec)); };
-  if (content == StoreContent::surfaces) {
-    add(sample_array<&S::uv>("/uv", f32, 2, "1", "parameters of the point in [0, 1]"));
-  } else {
-    add(sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"));
-    add(sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"));
-    add(sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
-                                      "weights of corners 1 and 2; corner 0 has the rest"));
+  const auto add = [&](SampleColumn column, DatasetSpec spec) {
+    if (columns.has(column)) datasets.push_back(std::move(spec));
+  };
+  using C = SampleColumn;
+  add(C::normals,
+      sample_array<&S::normals>("/normals", f32, 3, "1", "unit normals at the points", "/normal"));
+  add(C::uv, sample_array<&S::uv>("/uv", f32, 2, "1", "parameters of the point in [0, 1]"));
+  add(C::face, sample_array<&S::face>("/face", u32, 0, "1", "number of the polygon in file order"));
+  add(C::corners,
+      sample_array<&S::corners>("/corners", u32, 3, "1", "vertex numbers of the file around the point"));
+  add(C::barycentric, sample_array<&S::barycentric>("/barycentric", f32, 2, "1",
+                                                    "weights of corners 1 and 2; corner 0 has the rest"));
+  add(C::curve_rank,
+      sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
+  add(C::density, sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
+  add(C::tensor, sample_array<&S::tensor_direction>(
+                     "/tensor/direction", f32, 3, "1",
+                     "anisotropic samples only: unit vector along the long spacing, of any sign"));
+  add(C::tensor, sample_array<&S::tensor_spacing>(
+                     "/tensor/spacing", f32, 2, "length / scale",
+                     "anisotropic samples only: wanted spacings along and across the direction"));
+  if (columns.colors)
+    datasets.push_back(sample_array<&S::rgb>("/rgb", u8, 3, "1 / 255",
+                                             "with --colors only: red, green and blue as displayed (sRGB)"));
+  if (columns.texcoord) {
+    datasets.push_back(sample_array<&S::texcoord>(
+        "/texcoord", f32, 2, "1",
+        "with --texcoord only: texture coordinates as the file has them, NaN where there are none"));
+    datasets.back().lacks_bit = static_cast<std::uint32_t>(columns.attributes.size());
   }
-  add(sample_array<&S::curve_rank>("/curve_rank", u32, 0, "1", "position along the curve, 0 .. N - 1"));
-  add(sample_array<&S::density>("/density", f32, 0, "1", "value of the density at the point"));
-  if (has_tensors(content)) {
-    add(sample_array<&S::tensor_direction>(
-        "/tensor/direction", f32, 3, "1",
-        "anisotropic samples only: unit vector along the long spacing, of any sign"));
-    add(sample_array<&S::tensor_spacing>(
-        "/tensor/spacing", f32, 2, "length / scale",
-        "anisotropic samples only: wanted spacings along and across the direction"));
-  }
-  if (has_colors(content))
-    add(sample_array<&S::rgb>("/rgb", u8, 3, "1 / 255",
-                              "with --colors only: red, green and blue as displayed (sRGB)"));
+  for (std::size_t i = 0; i < columns.attributes.size(); ++i)
+    datasets.push_back(attribute_array(columns.attributes[i], i));
   return datasets;
 }
 
@@ -111,7 +155,7 @@ DatasetSpec split_column() {
   return spec;
 }
 
-std::vector<DatasetSpec> make_item_datasets(StoreContent content) {
+std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
   using enum ElementType;
   using R = ItemReport;
   std::vector<DatasetSpec> datasets = {
@@ -148,36 +192,105 @@ std::vector<DatasetSpec> make_item_datasets(StoreContent content) {
       item_column<&R::points_crc32c>("points_crc32c", u32, 0, "1",
                                      "CRC32C of the row of /points (little-endian); 0 unless ok"),
   };
-  if (!has_colors(content)) return datasets;
-  datasets.push_back(item_column<&R::color_source>("color_source", color_source, 0, "",
-                                                   "with --colors only: where the colours come from"));
-  datasets.push_back(item_column<&R::color_fills>(
-      "color_fills", u32, 0, "1", "with --colors only: samples without a colour, which have the fill 204"));
-  datasets.push_back(item_column<&R::color_sha256>(
-      "color_sha256", u8, 32, "1",
-      "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none"));
+  if (columns.colors) {
+    datasets.push_back(item_column<&R::color_source>("color_source", color_source, 0, "",
+                                                     "with --colors only: where the colours come from"));
+    datasets.push_back(item_column<&R::color_fills>(
+        "color_fills", u32, 0, "1", "with --colors only: samples without a colour, which have the fill 204"));
+    datasets.push_back(item_column<&R::color_sha256>(
+        "color_sha256", u8, 32, "1",
+        "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none"));
+  }
+  if (columns.chosen_count() > 0)
+    datasets.push_back(item_column<&R::lacks>(
+        "lacks", u32, 0, "1",
+        "with --attribute or --texcoord: bit i: column i (attribute `names`) has NaN at one sample or more"));
   return datasets;
 }
 
 std::string shape_text(const DatasetSpec& spec) {
+  if (spec.path.ends_with("<name>")) return "(M, N) or (M, N, W)";
   return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
 }
 
 }  // namespace
 
-const std::vector<DatasetSpec>& fixed_datasets(StoreContent content) {
-  const auto make = [](StoreContent of) {
-    std::vector<DatasetSpec> table = make_sample_datasets(of);
-    for (DatasetSpec& spec : make_item_datasets(of)) table.push_back(std::move(spec));
-    return table;
-  };
-  static const auto tables = [&] {
-    std::array<std::vector<DatasetSpec>, store_content_names.size()> all;
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = make(static_cast<StoreContent>(i));
-    return all;
-  }();
-  return tables[static_cast<std::size_t>(content)];
+namespace {
+
+std::shared_ptr<const ColumnTable> make_table(StoreColumns columns) {
+  auto table = std::make_shared<ColumnTable>();
+  table->datasets = make_sample_datasets(columns);
+  for (DatasetSpec& spec : make_item_datasets(columns)) table->datasets.push_back(std::move(spec));
+  table->columns = std::move(columns);
+  ItemRecord& items = table->items;
+  for (const DatasetSpec& spec : table->datasets) {
+    if (spec.role != Role::item) continue;
+    if (spec.type == ElementType::status) items.status_offset = items.bytes;
+    items.columns.emplace_back(&spec, items.bytes);
+    items.bytes += value_bytes(spec);
+  }
+  return table;
+}
+
+void check_columns(const StoreColumns& columns) {
+  const auto refuse = [](const std::string& what) { throw ItemError(Status::internal, what); };
+  if (columns.chosen_count() > most_chosen_columns)
+    refuse(fmt::format("a store of {} chosen columns", columns.chosen_count()));
+  for (std::size_t i = 0; i < columns.attributes.size(); ++i) {
+    const AttributeColumn& column = columns.attributes[i];
+    if (const std::string problem = attribute_name_problem(column.name); !problem.empty())
+      refuse(fmt::format("the attribute `{}` {}", column.name, problem));
+    if (column.width < 1 || column.width > 4)
+      refuse(fmt::format("the attribute `{}` has the width {}", column.name, column.width));
+    if (i > 0 && columns.attributes[i - 1].name >= column.name)
+      refuse(fmt::format("the attribute `{}` precedes `{}`", columns.attributes[i - 1].name, column.name));
+  }
+}
+
+// The columns that format version 3 knows, with the names of the root attribute `content`.
+struct NamedColumns {
+  std::string_view name;
+  StoreColumns columns;
+};
+const std::array<NamedColumns, 5>& plain_columns() {
+  static const std::array<NamedColumns, 5> all = {
+      {{"meshes", {}},
+       {"surfaces", {.rows = RowKind::surfaces}},
+       {"anisotropic meshes", {.tensors = true}},
+       {"coloured meshes", {.colors = true}},
+       {"coloured anisotropic meshes", {.tensors = true, .colors = true}}}};
+  return all;
+}
+
+}  // namespace
+
+std::string_view content_name(const StoreColumns& columns) {
+  for (const NamedColumns& plain : plain_columns())
+    if (plain.columns.rows == columns.rows && plain.columns.tensors == columns.tensors &&
+        plain.columns.colors == columns.colors)
+      return plain.name;
+  throw ItemError(Status::internal, "surfaces have neither tensors nor colours");
+}
+
+std::optional<StoreColumns> columns_of_content(std::string_view name) {
+  for (const NamedColumns& plain : plain_columns())
+    if (plain.name == name) return plain.columns;
+  return std::nullopt;
+}
+
+std::vector<std::string> column_list(const StoredColumns& columns) {
+  std::vector<std::string> names;
+  for (const DatasetSpec& spec : datasets_of(columns))
+    if (spec.role == Role::samples) names.push_back(spec.path.substr(1));
+  return names;
+}
+
+std::uint64_t sample_bytes(const StoredColumns& columns) {
+  std::uint64_t bytes = 0;
+  for (const DatasetSpec& spec : datasets_of(columns))
+    if (spec.role == Role::samples) bytes += value_bytes(spec);
+  return bytes;
 }
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor) {
@@ -285,14 +398,14 @@ std::size_t StoreLayout::index_of(ElementType type) const {
 StoreLayout make_layout(const StoreHeader& header) {
   std::size_t id_width = 1;
   for (const std::string& id : header.ids) id_width = std::max(id_width, id.size());
-  return make_layout(header.content, header.ids.size(), header.samples, header.compression,
+  return make_layout(header.columns, header.ids.size(), header.samples, header.compression,
                      header.descriptors, static_cast<std::uint32_t>(id_width), 1);
 }
 
-StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t samples,
+StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples,
                         Compression compression, const std::vector<DescriptorSchema>& descriptors,
                         std::uint32_t id_width, std::uint32_t reason_width) {
-  StoreLayout layout{content, rows, samples, compression, id_width, {}};
+  StoreLayout layout{columns, rows, samples, compression, id_width, {}};
   const auto add = [&](const DatasetSpec& spec) {
     DatasetLayout dataset;
     dataset.spec = spec;
@@ -308,27 +421,12 @@ StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t 
     if (spec.role == Role::reason) set_text_width(dataset, reason_width);
     layout.datasets.push_back(std::move(dataset));
   };
-  for (const DatasetSpec& spec : fixed_datasets(content)) {
+  for (const DatasetSpec& spec : datasets_of(columns)) {
     add(spec);
     if (spec.role == Role::label)
       for (const DescriptorSchema& descriptor : descriptors) add(descriptor_dataset(descriptor));
   }
   return layout;
-}
-
-const ItemRecord& item_record(StoreContent content) {
-  static const auto records = [] {
-    std::array<ItemRecord, store_content_names.size()> all;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      for (const DatasetSpec& spec : fixed_datasets(static_cast<StoreContent>(i))) {
-        if (spec.role != Role::item) continue;
-        if (spec.type == ElementType::status) all[i].status_offset = all[i].bytes;
-        all[i].columns.emplace_back(&spec, all[i].bytes);
-        all[i].bytes += value_bytes(spec);
-      }
-    return all;
-  }();
-  return records[static_cast<std::size_t>(content)];
 }
 
 std::string layout_markdown() {
@@ -338,7 +436,10 @@ std::string layout_markdown() {
     table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
                          shape, fill_text(spec), spec.unit, spec.doc);
   };
-  for (const DatasetSpec& spec : fixed_datasets(StoreContent::coloured_anisotropic_meshes)) {
+  StoreColumns all{.tensors = true, .colors = true, .texcoord = true};
+  all.attributes = {{"<name>", 1}};
+  const StoredColumns columns(std::move(all));
+  for (const DatasetSpec& spec : datasets_of(columns)) {
     add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }
@@ -346,3 +447,71 @@ std::string layout_markdown() {
 }
 
 }  // namespace meander::store
+
+namespace meander {
+
+bool StoreColumns::applies(SampleColumn column) const {
+  switch (column) {
+    case SampleColumn::face:
+    case SampleColumn::corners:
+    case SampleColumn::barycentric:
+      return rows == RowKind::meshes;
+    case SampleColumn::uv:
+      return rows == RowKind::surfaces;
+    case SampleColumn::tensor:
+      return tensors;
+    case SampleColumn::normals:
+    case SampleColumn::curve_rank:
+    case SampleColumn::density:
+      return true;
+  }
+  return false;
+}
+
+bool StoreColumns::has(SampleColumn column) const {
+  return applies(column) && (left_out >> static_cast<unsigned>(column) & 1) == 0;
+}
+
+std::string StoreColumns::chosen_name(std::size_t bit) const {
+  if (bit < attributes.size()) return std::string(store::attribute_prefix) + attributes[bit].name;
+  return "texcoord";
+}
+
+std::string attribute_name_problem(std::string_view name) {
+  constexpr std::size_t longest = 200;
+  if (name.empty()) return "has no name";
+  if (name.size() > longest) return fmt::format("has a name of more than {} bytes", longest);
+  if (name.find_first_not_of('.') == std::string_view::npos) return "is named by dots alone";
+  for (std::string_view rest = name; !rest.empty();) {
+    const std::size_t length = utf8_sequence_length(rest);
+    if (length == 0) return "has a name that is not UTF-8";
+    const auto byte = static_cast<unsigned char>(rest[0]);
+    if (length == 1 && (byte < 0x20 || byte == 0x7F)) return "has a control character in its name";
+    if (length == 1 && (byte == '/' || byte == ',' || byte == ':'))
+      return fmt::format("has `{}` in its name", rest[0]);
+    rest.remove_prefix(length);
+  }
+  return {};
+}
+
+StoredColumns::StoredColumns(StoreColumns columns) {
+  static const auto plain = [] {
+    std::array<std::shared_ptr<const store::ColumnTable>, 5> tables;
+    for (std::size_t i = 0; i < tables.size(); ++i)
+      tables[i] = store::make_table(store::plain_columns()[i].columns);
+    return tables;
+  }();
+  store::check_columns(columns);
+  for (const auto& table : plain)
+    if (table->columns == columns) {
+      table_ = table;
+      return;
+    }
+  table_ = store::make_table(std::move(columns));
+}
+
+const StoreColumns& StoredColumns::operator*() const { return table_->columns; }
+
+const StoreColumns* StoredColumns::operator->() const { return &table_->columns; }
+
+}  // namespace meander

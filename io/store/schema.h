@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,19 +46,60 @@ struct DatasetSpec {
   std::string unit;         // of one value; "1" for counts, numbers and ratios
   std::string doc;          // one line
   std::string link;         // a second name (hard link); empty: none
-  // role samples: the array of a Samples, and the same array resized to `count` elements.
-  std::span<const std::byte> (*samples_view)(const Samples&) = nullptr;
-  std::span<std::byte> (*samples_room)(Samples&, std::size_t count) = nullptr;
-  void (*samples_free)(Samples&) = nullptr;
+  // role samples: the array of a Samples, and the same array resized to `count` elements. Of attributes the
+  // functions take the place in Samples::attributes.
+  std::span<const std::byte> (*samples_view)(const Samples&, std::size_t attribute) = nullptr;
+  std::span<std::byte> (*samples_room)(Samples&, std::size_t attribute, std::size_t count) = nullptr;
+  void (*samples_free)(Samples&, std::size_t attribute) = nullptr;
+  std::size_t attribute = 0;
+  std::optional<std::uint32_t> lacks_bit = {};  // of ItemReport::lacks; none: every ok row has all values
   // role item: the value (element_size * max(width, 1) bytes) to and from a report.
   void (*put_item)(const ItemReport&, std::byte*) = nullptr;
   void (*get_item)(const std::byte*, ItemReport&) = nullptr;
   std::uint32_t since = 1;  // the first format version that has the dataset
+
+  std::span<const std::byte> view(const Samples& samples) const { return samples_view(samples, attribute); }
+  std::span<std::byte> room(Samples& samples, std::size_t count) const {
+    return samples_room(samples, attribute, count);
+  }
+  void free(Samples& samples) const { samples_free(samples, attribute); }
 };
 
-// The datasets of the current format version in file order, descriptors excepted. The arrays that name
-// the place of a sample depend on the content, as do those of tensors and colours.
-const std::vector<DatasetSpec>& fixed_datasets(StoreContent content);
+// The item columns of a journal record: byte offset of every item dataset, and the sum.
+struct ItemRecord {
+  std::vector<std::pair<const DatasetSpec*, std::size_t>> columns;
+  std::size_t bytes = 0;
+  std::size_t status_offset = 0;
+};
+
+// What follows from the columns of a store.
+struct ColumnTable {
+  StoreColumns columns;
+  std::vector<DatasetSpec> datasets;
+  ItemRecord items;
+};
+
+// The datasets of the current format version in file order, descriptors excepted.
+inline const std::vector<DatasetSpec>& datasets_of(const StoredColumns& columns) {
+  return columns.table().datasets;
+}
+const std::vector<DatasetSpec>& datasets_of(StoredColumns&& temporary) = delete;  // which the table ends with
+inline const ItemRecord& item_record(const StoredColumns& columns) { return columns.table().items; }
+
+// The root attribute `content`, which names columns as format version 3 knows them, and back; empty for any
+// other text.
+std::string_view content_name(const StoreColumns& columns);
+std::optional<StoreColumns> columns_of_content(std::string_view name);
+// The root attribute `columns` of stores whose columns are chosen: the datasets of samples in file order,
+// without the leading `/`.
+std::vector<std::string> column_list(const StoredColumns& columns);
+// Bytes of one sample in all columns, before they are compressed.
+std::uint64_t sample_bytes(const StoredColumns& columns);
+inline constexpr std::string_view attribute_prefix = "attributes/";
+inline std::uint32_t format_version_of(const StoreColumns& columns) {
+  return columns.are_chosen() ? chosen_format_version : store_format_version;
+}
+
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 
 std::size_t element_size(ElementType type);  // bytes; 1 for text
@@ -99,7 +141,7 @@ struct DatasetLayout {
 
 // All datasets of one store: samples, label, descriptors, items.
 struct StoreLayout {
-  StoreContent content = StoreContent::meshes;
+  StoredColumns columns;
   std::uint64_t rows = 0;
   std::uint32_t samples = 0;
   Compression compression = Compression::standard;
@@ -111,19 +153,11 @@ struct StoreLayout {
 };
 
 StoreLayout make_layout(const StoreHeader& header);
-StoreLayout make_layout(StoreContent content, std::uint64_t rows, std::uint32_t samples,
+StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples,
                         Compression compression, const std::vector<DescriptorSchema>& descriptors,
                         std::uint32_t id_width, std::uint32_t reason_width);
 // Reasons are as wide as the longest of a file.
 void set_text_width(DatasetLayout& dataset, std::uint32_t width);
-
-// The item columns of a journal record: byte offset of every item dataset of fixed_datasets(), and the sum.
-struct ItemRecord {
-  std::vector<std::pair<const DatasetSpec*, std::size_t>> columns;
-  std::size_t bytes = 0;
-  std::size_t status_offset = 0;
-};
-const ItemRecord& item_record(StoreContent content);
 
 // The table of docs/STORE.md: one line of Markdown per dataset.
 std::string layout_markdown();

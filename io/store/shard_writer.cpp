@@ -110,7 +110,7 @@ class ShardWriter {
       if (!is_item(dataset.spec) || dataset.spec.role == Role::reason) continue;
       std::byte* at = columns_[d].data() + (row - rows_.begin) * dataset.row_bytes;
       if (dataset.spec.role == Role::item)
-        std::memcpy(at, parts.items.data() + item_record(layout_.content).columns[item++].second,
+        std::memcpy(at, parts.items.data() + item_record(layout_.columns).columns[item++].second,
                     dataset.row_bytes);
       else if (dataset.spec.role == Role::label)
         std::memcpy(at, &header_.labels[row], dataset.row_bytes);

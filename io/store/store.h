@@ -23,7 +23,9 @@ enum class Compression : std::uint8_t {
   none
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
-inline constexpr std::uint32_t store_format_version = 3;  // older ones are read, this one is written
+// The format version of stores with the columns of a plain run; older ones are read. Stores with columns of
+// the user's choice have the next one, so that programs that would lose these refuse them.
+inline constexpr std::uint32_t store_format_version = 3, chosen_format_version = 4;
 inline constexpr std::uint32_t store_method_version = 5;  // raised whenever the same input gives other points
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
@@ -38,31 +40,76 @@ struct DescriptorSchema {
 
 // What the rows of a store are: models of files, whose points name their polygon, or parametric surfaces,
 // whose points name their parameters.
-// Anisotropic samples of meshes carry their tensors too, coloured ones their colours.
-enum class StoreContent : std::uint8_t {
-  meshes,
-  surfaces,
-  anisotropic_meshes,
-  coloured_meshes,
-  coloured_anisotropic_meshes
+enum class RowKind : std::uint8_t { meshes, surfaces };
+
+// The arrays of samples that a store may be without; of tensors both.
+enum class SampleColumn : std::uint8_t {
+  normals,
+  face,
+  corners,
+  barycentric,
+  uv,
+  curve_rank,
+  density,
+  tensor
 };
-inline constexpr std::array<std::string_view, 5> store_content_names = {
-    "meshes", "surfaces", "anisotropic meshes", "coloured meshes", "coloured anisotropic meshes"};
-constexpr bool has_tensors(StoreContent content) {
-  return content == StoreContent::anisotropic_meshes || content == StoreContent::coloured_anisotropic_meshes;
+inline constexpr std::array<std::string_view, 8> sample_column_names = {
+    "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "tensor"};
+constexpr std::string_view name_of(SampleColumn column) {
+  return sample_column_names[static_cast<std::size_t>(column)];
 }
-constexpr bool has_colors(StoreContent content) {
-  return content == StoreContent::coloured_meshes || content == StoreContent::coloured_anisotropic_meshes;
+
+// Attributes and texture coordinates in all: the bits of ItemReport::lacks.
+inline constexpr std::size_t most_chosen_columns = 32;
+
+// The columns that a store has.
+struct StoreColumns {
+  RowKind rows = RowKind::meshes;
+  bool tensors = false, colors = false;          // anisotropic samples; samples with colours
+  bool texcoord = false;                         // samples with texture coordinates
+  std::uint32_t left_out = 0;                    // bit c: without the SampleColumn c
+  std::vector<AttributeColumn> attributes = {};  // ascending by name
+
+  // Whether rows of this kind have such a column, and whether it is stored.
+  bool applies(SampleColumn column) const;
+  bool has(SampleColumn column) const;
+  void leave_out(SampleColumn column) { left_out |= std::uint32_t{1} << static_cast<unsigned>(column); }
+  // Whether anything but the columns of a plain run is asked for.
+  bool are_chosen() const { return texcoord || left_out != 0 || !attributes.empty(); }
+  std::size_t chosen_count() const { return attributes.size() + (texcoord ? 1 : 0); }
+  // The column of a bit of ItemReport::lacks: its dataset without the leading `/`.
+  std::string chosen_name(std::size_t bit) const;
+  friend bool operator==(const StoreColumns&, const StoreColumns&) = default;
+};
+
+// What is wrong with the name of an attribute, completing "the attribute `NAME` ..."; empty: nothing. Names
+// are 1 to 200 bytes of UTF-8 without control characters, `/`, `,` and `:`, and more than dots.
+std::string attribute_name_problem(std::string_view name);
+
+namespace store {
+struct ColumnTable;  // io/store/schema.h
 }
-constexpr StoreContent content_of_meshes(bool tensors, bool colors) {
-  return tensors ? (colors ? StoreContent::coloured_anisotropic_meshes : StoreContent::anisotropic_meshes)
-                 : (colors ? StoreContent::coloured_meshes : StoreContent::meshes);
-}
+
+// Columns with the table of their datasets, which is made once and shared by all copies. Immutable.
+class StoredColumns {
+ public:
+  StoredColumns() : StoredColumns(StoreColumns{}) {}
+  // Throws ItemError(internal) for more than most_chosen_columns, a width that is not 1 to 4, and names that
+  // are no names, or do not ascend.
+  StoredColumns(StoreColumns columns);
+  const StoreColumns& operator*() const;
+  const StoreColumns* operator->() const;
+  const store::ColumnTable& table() const { return *table_; }
+  friend bool operator==(const StoredColumns& a, const StoredColumns& b) { return *a == *b; }
+
+ private:
+  std::shared_ptr<const store::ColumnTable> table_;
+};
 
 // Everything that must be equal for a run to be continued, and that the root attributes of the store record.
 // Nothing here depends on threads, memory, shards, time or host.
 struct StoreHeader {
-  StoreContent content = StoreContent::meshes;
+  StoredColumns columns;
   std::uint32_t samples = 0;  // N
   Compression compression = Compression::standard;
   std::uint64_t seed = 1;
@@ -191,7 +238,9 @@ class StoreReader {
   StoreReader& operator=(const StoreReader&) = delete;
 
   std::uint64_t rows() const;
-  StoreContent content() const;
+  const StoreColumns& columns() const;
+  // Throws RunError(unusable) when the store is without the column; `user` needs it ("the format page").
+  void require(SampleColumn column, std::string_view user) const;
   std::uint32_t samples() const;
   std::uint32_t format_version() const;
   std::uint32_t method_version() const;

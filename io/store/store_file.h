@@ -89,7 +89,7 @@ class StoreFileWriter {
 
 // What the root attributes of a file say.
 struct StoreFacts {
-  StoreContent content = StoreContent::meshes;
+  StoredColumns columns;
   std::uint32_t format_version = 0, method_version = 0, samples = 0;
   std::uint64_t seed = 0, rows = 0;
   std::string tool_version, parameters_json, order;
@@ -120,6 +120,7 @@ class StoreFileReader {
 
  private:
   void read_facts();
+  StoredColumns read_columns(hid_t root) const;
   void read_descriptors();
   void read_descriptors(const std::string& folder);
   void open_dataset(DatasetLayout& dataset);

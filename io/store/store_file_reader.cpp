@@ -98,14 +98,14 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
   hdf5_check(H5Pset_file_locking(access.get(), false, true), "set file locking");
   file_ = Hdf5File(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), "open " + path.string());
   read_facts();
-  if (facts_.format_version > store_format_version) {
+  if (facts_.format_version > chosen_format_version) {
     problems_.push_back(fmt::format("{} has format version {}, this program reads up to {}", path.string(),
-                                    facts_.format_version, store_format_version));
+                                    facts_.format_version, chosen_format_version));
     return;
   }
   read_descriptors();
   layout_ =
-      make_layout(facts_.content, facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
+      make_layout(facts_.columns, facts_.rows, facts_.samples, facts_.compression, facts_.descriptors, 1, 1);
   std::erase_if(layout_.datasets,
                 [&](const DatasetLayout& dataset) { return dataset.spec.since > facts_.format_version; });
   for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
@@ -120,13 +120,6 @@ void StoreFileReader::read_facts() {
   facts_.format_version = static_cast<std::uint32_t>(read_number(id, "format_version"));
   facts_.method_version = static_cast<std::uint32_t>(read_number(id, "method_version"));
   facts_.tool_version = read_text_attribute(id, "tool_version");
-  if (has_attribute(id, "content")) {  // older stores hold meshes and do not say so
-    const std::string content = read_text_attribute(id, "content");
-    const auto at = std::find(store_content_names.begin(), store_content_names.end(), content);
-    if (at == store_content_names.end())
-      throw Hdf5Error(path_.string() + " holds `" + content + "`, which this version does not know");
-    facts_.content = static_cast<StoreContent>(at - store_content_names.begin());
-  }
   facts_.seed = read_number(id, "seed");
   facts_.samples = static_cast<std::uint32_t>(read_number(id, "samples"));
   facts_.rows = read_number(id, "rows");
@@ -135,6 +128,7 @@ void StoreFileReader::read_facts() {
   if (compression != "standard" && compression != "none")
     problems_.push_back(fmt::format("attribute compression is \"{}\"", compression));
   facts_.compression = compression == "none" ? Compression::none : Compression::standard;
+  if (facts_.format_version <= chosen_format_version) facts_.columns = read_columns(id);
   if (has_attribute(id, "shard_begin"))
     facts_.shard = RowRange{read_number(id, "shard_begin"), read_number(id, "shard_end")};
   facts_.packs = read_packs(file_.get());
@@ -142,6 +136,45 @@ void StoreFileReader::read_facts() {
   facts_.order = read_text_attribute(points.get(), "order");
   const Hdf5Dataset label(H5Dopen2(file_.get(), "/label", H5P_DEFAULT), "open /label");
   facts_.label_names = read_texts(label.get(), "names");
+}
+
+StoredColumns StoreFileReader::read_columns(hid_t root) const {
+  const auto refuse = [&](const std::string& what) {
+    throw Hdf5Error(path_.string() + " holds " + what + ", which this version does not know");
+  };
+  StoreColumns columns;
+  if (has_attribute(root, "content")) {  // older stores hold meshes and do not say so
+    const std::string content = read_text_attribute(root, "content");
+    const std::optional<StoreColumns> named = columns_of_content(content);
+    if (!named) refuse("`" + content + "`");
+    columns = *named;
+  }
+  if (!has_attribute(root, "columns")) return StoredColumns(std::move(columns));
+  const std::vector<std::string> list = read_texts(root, "columns");
+  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
+    const auto column = static_cast<SampleColumn>(c);
+    // Both arrays of tensors stand in a folder.
+    const std::string name =
+        column == SampleColumn::tensor ? "tensor/direction" : std::string(name_of(column));
+    if (columns.applies(column) && std::find(list.begin(), list.end(), name) == list.end())
+      columns.leave_out(column);
+  }
+  for (const std::string& name : list) {
+    if (name == "texcoord") columns.texcoord = true;
+    if (!name.starts_with(attribute_prefix)) continue;
+    const Hdf5Dataset dataset(H5Dopen2(file_.get(), name.c_str(), H5P_DEFAULT), "open /" + name);
+    const std::vector<hsize_t> extents = extents_of(dataset.get());
+    const hsize_t width = extents.size() == 3 ? extents[2] : 1;
+    if (width > 4) refuse("/" + name + " of the width " + std::to_string(width));
+    columns.attributes.push_back({name.substr(attribute_prefix.size()), static_cast<std::uint32_t>(width)});
+  }
+  try {
+    StoredColumns stored(std::move(columns));
+    if (column_list(stored) != list) refuse("columns that differ from their list");
+    return stored;
+  } catch (const ItemError& error) {
+    throw Hdf5Error(path_.string() + ": " + error.what());
+  }
 }
 
 void StoreFileReader::read_descriptors() {

@@ -51,12 +51,12 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
                            const std::optional<RowRange>& shard) {
   const Hdf5Group root(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
   write_attribute(root.get(), "format", "meander");
-  write_attribute(root.get(), "format_version", store_format_version);
+  write_attribute(root.get(), "format_version", format_version_of(*header.columns));
   write_attribute(root.get(), "method_version", header.method_version);
   write_attribute(root.get(), "tool_version",
                   header.tool_version.empty() ? tool_version() : header.tool_version);
-  write_attribute(root.get(), "content",
-                  std::string(store_content_names[static_cast<std::size_t>(header.content)]));
+  write_attribute(root.get(), "content", content_name(*header.columns));
+  if (header.columns->are_chosen()) write_attribute(root.get(), "columns", column_list(header.columns));
   write_attribute(root.get(), "seed", header.seed);
   write_attribute(root.get(), "samples", layout.samples);
   write_attribute(root.get(), "rows", layout.rows);
@@ -79,6 +79,12 @@ void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const Stor
   if (!spec.unit.empty()) write_attribute(dataset, "unit", spec.unit);
   if (spec.path == "/points") write_attribute(dataset, "order", header.order);
   if (spec.role == Role::label) write_attribute(dataset, "names", header.label_names);
+  if (spec.path == "/items/lacks") {
+    std::vector<std::string> names;
+    for (std::size_t bit = 0; bit < header.columns->chosen_count(); ++bit)
+      names.push_back(header.columns->chosen_name(bit));
+    write_attribute(dataset, "names", names);
+  }
   if (spec.path == "/items/repairs")
     write_attribute(dataset, "names", std::vector<std::string>(repair_names.begin(), repair_names.end()));
 }
@@ -150,7 +156,9 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
     return wanted ? make_group(file_, ("/" + name).c_str()) : Hdf5Group();
   };
   const Hdf5Group anisotropy = group_of("anisotropy"), certificate = group_of("certificate");
-  const Hdf5Group tensor = has_tensors(header.content) ? make_group(file_, "/tensor") : Hdf5Group();
+  const StoreColumns& columns = *header.columns;
+  const Hdf5Group tensor = columns.has(SampleColumn::tensor) ? make_group(file_, "/tensor") : Hdf5Group();
+  const Hdf5Group attributes = columns.attributes.empty() ? Hdf5Group() : make_group(file_, "/attributes");
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {
     const Hdf5Type type = make_type(dataset);

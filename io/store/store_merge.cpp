@@ -38,7 +38,8 @@ struct OpenSource {
     const bool same_rows = facts.shard ? facts.shard->begin == rows.begin && facts.shard->end == rows.end &&
                                              reader.layout().rows == layout.rows
                                        : reader.layout().rows == first + rows.size() + more;
-    if (!same_rows || reader.layout().samples != layout.samples || facts.seed != header.seed ||
+    if (!same_rows || reader.layout().samples != layout.samples ||
+        !(reader.layout().columns == layout.columns) || facts.seed != header.seed ||
         facts.parameters_json != header.parameters_json || facts.method_version != header.method_version ||
         reader.layout().datasets.size() != layout.datasets.size())
       refuse_source(source.path, "it belongs to another run");

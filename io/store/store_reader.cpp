@@ -65,8 +65,8 @@ ItemReport ItemBlock::report(std::uint64_t row) const {
     const DatasetLayout& dataset = layout_->datasets[d];
     if (dataset.spec.role != Role::item) continue;
     // An older store may lack columns, or have a shorter list of repairs: the rest of the value is zero.
-    while (item_record(layout_->content).columns[item].first->path != dataset.spec.path) ++item;
-    const DatasetSpec& spec = *item_record(layout_->content).columns[item].first;
+    while (item_record(layout_->columns).columns[item].first->path != dataset.spec.path) ++item;
+    const DatasetSpec& spec = *item_record(layout_->columns).columns[item].first;
     std::vector<std::byte> value(value_bytes(spec));
     std::memcpy(value.data(), columns_[d].data() + (row - begin_) * dataset.row_bytes, dataset.row_bytes);
     const auto number = std::to_integer<std::size_t>(value[0]);
@@ -259,7 +259,7 @@ void StorePart::read_row(std::uint64_t row, Row& result) const {
       const DatasetSpec& spec = layout.datasets[d].spec;
       if (spec.role == Role::samples) {
         const std::size_t elements = layout.samples * std::max<std::size_t>(spec.width, 1);
-        file->read_rows(d, row, 1, spec.samples_room(result.samples, elements));
+        file->read_rows(d, row, 1, spec.room(result.samples, elements));
       } else if (spec.role == Role::descriptor) {
         DescriptorRow& descriptor = result.descriptors.emplace_back();
         descriptor.name = spec.path.substr(spec.path.rfind('/') + 1);
@@ -413,7 +413,22 @@ StoreReader::~StoreReader() = default;
 std::uint64_t StoreReader::rows() const { return state_->end - state_->begin; }
 std::uint32_t StoreReader::samples() const { return state_->facts().samples; }
 std::uint32_t StoreReader::format_version() const { return state_->facts().format_version; }
-StoreContent StoreReader::content() const { return state_->facts().content; }
+const StoreColumns& StoreReader::columns() const { return *state_->facts().columns; }
+
+void StoreReader::require(SampleColumn column, std::string_view user) const {
+  if (columns().has(column)) return;
+  const std::string_view name = name_of(column);
+  if (!columns().applies(column))
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} has no `{}`, which {} needs: {}", state_->named.path.string(), name, user,
+                               columns().rows == RowKind::surfaces ? "its models are parametric surfaces"
+                               : column == SampleColumn::uv        ? "its models are meshes"
+                                                                   : "its samples are not anisotropic"));
+  throw RunError(RunError::Kind::unusable,
+                 fmt::format("{} has no `{}`, which {} needs: it was made with a --store that leaves it out "
+                             "(sample again without --store, or with --store ...,{})",
+                             state_->named.path.string(), name, user, name));
+}
 std::uint32_t StoreReader::method_version() const { return state_->facts().method_version; }
 std::string StoreReader::tool_version() const { return state_->facts().tool_version; }
 std::uint64_t StoreReader::seed() const { return state_->facts().seed; }
@@ -425,7 +440,7 @@ const std::vector<DescriptorSchema>& StoreReader::descriptors() const { return s
 
 StoreHeader StoreReader::header() const {
   StoreHeader header;
-  header.content = content();
+  header.columns = state_->file->facts().columns;
   header.samples = samples();
   header.compression = compression();
   header.seed = seed();

@@ -19,13 +19,16 @@ namespace {
 // Checks of one row. Rows are checked in parallel; each writes to a list of its own.
 class RowChecker {
  public:
-  RowChecker(std::string name, const ItemReport& report, StoreContent content,
+  RowChecker(std::string name, const ItemReport& report, const StoredColumns& columns,
              std::vector<std::string>& problems)
-      : name_(std::move(name)), report_(report), content_(content), problems_(problems) {}
+      : name_(std::move(name)), report_(report), columns_(columns), problems_(problems) {}
 
   void check_items() {
+    const std::size_t bits = columns_->chosen_count();
+    if (bits < most_chosen_columns && report_.lacks >> bits != 0)
+      complain("{} lacks columns that the store does not have: {:#x}", name_, report_.lacks);
     if (report_.status == Status::ok)
-      check_item_ranges(report_, content_,
+      check_item_ranges(report_, columns_->rows,
                         [this](const std::string& what) { complain("{} {}", name_, what); });
   }
 
@@ -39,7 +42,7 @@ class RowChecker {
     // A certificate may say that a surface cannot be measured.
     if (spec.path.starts_with("/certificate/")) return;
     if (spec.type == ElementType::f32)
-      return check_sample_ranges(spec, numbers_of<float>(values), report_, content_,
+      return check_sample_ranges(spec, numbers_of<float>(values), report_, columns_->rows,
                                  [this](const std::string& what) { complain("{} {}", name_, what); });
     if (spec.type != ElementType::u32) return;  // every byte is a colour
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
@@ -89,7 +92,7 @@ class RowChecker {
 
   const std::string name_;
   const ItemReport& report_;
-  const StoreContent content_;
+  const StoredColumns& columns_;
   std::vector<std::string>& problems_;
 };
 
@@ -260,7 +263,7 @@ class Verifier {
           fmt::format("{} has label {} of {} classes", name, label, file_.facts().label_names.size()));
     if (!ok && report.points_crc32c != 0)
       problems.push_back(fmt::format("{} is not ok and has a checksum of points", name));
-    RowChecker checker(name, report, layout_.content, problems);
+    RowChecker checker(name, report, layout_.columns, problems);
     checker.check_items();
     for (std::size_t d = 0; d < values_.size(); ++d) {
       if (values_[d].empty() || !usable_[d]) continue;
@@ -351,7 +354,7 @@ void verify_packs(const std::filesystem::path& index, const StoreFacts& whole, s
       for (const std::string& problem : part.problems) complain(pack.file, problem);
       if (!part.problems.empty()) continue;
       if (facts.rows != pack.rows || facts.parameters_json != whole.parameters_json ||
-          facts.label_names != whole.label_names || facts.content != whole.content)
+          facts.label_names != whole.label_names || !(facts.columns == whole.columns))
         complain(pack.file, "it belongs to another store than its index");
       const auto [first, last] = outer_ids(path);
       if (first != pack.first_id || (before > 0 && first <= last_id))

@@ -19,6 +19,13 @@ struct ScalarAttribute {
   std::vector<double> values;
 };
 
+// Texture coordinates by the corners of polygons, as the file gives them. Both arrays are empty unless the
+// reader was asked for them and the file has some.
+struct CornerCoordinates {
+  std::vector<float> values;          // 2 per texture coordinate
+  std::vector<std::uint32_t> corner;  // K numbers of coordinates; no_index: none
+};
+
 struct SurfaceTextures;  // kernels/mesh/surface_textures.h
 
 // Colours of a surface, three numbers each (red, green, blue) in [0, 1]; NaN where there is none. Both arrays
@@ -48,6 +55,10 @@ struct PolygonMesh {
       corner_normals;  // K numbers of normals (no_index: none); empty: normal i belongs to vertex i
   std::vector<ScalarAttribute> vertex_attributes;  // V values each
   std::vector<ScalarAttribute> face_attributes;    // P values each
+  // V values each: what the reader was asked for by name and would not have read otherwise. Neither densities
+  // nor tensors look here, so that points do not depend on the columns that are stored with them.
+  std::vector<ScalarAttribute> asked_attributes;
+  CornerCoordinates coordinates;
   SurfaceColors colors;
   RepairCounts repairs;  // what the reader repaired
 

@@ -71,6 +71,13 @@ std::vector<std::string> validate(const SampleParameters& p) {
   check_range(problems, "segments", p.tensor_charts.segment.count, 1, 65536);
   check_range(problems, "smallest segment", p.tensor_charts.segment.min_triangles, 1, 1 << 20);
   check_range(problems, "bisections", p.tensor_charts.max_bisections, 0, 16);
+  constexpr std::size_t most_columns = 32;  // the bits of ItemReport::lacks
+  if (p.attributes.size() + (p.texcoord ? 1 : 0) > most_columns)
+    problems.push_back("attributes and texture coordinates are " +
+                       std::to_string(p.attributes.size() + (p.texcoord ? 1 : 0)) + " columns, at most " +
+                       std::to_string(most_columns) + " are possible");
+  for (const AttributeColumn& column : p.attributes)
+    check_range(problems, "the width of an attribute", column.width, 1, 4);
   if (p.elements.samples != p.place.samples || p.locator.samples != p.place.samples)
     problems.push_back("the stages disagree about the number of samples (see set_samples)");
   return problems;

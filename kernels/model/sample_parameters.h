@@ -81,6 +81,8 @@ struct SampleParameters {
   PlaceParameters place;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
   bool colors = false;  // give the samples the colours of the mesh (sample_colors.h)
+  std::vector<AttributeColumn> attributes = {};  // give the samples these (sample_attributes.h)
+  bool texcoord = false;                         // and their texture coordinates
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;

@@ -10,6 +10,7 @@
 #include "kernels/model/charts.h"
 #include "kernels/model/model.h"
 #include "kernels/sample/point_frames.h"
+#include "kernels/sample/sample_attributes.h"
 #include "kernels/sample/sample_colors.h"
 
 namespace meander {
@@ -278,6 +279,28 @@ ModelStages coloring(const SampleParameters& p) {
            }}};
 }
 
+// ---- attributes and texture coordinates
+
+ModelStages attributing(const SampleParameters& p) {
+  if (p.attributes.empty() && !p.texcoord) return {};
+  return {{"attribute_samples", [attributes = p.attributes, texcoord = p.texcoord](Model& model) {
+             Samples& samples = model.row.samples;
+             std::uint32_t& lacks = model.row.report.lacks;
+             const auto note = [&](const SampleValues& made, std::size_t bit) {
+               if (made.lacks_some) lacks |= std::uint32_t{1} << bit;
+             };
+             for (const AttributeColumn& column : attributes) {
+               SampleValues made = sample_attribute(model.file, column, samples, model.cancel);
+               note(made, samples.attributes.size());
+               samples.attributes.push_back(std::move(made.values));
+             }
+             if (!texcoord) return;
+             SampleValues made = sample_coordinates(model.file, samples, model.cancel);
+             note(made, attributes.size());
+             samples.texcoord = std::move(made.values);
+           }}};
+}
+
 // ---- descriptors
 
 void describe(Model& model, const DescribeParameters& parameters) {
@@ -361,7 +384,7 @@ ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevic
 
 ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* device) {
   return joined({charting_stages(parameters), placing_stages(parameters, device), coloring(parameters),
-                 registered(parameters).describing(parameters)});
+                 attributing(parameters), registered(parameters).describing(parameters)});
 }
 
 void run_stages(const ModelStages& stages, Model& model) {

@@ -25,6 +25,14 @@ constexpr std::string_view name_of(ColorSource source) {
   return color_source_names[static_cast<std::size_t>(source)];
 }
 
+// A column of samples that holds an attribute of the model: numbers of vertices or faces by the name that its
+// file gives them.
+struct AttributeColumn {
+  std::string name;
+  std::uint32_t width = 1;  // numbers per sample, 1 to 4
+  friend bool operator==(const AttributeColumn&, const AttributeColumn&) = default;
+};
+
 // N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
 // corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
 struct Samples {
@@ -41,6 +49,8 @@ struct Samples {
   std::vector<float> tensor_direction;  // N x 3 unit vectors along the long spacing; anisotropic samples only
   std::vector<float> tensor_spacing;    // N x 2 wanted spacings along and across it, in units of the points
   std::vector<std::uint8_t> rgb;  // N x 3 red, green, blue as displayed (sRGB); samples with colours only
+  std::vector<float> texcoord;    // N x 2 texture coordinates, NaN where there are none; if asked for
+  std::vector<std::vector<float>> attributes;  // those asked for, in their order: N x width, NaN as above
 
   std::size_t count() const { return points.size() / 3; }
 };
@@ -66,6 +76,9 @@ struct ItemReport {
   ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colours only
   std::uint32_t color_fills = 0;                 // samples without a colour, which have the fill
   std::array<std::uint8_t, 32> color_sha256{};   // of the files read for colours alone; zeros: none
+  // Bit i: the i-th of the columns asked for, attributes and then texture coordinates, has no value at one
+  // sample or more, which have NaN there.
+  std::uint32_t lacks = 0;
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
 };
 

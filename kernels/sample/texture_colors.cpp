@@ -11,8 +11,6 @@ namespace {
 using TexelColor = std::array<double, 3>;
 constexpr double no_light = std::numeric_limits<double>::quiet_NaN();
 constexpr TexelColor no_texel = {no_light, no_light, no_light};
-// Searching more corners than these one by one would cost more than sorting them.
-constexpr std::size_t most_searched_corners = 32;
 
 // Of y in [0.005, 1], by Newton's iteration from above. Not the C library's power, whose last bits differ
 // between processors.
@@ -106,23 +104,9 @@ bool SampleTextures::has(const Samples& samples, std::size_t i) const {
 }
 
 std::uint32_t SampleTextures::coordinate_of(std::uint32_t face, std::uint32_t vertex) {
-  const std::uint32_t begin = mesh_.polygon_begin[face], end = mesh_.polygon_begin[face + 1];
+  const std::uint32_t corner = corners_.find(face, vertex);
   const std::vector<std::uint32_t>& coordinates = mesh_.colors.textures->corner;
-  std::uint32_t corner = end;
-  if (end - begin <= most_searched_corners) {
-    corner = static_cast<std::uint32_t>(
-        std::find(mesh_.corners.begin() + begin, mesh_.corners.begin() + end, vertex) -
-        mesh_.corners.begin());
-  } else {
-    auto& sorted = sorted_[face];
-    if (sorted.empty()) {
-      for (std::uint32_t k = begin; k < end; ++k) sorted.emplace_back(mesh_.corners[k], k);
-      std::sort(sorted.begin(), sorted.end());
-    }
-    const auto at = std::lower_bound(sorted.begin(), sorted.end(), std::pair(vertex, std::uint32_t{0}));
-    if (at != sorted.end() && at->first == vertex) corner = at->second;
-  }
-  return corner < end && corner < coordinates.size() ? coordinates[corner] : no_index;
+  return corner < coordinates.size() ? coordinates[corner] : no_index;
 }
 
 std::array<double, 3> SampleTextures::color(const Samples& samples, std::size_t i) {

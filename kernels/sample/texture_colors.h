@@ -2,11 +2,9 @@
 #pragma once
 
 #include <array>
-#include <unordered_map>
-#include <utility>
-#include <vector>
 
 #include "kernels/mesh/surface_textures.h"
+#include "kernels/sample/polygon_corners.h"
 #include "kernels/sample/samples.h"
 
 namespace meander {
@@ -23,7 +21,7 @@ std::array<double, 3> texture_color(const SurfaceTextures& textures, const Textu
 class SampleTextures {
  public:
   // The mesh must outlive the object.
-  explicit SampleTextures(const PolygonMesh& mesh) : mesh_(mesh) {}
+  explicit SampleTextures(const PolygonMesh& mesh) : mesh_(mesh), corners_(mesh) {}
 
   // Whether the polygon of sample i has a texture.
   bool has(const Samples& samples, std::size_t i) const;
@@ -37,8 +35,7 @@ class SampleTextures {
   std::uint32_t coordinate_of(std::uint32_t face, std::uint32_t vertex);
 
   const PolygonMesh& mesh_;
-  // Of large polygons: their vertices, ascending, with the place in the corners of the mesh.
-  std::unordered_map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::uint32_t>>> sorted_;
+  PolygonCorners corners_;
 };
 
 }  // namespace meander

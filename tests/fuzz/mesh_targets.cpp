@@ -87,6 +87,15 @@ void demand_consistent(const PolygonMesh& mesh, MeshFormat format) {
   for (const ScalarAttribute& attribute : mesh.face_attributes)
     demand(attribute.values.size() == polygons, "a value of an attribute for each face");
   demand_colors(mesh.colors.vertex, vertices, "vertex");
+  for (const ScalarAttribute& attribute : mesh.asked_attributes) {
+    demand(attribute.name.starts_with('_'), "what is asked for has such a name");
+    demand(attribute.values.size() == mesh.vertex_count(), "an attribute that is asked for has all vertices");
+  }
+  const CornerCoordinates& coordinates = mesh.coordinates;
+  demand(coordinates.values.size() % 2 == 0, "coordinates are pairs");
+  demand(coordinates.corner.empty() == coordinates.values.empty(), "coordinates come with their corners");
+  demand(coordinates.corner.empty() || coordinates.corner.size() == mesh.corners.size(),
+         "all corners have a coordinate or none");
   demand_colors(mesh.colors.face, polygons, "face");
 }
 
@@ -104,6 +113,9 @@ void run_mesh(std::string_view bytes, MeshFormat format, std::span<const Compani
   MeshSurroundings around;
   around.companions = companions;
   around.colors = true;
+  static const std::vector<AttributeColumn> asked = {
+      {"_A", 2}, {"_A_0", 1}, {"_BATCHID", 1}, {"_FEATURE_ID_0", 1}, {"POSITION", 3}};
+  around.extras = {true, asked};
   around.admit = [](const MeshEstimate& stated) {
     if (stated.vertices > most_memory / 100 || stated.triangles > most_memory / 100 ||
         stated.decoding_bytes > most_memory)

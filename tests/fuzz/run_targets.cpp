@@ -102,7 +102,10 @@ void run_plan(std::string_view bytes) {
   const StoreHeader& header = plan.header;
   demand(header.labels.size() == header.ids.size(), "every item has a label");
   demand(header.splits.empty() || header.splits.size() == header.ids.size(), "every item has a split");
-  demand(static_cast<std::size_t>(header.content) < store_content_names.size(), "the content is known");
+  const StoreColumns& columns = *header.columns;
+  demand(columns.chosen_count() <= most_chosen_columns, "there is a bit for every chosen column");
+  for (const AttributeColumn& column : columns.attributes)
+    demand(attribute_name_problem(column.name).empty(), "attributes have names");
   demand(header.compression <= Compression::none, "the compression is known");
   for (const Split split : header.splits)
     demand(static_cast<std::size_t>(split) < split_names.size(), "splits are known");

@@ -182,9 +182,9 @@ std::vector<std::string> gz_seeds() {
           gzip_bytes(std::string(200000, 'a'), 9)};
 }
 
-StoreHeader header_of(StoreContent content) {
+StoreHeader header_of(const StoreColumns& columns) {
   StoreHeader header;
-  header.content = content;
+  header.columns = columns;
   header.samples = 3;
   header.parameters_json = R"({"method":"direct"})";
   header.label_names = {"chair"};
@@ -197,9 +197,11 @@ StoreHeader header_of(StoreContent content) {
 std::vector<std::string> plan_seeds() {
   std::vector<std::string> seeds;
   const ScratchFolder folder;
-  for (const StoreContent content : {StoreContent::meshes, StoreContent::surfaces}) {
-    RunPlan plan{header_of(content)};
-    if (content == StoreContent::surfaces) plan.header.splits = {Split::train, Split::test};
+  StoreColumns chosen{.colors = true, .texcoord = true, .left_out = 1};
+  chosen.attributes = {{"flow", 3}, {"quality", 1}};
+  for (const StoreColumns& columns : {StoreColumns{}, StoreColumns{.rows = RowKind::surfaces}, chosen}) {
+    RunPlan plan{header_of(columns)};
+    if (columns.rows == RowKind::surfaces) plan.header.splits = {Split::train, Split::test};
     store::write_plan(folder.path(), plan);
     const std::string text = read_file(folder / "plan.bin");
     seeds.push_back(text.substr(0, text.size() - 4));
@@ -213,7 +215,7 @@ std::vector<std::string> journal_seeds() {
     return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   };
   const auto record = [](std::uint32_t samples, Compression compression) {
-    StoreHeader header = header_of(StoreContent::meshes);
+    StoreHeader header = header_of({});
     header.samples = samples;
     header.compression = compression;
     Row row;
@@ -242,7 +244,7 @@ std::vector<std::string> journal_seeds() {
   Row failed;
   failed.report.status = Status::unreadable;
   failed.report.reason = "line 3: a number is missing";
-  seeds.push_back(text_of(encode_row(header_of(StoreContent::meshes), 1, failed).bytes));
+  seeds.push_back(text_of(encode_row(header_of({}), 1, failed).bytes));
   return seeds;
 }
 

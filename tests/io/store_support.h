@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <random>
 #include <string>
@@ -124,6 +125,19 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   samples.curve_rank.resize(n);
   std::iota(samples.curve_rank.begin(), samples.curve_rank.end(), 0u);
   std::shuffle(samples.curve_rank.begin(), samples.curve_rank.end(), random);
+  const StoreColumns& columns = *header.columns;
+  samples.attributes.resize(columns.attributes.size());
+  for (std::size_t bit = 0; bit < columns.chosen_count(); ++bit) {
+    const bool is_texcoord = bit >= columns.attributes.size();
+    const std::size_t width = is_texcoord ? 2 : columns.attributes[bit].width;
+    std::vector<float>& values = is_texcoord ? samples.texcoord : samples.attributes[bit];
+    for (std::size_t i = 0; i < width * n; ++i) values.push_back(100 * real());
+    if (random() % 3 != 0) continue;
+    report.lacks |= std::uint32_t{1} << bit;
+    const std::size_t lost = random() % n;
+    for (std::size_t k = 0; k < width; ++k)
+      values[width * lost + k] = std::numeric_limits<float>::quiet_NaN();
+  }
   for (const DescriptorSchema& schema : header.descriptors) {
     made.descriptors.push_back({schema.name, {}});
     for (std::uint32_t i = 0; i < schema.width; ++i) made.descriptors.back().values.push_back(real());
@@ -167,7 +181,7 @@ inline bool same(const ItemReport& a, const ItemReport& b) {
          a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
          a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
          a.repairs.counts == b.repairs.counts && a.file_bytes == b.file_bytes &&
-         a.content_sha256 == b.content_sha256;
+         a.content_sha256 == b.content_sha256 && a.lacks == b.lacks;
 }
 
 inline bool same(const Row& a, const Row& b) {

@@ -59,7 +59,7 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
   CHECK_THAT(result.out, Contains("colors: none") && Contains("colors: material") &&
                              Contains("colors: face") && Contains("colors: vertex"));
   CHECK_THAT(result.out, Contains("color fills"));
-  CHECK(StoreReader(scratch / "s.h5").content() == StoreContent::coloured_meshes);
+  CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.colors = true});
 
   const Row cube = row_of(scratch / "s.h5", "cube.obj");
   CHECK(cube.report.color_source == ColorSource::material);

@@ -321,7 +321,7 @@ TEST_CASE("describe: a store of parametric surfaces has points but no meshes") {
   CHECK(result.exit_code == 0);
   CHECK(verify_store(store).problems.empty());
   const StoreReader reader(store);
-  CHECK(reader.content() == StoreContent::surfaces);
+  CHECK(reader.columns() == StoreColumns{.rows = RowKind::surfaces});
   REQUIRE(reader.descriptors().size() == 2);
   CHECK(contains(reader.parameters_json(), "\"describe\":\"d2,d4\""));
 }

@@ -151,6 +151,7 @@ def check_vectors(meander, search_vectors, store, folder):
 
 DATASETS = {"points": "points", "normals": "normals", "face_index": "face", "corners": "corners",
             "barycentric": "barycentric", "curve_rank": "curve_rank", "density": "density", "rgb": "rgb"}
+CHOSEN = {"texcoord": "texcoord", "attribute:height": "attributes/height", "attribute:place": "attributes/place"}
 
 
 def check_equal(arrays, original, row):
@@ -206,6 +207,48 @@ def check_arrays(meander, store, folder):
             assert about["area"] == original["items/area"][row]
 
 
+def write_numbered_box(path):
+    corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 2)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    names = ("x", "y", "z", "height", "place_0", "place_1")
+    path.write_text("\n".join(["ply", "format ascii 1.0", "element vertex 8"]
+                              + [f"property float {name}" for name in names]
+                              + ["element face 6", "property list uchar int vertex_indices", "end_header"]
+                              + [f"{a} {b} {c} {c} {a} {b}" for a, b, c in corners]
+                              + ["4 %d %d %d %d" % face for face in faces]) + "\n")
+
+
+def check_chosen(load_store, meander, folder):
+    """Attributes and texture coordinates by h5py and as npz, and a store without normals."""
+    (folder / "chosen").mkdir()
+    write_numbered_box(folder / "chosen" / "a.ply")
+    store = folder / "chosen.h5"
+    subprocess.run([meander, "run", str(folder / "chosen"), "-o", str(store), "-n", "64", "--texcoord", "--attribute",
+                    "height,place:2", "--store", "density", "--progress", "none"], check=True)
+    with h5py.File(store) as file:
+        assert file.attrs["format_version"] == 4 and "normals" not in file and "face" not in file
+        assert list(file.attrs["columns"]) == ["points", "density", "texcoord", "attributes/height", "attributes/place"]
+        points = file["points"][0]
+        assert numpy.allclose(file["attributes/height"][0], points[:, 2], atol=1e-6)
+        assert numpy.allclose(file["attributes/place"][0], points[:, :2], atol=1e-6)
+        assert numpy.isnan(file["texcoord"][0]).all()
+        lacks = file["items/lacks"]
+        assert lacks[0] == 4 and list(lacks.attrs["names"])[2] == "texcoord"
+    subprocess.run([meander, "export", str(store), "-o", str(folder / "chosen-npz"), "--format", "npz", "--arrays",
+                    ",".join(["points", *CHOSEN])], check=True)
+    with numpy.load(folder / "chosen-npz" / "a.ply.npz") as made, h5py.File(store) as file:
+        for name, dataset in CHOSEN.items():
+            array = made[name.replace(":", "_")]
+            assert array.dtype == numpy.float32
+            assert numpy.array_equal(array, file[dataset][0], equal_nan=True), name
+    assert load_store.load_store(store)[0].shape == (1, 64, 3)
+    try:
+        load_store.StoreDataset(store)
+        raise AssertionError("a data set of normals that are not there")
+    except ValueError as error:
+        assert "no normals" in str(error)
+
+
 def write_coloured_box(path, height):
     corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, height)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -244,6 +287,7 @@ def main():
         assert made.returncode == 3
         check_arrays(meander, coloured, folder)
         check_packs(meander, load_store, folder)
+        check_chosen(load_store, meander, folder)
     print("numpy, data set and files of descriptors are as the store says")
 
 

@@ -35,7 +35,7 @@ TEST_CASE("surface: points lie where uv says, the store is whole, the same comma
   CHECK(read_file(store) == read_file(again));
   CHECK(verify_store(store).problems.empty());
   const StoreReader reader(store);
-  CHECK(reader.content() == StoreContent::surfaces);
+  CHECK(reader.columns() == StoreColumns{.rows = RowKind::surfaces});
   REQUIRE(reader.rows() == 3);
   for (std::uint64_t row = 0; row < reader.rows(); ++row) {
     const Row content = reader.read_row(row);

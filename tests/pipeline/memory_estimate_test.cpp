@@ -1,5 +1,6 @@
 // What one model takes at its peak, measured, against what is reserved for it: every method, 1, 2 and 16
 // threads.
+#include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -77,6 +78,11 @@ std::vector<Setting> settings(std::uint32_t samples) {
     p.describe.descriptors = {Descriptor::d2, Descriptor::a3,       Descriptor::d1,    Descriptor::d3,
                               Descriptor::d4, Descriptor::geodesic, Descriptor::basics};
     p.describe.geodesic_sources = 256;
+  });
+  add("auto, attributes and texture coordinates", [](P& p) {
+    p = parameters_for("auto");
+    p.attributes = {{"_PLACE", 3}, {"part", 1}, {"quality", 1}};
+    p.texcoord = true;
   });
   add("direct shape DNA", [](P& p) {
     p.method = MethodChoice::direct;
@@ -196,6 +202,51 @@ TEST_CASE(
   add("many.off", many);
   check_models(models, 2048);
   check_models({models[0], models[2]}, 16384);
+}
+
+TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  const PolygonMesh surface = torus(160, 60);
+  PolygonMesh numbered = surface;
+  numbered.vertex_attributes = {{"quality", surface.x}, {"wide_0", surface.y}, {"wide_1", surface.z}};
+  write_mesh(scratch / "attributes.ply", numbered);
+  // Each corner has texture coordinates of its own, as atlases of many charts have.
+  std::string text;
+  for (std::size_t v = 0; v < surface.vertex_count(); ++v)
+    text += fmt::format("v {} {} {}\n", surface.x[v], surface.y[v], surface.z[v]);
+  for (std::size_t k = 0; k < surface.corners.size(); ++k) text += fmt::format("vt 0.{} 0.5\n", k);
+  for (std::size_t k = 0; k + 2 < surface.corners.size(); k += 3)
+    text += fmt::format("f {}/{} {}/{} {}/{}\n", surface.corners[k] + 1, k + 1, surface.corners[k + 1] + 1,
+                        k + 2, surface.corners[k + 2] + 1, k + 3);
+  write_file(scratch / "atlas.obj", text);
+  GltfFile file;
+  std::vector<float> places, coordinates;
+  for (std::size_t v = 0; v < surface.vertex_count(); ++v) {
+    for (const double value : {surface.x[v], surface.y[v], surface.z[v]})
+      places.push_back(static_cast<float>(value));
+    coordinates.insert(coordinates.end(), {places[3 * v], places[3 * v + 1]});
+  }
+  file.add_points(places);
+  file.add_indices(surface.corners);
+  file.add_accessor(file.add_view(places), 5126, surface.vertex_count(), "VEC3");
+  file.add_accessor(file.add_view(coordinates), 5126, surface.vertex_count(), "VEC2");
+  write_file(scratch / "attributes.glb",
+             file.glb(R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"_PLACE":2,"TEXCOORD_0":3},)"
+                      R"("indices":1}]}],"nodes":[{"mesh":0}])"));
+  const std::vector<fs::path> models = {scratch / "attributes.ply", scratch / "atlas.obj",
+                                        scratch / "attributes.glb"};
+  const EmbreeDevice device;
+  for (const std::uint32_t samples : {1u, 2048u, 50000u}) {
+    Setting setting{"attributes", parameters_for("auto")};
+    set_samples(setting.parameters, samples);
+    setting.parameters.attributes = {{"_PLACE", 3}, {"part", 1}, {"quality", 1}, {"wide", 2}};
+    setting.parameters.texcoord = true;
+    oneapi::tbb::task_arena(1).execute([&] { check_models(models, setting, 1, device); });
+  }
 }
 
 TEST_CASE("read_mesh: images are reserved for by their headers, before they are decoded") {

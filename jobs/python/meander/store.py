@@ -21,7 +21,7 @@ class Store:
     """A store: its rows as numpy arrays. Use it in a `with` statement, or close it.
 
     ids: of all M rows, in their order; status: words, "ok" for rows with points; labels: (M,) int32, -1 where unknown.
-    ok: the numbers of the rows that have points. samples: points a row.
+    ok: the numbers of the rows that have points. samples: points a row. attributes: the names of those that are stored.
     file: the h5py.File, for everything else (docs/STORE.md lists the datasets).
     """
 
@@ -41,6 +41,7 @@ class Store:
         self.ids = self.file["items/id"].asstr()[:].tolist()
         self.labels = self.file["label"][:, 0]
         self.samples = int(self.file.attrs["samples"])
+        self.attributes = list(self.file["attributes"]) if "attributes" in self.file else []
         self._row_of = None
 
     def __enter__(self):
@@ -73,14 +74,30 @@ class Store:
         return self.file["items/reason"].asstr()[self.row(item)]
 
     def __getitem__(self, item):
-        """All samples of one row by name: points, normals, face, ... KeyError for an id that is not there, SamplingError
-        with its status for a row without points."""
+        """All samples of one row by name: points, normals, face, ..., as far as the store has them; with --attribute
+        `attributes`, a dict by name. KeyError for an id that is not there, SamplingError with its status for a row
+        without points."""
         from . import SamplingError
         row = self.row(item)
         if self.status[row] != "ok":
             raise SamplingError(self.status[row], self.reason(row), row)
-        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density")
-        return {name: self.file[name][row] for name in names if name in self.file}
+        names = ("points", "normals", "face", "corners", "barycentric", "uv", "curve_rank", "density", "rgb",
+                 "texcoord")
+        arrays = {name: self.file[name][row] for name in names if name in self.file}
+        for name in ("direction", "spacing"):
+            if "tensor/" + name in self.file:
+                arrays["tensor_" + name] = self.file["tensor/" + name][row]
+        if self.attributes:
+            arrays["attributes"] = {name: self.file["attributes/" + name][row] for name in self.attributes}
+        return arrays
+
+    def lacks(self, item):
+        """The names of the columns in which a row has NaN at one sample or more: "attributes/NAME", "texcoord"."""
+        if "items/lacks" not in self.file:
+            return []
+        column = self.file["items/lacks"]
+        bits = int(column[self.row(item)])
+        return [name for bit, name in enumerate(column.attrs["names"]) if bits >> bit & 1]
 
     def points(self, split=None):
         """(rows, n, 3) float32: the points of all ok rows, or of those in "train", "test" or "validation"."""
@@ -124,6 +141,8 @@ class StoreDataset(_Dataset):
         with Store(self.path) as store:
             if samples is not None and not 1 <= samples <= store.samples:
                 raise ValueError("samples is %d: the store has %d a row" % (samples, store.samples))
+            if "normals" not in store.file:
+                raise ValueError("`%s` has no normals: it was made with a --store that leaves them out" % self.path)
             self.rows = store.rows(split)
             self.labels = store.labels[self.rows]
         self.samples = samples

@@ -1,0 +1,247 @@
+// Stores with columns of the user's choice: what is stored, read back, verified, merged and refused.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "io/store/run_plan.h"
+#include "io/store/schema.h"
+#include "io/store/store_file.h"
+#include "store_support.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+StoreColumns with_attributes() {
+  StoreColumns columns{.texcoord = true};
+  columns.attributes = {{"flow", 3}, {"pair", 2}, {"quality", 1}, {"wide", 4}};
+  return columns;
+}
+
+StoreHeader header_with(const StoreColumns& columns, std::uint64_t rows, std::uint32_t samples,
+                        Compression compression = Compression::standard) {
+  StoreHeader header = make_header(rows, samples, compression);
+  header.columns = columns;
+  return header;
+}
+
+// NaN equals NaN.
+bool same_floats(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), 4 * a.size()) == 0);
+}
+
+bool same_chosen(const Row& a, const Row& b) {
+  const Samples &s = a.samples, &t = b.samples;
+  if (a.report.lacks != b.report.lacks || !same_floats(s.texcoord, t.texcoord)) return false;
+  if (s.attributes.size() != t.attributes.size()) return false;
+  for (std::size_t i = 0; i < s.attributes.size(); ++i)
+    if (!same_floats(s.attributes[i], t.attributes[i])) return false;
+  return true;
+}
+
+StoreColumns points_alone() {
+  StoreColumns columns;
+  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
+    const auto column = static_cast<SampleColumn>(c);
+    if (columns.applies(column)) columns.leave_out(column);
+  }
+  return columns;
+}
+
+// All rows of a dataset as its chunks hold them.
+std::vector<std::byte> values_of(const std::filesystem::path& store, const std::string& path) {
+  const store::Hdf5Lock lock;
+  const store::StoreFileReader reader(store);
+  const auto& datasets = reader.layout().datasets;
+  for (std::size_t d = 0; d < datasets.size(); ++d) {
+    if (datasets[d].spec.path != path) continue;
+    std::vector<std::byte> values(reader.layout().rows * datasets[d].row_bytes);
+    reader.read_rows(d, 0, reader.layout().rows, values);
+    return values;
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("columns: attributes and texture coordinates are read back, whatever the shape of the chunks") {
+  for (const std::uint32_t samples : {3u, 500u, 2000u, 200000u})
+    for (const Compression compression : {Compression::standard, Compression::none}) {
+      const std::uint64_t rows = samples > 10000 ? 3 : 40;
+      const StoreHeader header = header_with(with_attributes(), rows, samples, compression);
+      const ScratchFolder folder;
+      write_store(folder / "s.h5", header, 5);
+      const StoreReader reader(folder / "s.h5");
+      CHECK(reader.columns() == with_attributes());
+      CHECK(reader.format_version() == chosen_format_version);
+      for (std::uint64_t row = 0; row < rows; ++row) {
+        const Row made = make_row(header, row), read = reader.read_row(row);
+        CHECK(same(made, read));
+        // Rows that are not ok read back without samples.
+        if (made.report.status == Status::ok) CHECK(same_chosen(made, read));
+        const Row decoded = decode_row(header, make_encoded(header, row));
+        if (made.report.status == Status::ok) CHECK(same_chosen(made, decoded));
+      }
+      CHECK(verify_store(folder / "s.h5").problems == std::vector<std::string>{});
+      CHECK(*reader.header().columns == with_attributes());
+    }
+}
+
+TEST_CASE("columns: a store without such columns is what it was") {
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", make_header(20, 100));
+  const StoreReader reader(folder / "s.h5");
+  CHECK(reader.format_version() == store_format_version);
+  CHECK(reader.columns() == StoreColumns{});
+  const std::filesystem::path copy = folder / "copy.h5";  // the reader has the other one open
+  std::filesystem::copy_file(folder / "s.h5", copy);
+  const store::Hdf5Lock lock;
+  const store::Hdf5File file(H5Fopen(copy.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open");
+  CHECK(H5Aexists(file.get(), "columns") == 0);
+  for (const char* path : {"attributes", "texcoord", "items/lacks"})
+    CHECK(H5Lexists(file.get(), path, H5P_DEFAULT) == 0);
+}
+
+TEST_CASE("columns: what is kept is what the whole store has, and rows are smaller") {
+  const ScratchFolder folder;
+  const StoreHeader whole = header_with(with_attributes(), 60, 300);
+  write_store(folder / "whole.h5", whole);
+  StoreColumns fewer = with_attributes();
+  for (const SampleColumn column : {SampleColumn::normals, SampleColumn::corners, SampleColumn::density})
+    fewer.leave_out(column);
+  const StoreHeader part = header_with(fewer, 60, 300);
+  write_store(folder / "part.h5", part);
+  CHECK(verify_store(folder / "part.h5").problems == std::vector<std::string>{});
+  const StoreReader reader(folder / "part.h5");
+  CHECK(reader.columns() == fewer);
+  for (const std::string& path : store::column_list(StoredColumns(fewer)))
+    CHECK(values_of(folder / "part.h5", "/" + path) == values_of(folder / "whole.h5", "/" + path));
+  for (std::uint64_t row = 0; row < 60; ++row) {
+    const Row read = reader.read_row(row);
+    CHECK(read.samples.normals.empty());
+    CHECK(read.samples.density.empty());
+    if (read.report.status == Status::ok) CHECK(read.samples.face.size() == 300);
+  }
+  write_store(folder / "points.h5", header_with(points_alone(), 60, 300));
+  CHECK(verify_store(folder / "points.h5").problems == std::vector<std::string>{});
+  CHECK(std::filesystem::file_size(folder / "points.h5") < std::filesystem::file_size(folder / "part.h5"));
+  CHECK(std::filesystem::file_size(folder / "part.h5") < std::filesystem::file_size(folder / "whole.h5"));
+}
+
+TEST_CASE("columns: a missing column is named with the option that stores it") {
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header_with(points_alone(), 3, 10));
+  const StoreReader reader(folder / "s.h5");
+  CHECK_THROWS_WITH(reader.require(SampleColumn::normals, "--pointnet"),
+                    Contains("no `normals`, which --pointnet needs") && Contains("--store ...,normals"));
+  CHECK_THROWS_WITH(reader.require(SampleColumn::uv, "x"), Contains("its models are meshes"));
+  CHECK_THROWS_WITH(reader.require(SampleColumn::tensor, "x"), Contains("not anisotropic"));
+  CHECK_THROWS_WITH(export_pointnet(reader, folder / "out"), Contains("no `normals`"));
+  write_store(folder / "all.h5", make_header(3, 10));
+  CHECK_NOTHROW(StoreReader(folder / "all.h5").require(SampleColumn::normals, "x"));
+}
+
+TEST_CASE("columns: any order of rows and any number of starts give the same bytes") {
+  for (const std::uint32_t samples : {20u, 1500u}) {
+    const StoreHeader header = header_with(with_attributes(), 30, samples);
+    const std::string expected = store_bytes(header);
+    const ScratchFolder folder;
+    for (std::uint64_t begin = 0; begin < 30; begin += 7) {
+      RunDirectory run(folder / "s.h5", header);
+      for (std::uint64_t row = begin; row < std::min<std::uint64_t>(begin + 7, 30); ++row)
+        run.end_item(make_encoded(header, row));
+      if (run.done_count() == 30) run.finish();
+    }
+    CHECK(read_file(folder / "s.h5") == expected);
+    write_store(folder / "other.h5", header, 99);
+    CHECK(read_file(folder / "other.h5") == expected);
+  }
+}
+
+TEST_CASE("columns: a run is continued with the same columns only") {
+  const ScratchFolder folder;
+  const StoreHeader header = header_with(with_attributes(), 30, 20);
+  {
+    RunDirectory run(folder / "s.h5", header);
+    run.end_item(make_encoded(header, 0));
+  }
+  CHECK(refusal(folder / "s.h5", header).second == 2);
+  StoreHeader plain = header;
+  plain.columns = StoreColumns{};
+  CHECK_THAT(refusal(folder / "s.h5", plain).first,
+             Contains("the columns were") && Contains("attributes/flow"));
+  StoreColumns fewer = with_attributes();
+  fewer.leave_out(SampleColumn::face);
+  plain.columns = fewer;
+  CHECK_THAT(refusal(folder / "s.h5", plain).first, Contains("the columns were"));
+}
+
+TEST_CASE("columns: verify holds what is there against what the items say that they lack") {
+  const ScratchFolder folder;
+  const StoreHeader header = header_with(with_attributes(), 4, 30);
+  const auto problems_with = [&](auto change) {
+    RunDirectory run(folder / "s.h5", header);
+    for (std::uint64_t row = 0; row < 4; ++row) {
+      Row made = make_row(header, row);
+      if (made.report.status == Status::ok) change(made);
+      run.end_item(encode_row(header, row, made));
+    }
+    run.finish();
+    std::string all;
+    for (const std::string& problem : verify_store(folder / "s.h5").problems) all += problem + "\n";
+    return all;
+  };
+  CHECK(problems_with([](Row&) {}).empty());
+  CHECK_THAT(problems_with([](Row& row) {
+               row.report.lacks |= 4;
+               for (float& value : row.samples.attributes[2]) value = 1;
+             }),
+             Contains("has no NaN in /attributes/quality, but /items/lacks says that it lacks some"));
+  CHECK_THAT(problems_with([](Row& row) {
+               row.report.lacks &= ~16u;
+               row.samples.texcoord[3] = std::numeric_limits<float>::quiet_NaN();
+             }),
+             Contains("has NaN in /texcoord, but /items/lacks says that it lacks none"));
+  CHECK_THAT(
+      problems_with([](Row& row) { row.samples.attributes[0][5] = std::numeric_limits<float>::infinity(); }),
+      Contains("/attributes/flow that is infinite"));
+  CHECK_THAT(problems_with([](Row& row) { row.report.lacks |= 64; }),
+             Contains("lacks columns that the store does not have"));
+}
+
+TEST_CASE("columns: names of attributes, and choices that are none") {
+  for (const char* good : {"quality", "_TEMPERATURE", "a b", "\xC3\xA9", "x.y", "..a", "0"})
+    CHECK(attribute_name_problem(good).empty());
+  for (const std::string& bad :
+       {std::string(), std::string("."), std::string(".."), std::string("a/b"), std::string("a,b"),
+        std::string("a:b"), std::string("a\nb"), std::string("\xFF"), std::string("\x7F"),
+        std::string(201, 'a'), std::string("a\0b", 3)})
+    CHECK_FALSE(attribute_name_problem(bad).empty());
+  const auto made = [](std::vector<AttributeColumn> attributes) {
+    StoreColumns columns;
+    columns.attributes = std::move(attributes);
+    return StoredColumns(columns);
+  };
+  CHECK_NOTHROW(made({{"a", 1}, {"b", 4}}));
+  CHECK_THROWS_AS(made({{"b", 1}, {"a", 1}}), ItemError);
+  CHECK_THROWS_AS(made({{"a", 1}, {"a", 2}}), ItemError);
+  CHECK_THROWS_AS(made({{"a", 5}}), ItemError);
+  CHECK_THROWS_AS(made({{"a", 0}}), ItemError);
+  CHECK_THROWS_AS(made({{"a/b", 1}}), ItemError);
+  std::vector<AttributeColumn> many;
+  for (int i = 0; i < 33; ++i) many.push_back({std::string(1, static_cast<char>('A' + i)), 1});
+  CHECK_THROWS_AS(made(many), ItemError);
+  many.pop_back();
+  CHECK_NOTHROW(made(many));
+}
+
+TEST_CASE("columns: the shares of plain columns are one table") {
+  CHECK(&StoredColumns().table() == &StoredColumns(StoreColumns{}).table());
+  const StoredColumns chosen(with_attributes());
+  const StoredColumns copy = chosen;
+  CHECK(&copy.table() == &chosen.table());
+  CHECK(copy == StoredColumns(with_attributes()));
+  CHECK_FALSE(copy == StoredColumns());
+}

@@ -1,0 +1,418 @@
+// `run --attribute`, `--texcoord` and `--store` as a user sees them: values, counts, what is missing, and all
+// that is done with such stores.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "io/store/store.h"
+#include "support/archive_files.h"
+#include "support/gltf_files.h"
+#include "support/meander_program.h"
+#include "support/mesh_files.h"
+#include "support/store_rows.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+constexpr std::size_t points_each = 300;
+
+ProcessResult run_columns(const fs::path& input, const fs::path& store, const Words& more) {
+  Words arguments = {"run", input.string(), "-o", store.string(), "-n", "300", "--progress", "none"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return meander_with(arguments);
+}
+
+double file_coordinate(const Row& row, std::size_t i, std::size_t axis) {
+  return row.report.loc[axis] + row.report.scale * static_cast<double>(row.samples.points[3 * i + axis]);
+}
+
+// x + 2 y - z at the vertices as `quality`, (x, y, z) as `flow`, and the number of each face.
+PolygonMesh with_linear_attributes(PolygonMesh mesh) {
+  std::vector<double> quality, number;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    quality.push_back(mesh.x[v] + 2 * mesh.y[v] - mesh.z[v]);
+  for (std::size_t f = 0; f < mesh.polygon_count(); ++f) number.push_back(static_cast<double>(f));
+  mesh.vertex_attributes = {{"quality", quality}, {"flow_0", mesh.x}, {"flow_1", mesh.y}, {"flow_2", mesh.z}};
+  mesh.face_attributes = {{"number", number}, {"quality", number}};
+  return mesh;
+}
+
+// A cube with texture coordinates of its own on each side: (x, y) of the face's first two changing axes would
+// need a formula per side; here u, v of a corner are 1/4 of its place in the polygon.
+constexpr const char* textured_cube =
+    "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    "f 4/1 3/2 2/3 1/4\nf 1/1 2/2 6/3 5/4\nf 2/1 3/2 7/3 6/4\nf 3/1 4/2 8/3 7/4\nf 4/1 1/2 5/3 8/4\n"
+    "f 5/1 6/2 7/3 8/4\n";
+
+GltfFile cube_with_attributes() {
+  GltfFile file;
+  file.add_points(gltf_cube_points);
+  file.add_indices(gltf_cube_indices);
+  std::vector<float> heat, coordinates;
+  for (std::size_t v = 0; v < 8; ++v) {
+    const float* const p = gltf_cube_points.data() + 3 * v;
+    heat.push_back(p[0] + 2 * p[1] - p[2]);
+    coordinates.insert(coordinates.end(), {p[0], 1 - p[1]});
+  }
+  file.add_accessor(file.add_view(heat), 5126, 8, "SCALAR");
+  file.add_accessor(file.add_view(gltf_cube_points), 5126, 8, "VEC3");
+  file.add_accessor(file.add_view(coordinates), 5126, 8, "VEC2");
+  return file;
+}
+
+std::string gltf_cube() {
+  return cube_with_attributes().glb(
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"_HEAT":2,"_PLACE":3,"TEXCOORD_0":4},)"
+      R"("indices":1},{"attributes":{"POSITION":0,"_HEAT":2,"_PLACE":3,"TEXCOORD_0":4},"indices":1}]}],)"
+      R"("nodes":[{"mesh":0}])");
+}
+
+void put_models(const fs::path& folder) {
+  fs::create_directories(folder);
+  write_mesh(folder / "ascii.ply", with_linear_attributes(icosphere(2)), MeshFile::ply_ascii);
+  write_mesh(folder / "big.ply", with_linear_attributes(icosphere(2)), MeshFile::ply_big_endian);
+  write_mesh(folder / "little.ply", with_linear_attributes(icosphere(2)), MeshFile::ply_little_endian);
+  write_file(folder / "cube.glb", gltf_cube());
+  write_file(folder / "cube.obj", textured_cube);
+  write_mesh(folder / "plain.stl", cube());
+  write_file(folder / "broken.off", "OFF\nnothing\n");
+}
+
+const Words all_columns = {"--attribute", "quality", "--attribute", "flow:3,number", "--attribute", "part",
+                           "--attribute", "_HEAT",   "--attribute", "_PLACE:3",      "--texcoord"};
+// Ascending: _HEAT, _PLACE, flow, number, part, quality.
+enum Place : std::size_t { heat, place, flow, number, part, quality };
+
+Words joined(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+bool all_nan(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float v) { return std::isnan(v); });
+}
+
+void require_verified(const fs::path& store) {
+  const ProcessResult result = meander_with({"verify", store.string()});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("run --attribute: PLY of every kind, linear functions and numbers of faces") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const ProcessResult result = run_columns(scratch / "in", scratch / "s.h5", all_columns);
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 3);  // the broken file
+  require_verified(scratch / "s.h5");
+  CHECK(StoreReader(scratch / "s.h5").columns().chosen_count() == 7);
+  for (const char* id : {"ascii.ply", "big.ply", "little.ply"}) {
+    const Row row = row_of(scratch / "s.h5", id);
+    const auto& attributes = row.samples.attributes;
+    REQUIRE(attributes.size() == 6);
+    for (std::size_t i = 0; i < points_each; ++i) {
+      const double expected =
+          file_coordinate(row, i, 0) + 2 * file_coordinate(row, i, 1) - file_coordinate(row, i, 2);
+      CHECK(std::abs(attributes[quality][i] - expected) < 1e-5);
+      for (std::size_t k = 0; k < 3; ++k)
+        CHECK(std::abs(attributes[flow][3 * i + k] - file_coordinate(row, i, k)) < 1e-5);
+      CHECK(attributes[number][i] == static_cast<float>(row.samples.face[i]));
+    }
+    for (const std::size_t lacking : {heat, place, part}) CHECK(all_nan(attributes[lacking]));
+    CHECK(all_nan(row.samples.texcoord));
+    CHECK(row.report.lacks == (1u << heat | 1u << place | 1u << part | 1u << 6));
+  }
+}
+
+TEST_CASE("run --attribute: attributes of glTF, and the numbers of its primitives") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", all_columns).exit_code == 3);
+  const Row row = row_of(scratch / "s.h5", "cube.glb");
+  const auto& attributes = row.samples.attributes;
+  for (std::size_t i = 0; i < points_each; ++i) {
+    const double x = file_coordinate(row, i, 0), y = file_coordinate(row, i, 1),
+                 z = file_coordinate(row, i, 2);
+    CHECK(std::abs(attributes[heat][i] - (x + 2 * y - z)) < 1e-6);
+    CHECK(std::abs(attributes[place][3 * i + 1] - y) < 1e-6);
+    CHECK(attributes[part][i] == (row.samples.face[i] < 12 ? 0 : 1));
+    CHECK(std::abs(row.samples.texcoord[2 * i] - x) < 1e-6);
+    CHECK(std::abs(row.samples.texcoord[2 * i + 1] - (1 - y)) < 1e-6);
+  }
+  CHECK(row.report.lacks == (1u << flow | 1u << number | 1u << quality));
+}
+
+TEST_CASE("run --texcoord: each side of a cube has its own coordinates, with and without --colors") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", {"--texcoord"}).exit_code == 3);
+  REQUIRE(run_columns(scratch / "in", scratch / "colored.h5", {"--texcoord", "--colors"}).exit_code == 3);
+  REQUIRE(run_columns(scratch / "in", scratch / "plain.h5", {}).exit_code == 3);
+  require_verified(scratch / "colored.h5");
+  const Row row = row_of(scratch / "s.h5", "cube.obj");
+  // The corners of the sides in the order of their coordinates (0, 0), (1, 0), (1, 1), (0, 1).
+  const int sides[6][4] = {{3, 2, 1, 0}, {0, 1, 5, 4}, {1, 2, 6, 5},
+                           {2, 3, 7, 6}, {3, 0, 4, 7}, {4, 5, 6, 7}};
+  const int corners[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                             {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  for (std::size_t i = 0; i < points_each; ++i) {
+    const int* const side = sides[row.samples.face[i]];
+    const double u = row.samples.texcoord[2 * i], v = row.samples.texcoord[2 * i + 1];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double from = corners[side[0]][k], along = corners[side[1]][k], up = corners[side[3]][k];
+      CHECK(std::abs(from + u * (along - from) + v * (up - from) - file_coordinate(row, i, k)) < 1e-5);
+    }
+  }
+  CHECK(row.report.lacks == 0);
+  for (const char* id : {"cube.obj", "cube.glb", "plain.stl"}) {
+    const Row plain = row_of(scratch / "plain.h5", id), colored = row_of(scratch / "colored.h5", id),
+              mapped = row_of(scratch / "s.h5", id);
+    CHECK(plain.samples.points == mapped.samples.points);
+    CHECK(plain.samples.points == colored.samples.points);
+    CHECK(std::memcmp(mapped.samples.texcoord.data(), colored.samples.texcoord.data(), 8 * points_each) == 0);
+  }
+}
+
+TEST_CASE("run --attribute: what models lack is counted by column, in the summary and in info") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const ProcessResult result =
+      run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "quality", "--texcoord"});
+  CHECK_THAT(result.out, Contains("3 models lack attribute `quality`, at some or all points") &&
+                             Contains("4 models lack texture coordinates"));
+  const ProcessResult again =
+      run_columns(scratch / "in", scratch / "s.h5", {"--texcoord", "--attribute", "quality", "--json"});
+  CHECK(again.exit_code == 3);
+  CHECK_THAT(again.out, Contains(R"("items_that_lack":{"attribute `quality`":3,"texture coordinates":4})"));
+  const ProcessResult info = meander_with({"info", scratch / "s.h5"});
+  CHECK_THAT(info.out, Contains("columns points, normals, face, corners, barycentric, curve_rank, density, "
+                                "texcoord, attributes/quality") &&
+                           Contains("3 models lack attribute `quality`"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5", "--json"}).out,
+             Contains(R"("texcoord","attributes/quality"])") && Contains("items_that_lack"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5", "cube.obj"}).out,
+             Contains("lacks             attributes/quality\n"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5", "plain.stl", "--json"}).out,
+             Contains(R"("lacks":["attributes/quality","texcoord"])"));
+}
+
+TEST_CASE("run --attribute: threads, archives, kills and a second run give the same bytes") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in/set");
+  const Words words = joined(all_columns, {"--store", "points,normals,face,texcoord"});
+  REQUIRE(run_columns(scratch / "in/set", scratch / "one.h5", joined(words, {"-j", "1"})).exit_code == 3);
+  const std::string expected = read_file(scratch / "one.h5");
+  REQUIRE(run_columns(scratch / "in/set", scratch / "two.h5", joined(words, {"-j", "4"})).exit_code == 3);
+  CHECK(read_file(scratch / "two.h5") == expected);
+  REQUIRE(run_columns(scratch / "in/set", scratch / "two.h5", words).exit_code == 3);
+  CHECK(read_file(scratch / "two.h5") == expected);
+  fs::create_directories(scratch / "zip");
+  write_file(scratch / "zip/set.zip", zip_bytes(entries_of(scratch / "in/set")));
+  REQUIRE(run_columns(scratch / "zip/set.zip", scratch / "zip.h5", words).exit_code == 3);
+  CHECK(read_file(scratch / "zip.h5") == expected);
+}
+
+TEST_CASE("run --attribute: shards of an array, and merged stores") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  REQUIRE(run_columns(scratch / "in", scratch / "one.h5", all_columns).exit_code == 3);
+  Words plan = {
+      "plan", (scratch / "in").string(), "-o", (scratch / "array.h5").string(), "-n", "300", "--shards", "3"};
+  const ProcessResult planned = meander_with(joined(plan, all_columns));
+  INFO(planned.out << planned.err);
+  REQUIRE(planned.exit_code == 0);
+  const std::string folder = (scratch / "array.h5.run").string();
+  for (const char* shard : {"0/3", "1/3", "2/3"}) {
+    const int code = meander_with({"run", folder, "--shard", shard, "--progress", "none"}).exit_code;
+    CHECK((code == 0 || code == 3));
+  }
+  REQUIRE(meander_with({"merge", folder}).exit_code == 0);
+  CHECK(read_file(scratch / "array.h5") == read_file(scratch / "one.h5"));
+
+  put_models(scratch / "first");
+  put_models(scratch / "second");
+  for (const char* id : {"ascii.ply", "big.ply", "broken.off"}) fs::remove(scratch / "first" / id);
+  for (const char* id : {"little.ply", "cube.glb", "cube.obj", "plain.stl"})
+    fs::remove(scratch / "second" / id);
+  REQUIRE(run_columns(scratch / "first", scratch / "a.h5", all_columns).exit_code == 0);
+  REQUIRE(run_columns(scratch / "second", scratch / "b.h5", all_columns).exit_code == 3);
+  const ProcessResult merged =
+      meander_with({"merge", scratch / "a.h5", scratch / "b.h5", "-o", scratch / "merged.h5"});
+  INFO(merged.out << merged.err);
+  REQUIRE((merged.exit_code == 0 || merged.exit_code == 3));
+  CHECK(read_file(scratch / "merged.h5") == read_file(scratch / "one.h5"));
+  REQUIRE(run_columns(scratch / "second", scratch / "c.h5", {"--texcoord"}).exit_code == 3);
+  const ProcessResult refused =
+      meander_with({"merge", scratch / "a.h5", scratch / "c.h5", "-o", scratch / "no.h5"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("attributes"));
+}
+
+TEST_CASE("run --attribute: a store is continued, and reused, with the same columns only") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  REQUIRE(run_columns(scratch / "in", scratch / "old.h5", all_columns).exit_code == 3);
+  const std::string expected = read_file(scratch / "old.h5");
+  for (const Words& other : {Words{}, Words{"--texcoord"}, joined(all_columns, {"--store", "normals"})}) {
+    CHECK(run_columns(scratch / "in", scratch / "old.h5", other).exit_code == 2);
+    const ProcessResult reused =
+        run_columns(scratch / "in", scratch / "new.h5", joined(other, {"--reuse", scratch / "old.h5"}));
+    CHECK(reused.exit_code == 2);
+    CHECK_THAT(reused.err, Contains("--reuse"));
+  }
+  REQUIRE(
+      run_columns(scratch / "in", scratch / "new.h5", joined(all_columns, {"--reuse", scratch / "old.h5"}))
+          .exit_code == 3);
+  CHECK(read_file(scratch / "new.h5") == expected);
+  fs::remove(scratch / "in/plain.stl");
+  const ProcessResult vanished =
+      run_columns(scratch / "in", scratch / "new.h5", joined(all_columns, {"--retry", "vanished"}));
+  INFO(vanished.out << vanished.err);
+  CHECK(vanished.exit_code == 3);
+  REQUIRE(run_columns(scratch / "in", scratch / "less.h5", all_columns).exit_code == 3);
+  CHECK(read_file(scratch / "new.h5") == read_file(scratch / "less.h5"));
+}
+
+TEST_CASE("run --attribute: names that are none are usage errors, all at once") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const ProcessResult result =
+      run_columns(scratch / "in", scratch / "s.h5",
+                  {"--attribute", "a/b", "--attribute", "x:7", "--attribute", "twice", "--attribute",
+                   "twice:2", "--attribute", ":3", "--attribute", "..", "--store", "tensor,rgb,uv,normals"});
+  CHECK(result.exit_code == 2);
+  CHECK_THAT(result.err, Contains("`a/b` has `/` in its name") && Contains("width `7`") &&
+                             Contains("`twice` is named more than once") && Contains("has no name") &&
+                             Contains("by dots alone") && Contains("`tensor` needs --method anisotropic") &&
+                             Contains("`rgb` needs --colors") &&
+                             Contains("only parametric surfaces have `uv`"));
+  Words many;
+  for (int i = 0; i < 32; ++i) many = joined(many, {"--attribute", fmt::format("a{}", i)});
+  const ProcessResult full = run_columns(scratch / "in", scratch / "full.h5", many);
+  CHECK(full.exit_code == 3);
+  require_verified(scratch / "full.h5");
+  const ProcessResult more = run_columns(scratch / "in", scratch / "more.h5", joined(many, {"--texcoord"}));
+  CHECK(more.exit_code == 2);
+  CHECK_THAT(more.err, Contains("33 columns"));
+  CHECK(run_columns(scratch / "in", scratch / "s.h5", {"--store", "colour"}).exit_code == 2);
+}
+
+TEST_CASE("run --store: kept columns are those of the whole store, and every reader says what it lacks") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  const Words describe = {"--label-from-folder"};
+  REQUIRE(run_columns(scratch / "in", scratch / "all.h5", describe).exit_code == 3);
+  REQUIRE(
+      run_columns(scratch / "in", scratch / "points.h5", joined(describe, {"--store", "points"})).exit_code ==
+      3);
+  REQUIRE(run_columns(scratch / "in", scratch / "some.h5", joined(describe, {"--store", "normals,density"}))
+              .exit_code == 3);
+  require_verified(scratch / "points.h5");
+  require_verified(scratch / "some.h5");
+  CHECK(fs::file_size(scratch / "points.h5") < fs::file_size(scratch / "some.h5"));
+  CHECK(fs::file_size(scratch / "some.h5") < fs::file_size(scratch / "all.h5"));
+  for (const char* id : {"ascii.ply", "cube.glb", "plain.stl"}) {
+    const Row all = row_of(scratch / "all.h5", id), some = row_of(scratch / "some.h5", id),
+              points = row_of(scratch / "points.h5", id);
+    CHECK(all.samples.points == points.samples.points);
+    CHECK(all.samples.points == some.samples.points);
+    CHECK(all.samples.normals == some.samples.normals);
+    CHECK(all.samples.density == some.samples.density);
+    CHECK(all.report.points_crc32c == points.report.points_crc32c);
+    CHECK((some.samples.face.empty() && some.samples.corners.empty() && points.samples.normals.empty()));
+  }
+  const std::string store = scratch / "points.h5", out = scratch / "out";
+  const auto refused = [&](Words words, const char* column) {
+    const ProcessResult result = meander_with(words);
+    INFO(fmt::format("{}", fmt::join(words, " ")) << ": " << result.out << result.err);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.err, Contains(fmt::format("has no `{}`", column)) && Contains("--store"));
+  };
+  refused({"export", store, "--pointnet", "-o", out}, "normals");
+  refused({"export", store, "--format", "xyz", "-o", out}, "normals");
+  refused({"export", store, "--html", scratch / "page.html"}, "normals");
+  refused({"export", store, "--format", "npz", "--arrays", "points,face_index", "-o", out}, "face");
+  refused({"export", store, "--format", "webdataset", "--arrays", "density", "-o", out}, "density");
+  refused({"describe", store, scratch / "in", "--descriptors", "geodesic", "-o", scratch / "d.h5"}, "face");
+  refused({"describe", store, "--descriptors", "pairs-unsigned", "-o", scratch / "d.h5"}, "normals");
+  refused({"measure", "discrepancy", store + "::plain.stl", "--surface", scratch / "in"}, "density");
+  refused({"render", "sheet", store, "-o", scratch / "sheet.png"}, "normals");
+  refused({"render", "turntable", store, "--item", "plain.stl", "-o", scratch / "frames"}, "normals");
+  // What can do without works.
+  for (const char* format : {"ply", "off", "npz", "webdataset"}) {
+    const ProcessResult result =
+        meander_with({"export", store, "--format", format, "-o", scratch / (std::string("to-") + format)});
+    INFO(format << result.out << result.err);
+    CHECK(result.exit_code == 0);
+  }
+  const std::string ply = read_file(scratch / "to-ply/plain.stl.ply");
+  CHECK_THAT(ply, Contains("property double z\nend_header\n"));
+  CHECK(ply.size() == ply.find("end_header\n") + 11 + 24 * points_each);
+  const ProcessResult described =
+      meander_with({"describe", store, "--descriptors", "d2,a3,d1,d3,d4,harmonics", "-o", scratch / "d.h5"});
+  INFO(described.out << described.err);
+  REQUIRE(described.exit_code == 0);
+  require_verified(scratch / "d.h5");
+  CHECK(StoreReader(scratch / "d.h5").columns() == StoreReader(store).columns());
+  CHECK(meander_with({"retrieve", "query", scratch / "d.h5", "plain.stl", "--descriptor", "d2"}).exit_code ==
+        0);
+  CHECK_THAT(meander_with({"info", store}).out, Contains("columns points\n"));
+  REQUIRE(meander_with({"export", scratch / "some.h5", "plain.stl", "-o", scratch / "some"}).exit_code == 0);
+  CHECK_THAT(read_file(scratch / "some/plain.stl.ply"),
+             Contains("property float nz\nproperty float density\nend_header\n"));
+}
+
+TEST_CASE("surface --store: parametric surfaces without some of their columns") {
+  const ScratchFolder scratch;
+  const auto run_surface = [&](const char* name, const Words& more) {
+    const Words words = {"surface", "torus", "-n", "200", "-o", (scratch / name).string()};
+    return meander_with(joined(words, more)).exit_code;
+  };
+  REQUIRE(run_surface("all.h5", {}) == 0);
+  REQUIRE(run_surface("some.h5", {"--store", "uv,density"}) == 0);
+  require_verified(scratch / "some.h5");
+  const Row all = StoreReader(scratch / "all.h5").read_row(0),
+            some = StoreReader(scratch / "some.h5").read_row(0);
+  CHECK(all.samples.points == some.samples.points);
+  CHECK(all.samples.uv == some.samples.uv);
+  CHECK((some.samples.normals.empty() && some.samples.curve_rank.empty()));
+  CHECK(run_surface("no.h5", {"--store", "face"}) == 2);
+  REQUIRE(meander_with({"export", scratch / "some.h5", "-o", scratch / "out"}).exit_code == 0);
+  CHECK_THAT(
+      read_file(scratch / "out/torus.ply"),
+      Contains("property double z\nproperty float u\nproperty float v\nproperty float density\nend_header"));
+}
+
+TEST_CASE("export --arrays: texture coordinates and attributes") {
+  const ScratchFolder scratch;
+  put_models(scratch / "in");
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", all_columns).exit_code == 3);
+  const ProcessResult result =
+      meander_with({"export", scratch / "s.h5", "ascii.ply", "--format", "webdataset", "--arrays",
+                    "texcoord,attribute:flow,attribute:number", "-o", scratch / "out"});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::string shard = read_file(scratch / "out/s-000000.tar");
+  CHECK_THAT(shard, Contains("00000000.texcoord.npy") && Contains("00000000.attribute_flow.npy") &&
+                        Contains("'shape': (300, 3)") && Contains("'shape': (300, 2)") &&
+                        Contains("'shape': (300,)"));
+  for (const auto& [array, message] : std::vector<std::pair<std::string, std::string>>{
+           {"attribute:none", "made without `--attribute none`"}, {"texcords", "did you mean `texcoord`?"}}) {
+    const ProcessResult refused = meander_with(
+        {"export", scratch / "s.h5", "--format", "npz", "--arrays", array, "-o", scratch / "no"});
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.err, Contains(message));
+  }
+}
