@@ -440,7 +440,7 @@ const std::vector<DescriptorSchema>& StoreReader::descriptors() const { return s
 
 StoreHeader StoreReader::header() const {
   StoreHeader header;
-  header.columns = state_->file->facts().columns;
+  header.columns = state_->facts().columns;
   header.samples = samples();
   header.compression = compression();
   header.seed = seed();
