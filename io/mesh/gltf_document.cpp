@@ -306,7 +306,10 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors) {
     if (!draco) continue;
     primitive.draco_view = draco->reference("bufferView");
     primitive.draco_ids = read_attributes(*draco);
-    if (colors) primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
+    if (colors) {
+      primitive.draco_colors = lenient_reference(draco->member("attributes").member("COLOR_0"));
+      primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
+    }
     if (primitive.draco_view == no_index) entry.fail("its Draco stream has no buffer view");
     if (primitive.mode < 4) entry.fail("a Draco stream holds triangles only");
   }
