@@ -45,10 +45,10 @@ inline constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert
 inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
                                                           {"unit-sphere", NormalizeKind::unit_sphere},
                                                           {"unit-box", NormalizeKind::unit_box}};
-inline constexpr Word<DensityKind> density_words[] = {{"uniform", DensityKind::uniform},
-                                                      {"mean", DensityKind::mean},
-                                                      {"gaussian", DensityKind::gaussian},
-                                                      {"max", DensityKind::max}};
+inline constexpr Word<DensityKind> density_words[] = {
+    {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
+    {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},
+    {"texture", DensityKind::texture},   {"texture-inverse", DensityKind::texture_inverse}};
 
 inline constexpr Word<Compression> compression_words[] = {{"default", Compression::standard},
                                                           {"none", Compression::none}};

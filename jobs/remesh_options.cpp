@@ -50,6 +50,8 @@ void resolve_remesh_options(RemeshOptions& options) {
   resolve_run_options(options.run, options.texts, nullptr);
   if (options.run.sample.place.normalize != NormalizeKind::none)
     throw UsageError("--normalize: meshes have the coordinates of their files");
+  if (reads_textures(options.run.sample.density.kind))
+    throw UsageError("--density texture: remeshing does not read the images of models");
 }
 
 const char* extension_of(MeshFormat format) {

@@ -30,7 +30,7 @@ StoreColumns columns_of(const RunOptions& options) {
 
 namespace {
 
-// "uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME"
+// A word, "attribute:NAME" or "face-attribute:NAME".
 void resolve_density(const std::string& text, DensityParameters& density,
                      std::vector<std::string>& problems) {
   constexpr std::string_view vertex = "attribute:", face = "face-attribute:";
@@ -45,7 +45,8 @@ void resolve_density(const std::string& text, DensityParameters& density,
       return;
     }
   problems.push_back("--density: `" + text +
-                     "` is not one of uniform|mean|gaussian|max|attribute:NAME|face-attribute:NAME");
+                     "` is not one of uniform|mean|gaussian|max|texture|texture-inverse|attribute:NAME|"
+                     "face-attribute:NAME");
 }
 
 // "none" or "d2,geodesic,..."; each once.
@@ -202,15 +203,19 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
       "How the surface is ordered: auto, the order that measures best (balanced bisection in space); a "
       "curve over a conformal chart; a curve in space; or a curve over a chart conformal in the metric of "
       "a tensor field");
-  table.add(points, "density", "--density", texts.density,
-            "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME");
+  table.add(
+      points, "density", "--density", texts.density,
+      "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME; texture: the "
+      "luminance of the model's textures, more samples where they are bright, texture-inverse: where they "
+      "are "
+      "dark (with --colors)");
   table
       .add(points, "density_floor", "--density-floor", sample.density.floor,
-           "Density of flat parts for curvature densities, 1e-6 to 1")
+           "Density of flat parts for curvature densities, of dark ones for textures, 1e-6 to 1")
       .on_given(shapes_density);
   table
       .add(points, "density_exponent", "--density-exponent", sample.density.exponent,
-           "Exponent of curvature densities, 0.25 to 4")
+           "Exponent of curvature and texture densities, 0.25 to 4")
       .on_given(shapes_density);
   table.add(points, "locate", "--locate", sample.locate, locate_words,
             "Point location: Embree rays with sheets, elements alone, the survey's first hit");
@@ -345,10 +350,11 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   sample.attributes = parse_attributes(texts.attributes, problems);
   options.left_out = parse_left_out(texts.stored, columns_of(options), problems);
   resolve_density(texts.density, sample.density, problems);
-  const DensityKind density = sample.density.kind;
-  if (texts.shapes_density && density != DensityKind::mean && density != DensityKind::gaussian &&
-      density != DensityKind::max)
-    problems.push_back("--density-floor and --density-exponent apply to curvature densities only");
+  // What the images are is then in the store too: rows of another image are other rows.
+  if (reads_textures(sample.density.kind)) sample.colors = true;
+  if (texts.shapes_density && !has_shape(sample.density.kind))
+    problems.push_back(
+        "--density-floor and --density-exponent apply to densities of curvature and textures only");
   if (!method_of(sample).makes_charts && sample.locate != LocatorKind::embree)
     problems.push_back(
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",

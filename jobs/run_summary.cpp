@@ -73,6 +73,13 @@ std::string lacking_attribute(const StoreSummary& summary) {
   return {};
 }
 
+// Models that show no image at any sample, of a run whose density is that of their images: theirs is 1.
+std::uint64_t untextured(const StoreSummary& summary, const RunOptions& options) {
+  if (!reads_textures(options.sample.density.kind)) return 0;
+  return summary.by_status[static_cast<std::size_t>(Status::ok)] -
+         summary.by_color_source[static_cast<std::size_t>(ColorSource::texture)];
+}
+
 void write_ids(JsonWriter& json, const char* name, const std::vector<std::string>& ids) {
   json.key(name);
   json.begin_array();
@@ -102,6 +109,8 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
     json.member("items_with_color_fills", summary.rows_with_fills);
   }
   write_lacking(json, summary);
+  if (reads_textures(options.sample.density.kind))
+    json.member("items_without_texture", untextured(summary, options));
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
     json.member("notice", lacking);
   json.key("failed");
@@ -238,6 +247,9 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
   print_lacking(summary);
+  if (const std::uint64_t rows = untextured(summary, options); rows > 0)
+    fmt::print("  {:<20}{:>10}   their density is 1: no image of theirs is there to follow\n", "no texture",
+               rows);
   if (outcome.added > 0) fmt::print("  {:<20}{:>10}\n", "new inputs", outcome.added);
   if (!outcome.changed.empty()) fmt::print("  {:<20}{:>10}\n", "changed inputs", outcome.changed.size());
   if (!outcome.vanished.empty()) fmt::print("  {:<20}{:>10}\n", "vanished inputs", outcome.vanished.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "kernels/density/texture_density.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
@@ -120,6 +121,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
             samples * bytes_per_coordinate_sample;
   for (const AttributeColumn& column : parameters.attributes)
     file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
+  if (reads_textures(parameters.density.kind)) file += texture_density_bytes(triangles);
   const double prepared =
       triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
   // Elements weigh half the limit at least, but for needles in a metric.

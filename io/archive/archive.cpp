@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "io/archive/little_endian.h"
@@ -169,6 +170,58 @@ std::optional<std::size_t> Archive::find(std::string_view name) const {
   if (top_.empty() || !name.starts_with(top_)) return std::nullopt;
   const auto below = position_.find(name.substr(top_.size()));
   return below == position_.end() ? std::nullopt : std::optional(below->second);
+}
+
+namespace {
+
+char ascii_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
+
+bool folded_less(std::string_view a, std::string_view b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
+                                      [](char x, char y) { return ascii_lower(x) < ascii_lower(y); });
+}
+
+// Which of two variants of a path is meant: by the first part in which they differ.
+bool is_meant_before(std::string_view a, std::string_view b, std::string_view wanted) {
+  const auto differ =
+      static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin()).first - a.begin());
+  if (differ == a.size()) return false;
+  const std::size_t slash = a.rfind('/', differ), begin = slash == std::string_view::npos ? 0 : slash + 1;
+  const std::size_t length = a.find('/', differ) - begin;
+  const std::string_view part = wanted.substr(begin, length);
+  if (a.substr(begin, length) == part) return true;
+  return b.substr(begin, length) != part && a < b;
+}
+
+}  // namespace
+
+bool same_but_case(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && !folded_less(a, b) && !folded_less(b, a);
+}
+
+std::optional<std::size_t> Archive::find_in_any_case(std::string_view name) const {
+  if (const auto exact = find(name)) return exact;
+  const auto name_of_member = [this](std::uint32_t member) -> std::string_view {
+    return members()[member].name;
+  };
+  std::call_once(folding_, [&] {
+    by_folded_name_.resize(members().size());
+    std::iota(by_folded_name_.begin(), by_folded_name_.end(), 0u);
+    std::sort(by_folded_name_.begin(), by_folded_name_.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return folded_less(name_of_member(a), name_of_member(b));
+    });
+  });
+  if (!top_.empty() && name.starts_with(top_)) name.remove_prefix(top_.size());
+  const auto begin = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), name,
+                                      [&](std::uint32_t member, std::string_view wanted) {
+                                        return folded_less(name_of_member(member), wanted);
+                                      });
+  auto end = begin;
+  while (end != by_folded_name_.end() && same_but_case(name_of_member(*end), name)) ++end;
+  if (begin == end) return std::nullopt;
+  return *std::min_element(begin, end, [&](std::uint32_t a, std::uint32_t b) {
+    return is_meant_before(name_of_member(a), name_of_member(b), name);
+  });
 }
 
 InputFile Archive::open() const {

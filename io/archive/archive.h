@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -32,8 +33,8 @@ std::string name_without_packing(const std::filesystem::path& path);
 // folder of the same name.
 //
 // A .tar.gz file is unpacked once when it is listed, and nothing of it is kept but access points, 32 KiB each
-// for every half MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it. So no
-// disk is needed, and nothing is left behind by a process that dies; a scratch file would be faster for
+// for every half MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it.
+// So no disk is needed, and nothing is left behind by a process that dies; a scratch file would be faster for
 // archives beyond a few GiB, whose points are far apart.
 class Archive {
  public:
@@ -51,6 +52,10 @@ class Archive {
   const std::string& problem() const { return listing_.problem; }
   // A member by its path below the folder that the archive stands for, or as it is stored.
   std::optional<std::size_t> find(std::string_view name) const;
+  // The same, or where there is none the member whose path differs in the case of ASCII letters alone: many
+  // collections were made where that makes no difference. Of several, part by part of the path, the one that
+  // is exact, then the first by bytes. O(log members); once O(members log members).
+  std::optional<std::size_t> find_in_any_case(std::string_view name) const;
 
   // The unpacked bytes, checked against their size and checksum where the archive has one. Throws ItemError:
   // the status of a refused member; unreadable when they are damaged or cut, are more than the archive states
@@ -80,11 +85,16 @@ class Archive {
   ArchiveKind kind_;
   ArchiveListing listing_;
   std::unordered_map<std::string_view, std::size_t> position_;  // of members, by name
+  mutable std::once_flag folding_;
+  mutable std::vector<std::uint32_t> by_folded_name_;  // members; see find_in_any_case
   std::string top_;  // the folder that counts once, with a slash; empty: none
   AccessPoints points_;
   std::uint64_t file_bytes_ = 0;
   std::timespec modified_{};
 };
+
+// Whether two names differ at most in the case of ASCII letters.
+bool same_but_case(std::string_view a, std::string_view b);
 
 // A member of an archive as the place of a file; without an archive it is none.
 struct PackedFile {

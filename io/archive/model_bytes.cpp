@@ -19,9 +19,9 @@ std::uint64_t packed_bytes_of(const PackedFile& packed) {
 bool is_member(const PackedFile& packed) { return packed && packed.archive->kind() != ArchiveKind::gzip; }
 
 // A file that a member of an archive names; none where the archive has no such member.
-PackedFile member_beside(const PackedFile& packed, const std::string& path) {
-  const fs::path name = fs::path(packed.facts().name).parent_path() / path;
-  const auto member = packed.archive->find(name.generic_string());
+PackedFile member_beside(const PackedFile& packed, const std::string& path, bool any_case) {
+  const std::string name = (fs::path(packed.facts().name).parent_path() / path).generic_string();
+  const auto member = any_case ? packed.archive->find_in_any_case(name) : packed.archive->find(name);
   return member ? PackedFile{packed.archive, *member} : PackedFile{};
 }
 
@@ -31,36 +31,35 @@ fs::path folder_of_model(const fs::path& path, const PackedFile& packed) {
   return folder.empty() ? "." : folder;
 }
 
-char ascii_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
-
-bool same_but_case(const std::string& a, const std::string& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](char x, char y) { return ascii_lower(x) == ascii_lower(y); });
+// The file at the end of these names below a folder. Folders are listed only where no exact name leads to it.
+// names_left: how many names the lists may still have.
+std::optional<fs::path> find_variant(const fs::path& folder, fs::path::const_iterator name,
+                                     const fs::path::const_iterator end, std::size_t& names_left) {
+  if (name == end) return folder;
+  const auto next = std::next(name);
+  std::error_code error;
+  if (fs::exists(folder / *name, error))
+    if (auto found = find_variant(folder / *name, next, end, names_left)) return found;
+  const std::string wanted = name->string();
+  std::vector<std::string> others;
+  std::size_t names = 0;
+  for (fs::directory_iterator at(folder, error), last; !error && at != last; at.increment(error)) {
+    if (++names > most_searched_names || names_left-- == 0) return std::nullopt;
+    const std::string other = at->path().filename().string();
+    if (other != wanted && same_but_case(other, wanted)) others.push_back(other);
+  }
+  std::sort(others.begin(), others.end());
+  for (const std::string& other : others)
+    if (auto found = find_variant(folder / other, next, end, names_left)) return found;
+  return std::nullopt;
 }
 
-// The file of this name below a folder, or the first by bytes of those whose names differ in the case of
-// letters: many collections were made where that makes no difference. The path as it stands where there is
-// none.
+// As Archive::find_in_any_case does. The path as it stands where there is no such file.
 fs::path find_in_any_case(const fs::path& folder, const fs::path& path) {
   std::error_code error;
   if (fs::exists(folder / path, error)) return folder / path;
-  fs::path found = folder;
-  for (const fs::path& name : path) {
-    if (fs::exists(found / name, error)) {
-      found /= name;
-      continue;
-    }
-    std::string first;
-    std::size_t names = 0;
-    for (fs::directory_iterator at(found, error), end; !error && at != end; at.increment(error)) {
-      if (++names > most_searched_names) return folder / path;
-      const std::string other = at->path().filename().string();
-      if (same_but_case(other, name.string()) && (first.empty() || other < first)) first = other;
-    }
-    if (first.empty()) return folder / path;
-    found /= first;
-  }
-  return found;
+  std::size_t names_left = 16 * most_searched_names;
+  return find_variant(folder, path.begin(), path.end(), names_left).value_or(folder / path);
 }
 
 void append_digests(std::span<const CompanionFile> files, std::vector<std::uint8_t>& digests) {
@@ -111,7 +110,7 @@ void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, 
                                 bool any_case) {
   try {
     if (is_member(packed)) {
-      const PackedFile member = member_beside(packed, companion.path);
+      const PackedFile member = member_beside(packed, companion.path, any_case);
       if (!member) throw ItemError(Status::unreadable, "the archive has no such member");
       beside_.push_back(open({}, member));
     } else {
@@ -178,7 +177,7 @@ MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshForm
   estimate.packed_bytes = packed_bytes_of(packed);
   if (is_member(packed))
     for (const std::string& name : estimate.companions) {
-      const PackedFile member = member_beside(packed, name);
+      const PackedFile member = member_beside(packed, name, false);
       if (member) estimate.file_bytes += member.facts().bytes;
       estimate.packed_bytes += packed_bytes_of(member);
     }

@@ -28,8 +28,8 @@ class ModelBytes {
   // Throws ItemError as MappedFile and Archive::unpack do, and too_large when all that has to be unpacked is
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
   // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
-  // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those of a model
-  // that is no member of an archive are also found where letters have another case, in folders of up to
+  // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those are
+  // also found where letters have another case (Archive::find_in_any_case), on disk in folders of up to
   // most_searched_names.
   ModelBytes(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format,
              std::uint64_t most_unpacked = ~std::uint64_t{0}, bool colors = false);

@@ -50,6 +50,22 @@ std::string path_below_model(std::string_view path, std::string& reason);
 PointCloud read_ply_points(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PolygonMesh read_off_vertices(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
 PointCloud read_text_points(std::string_view text, const CancelToken& cancel);
+PointCloud read_npy_points(std::string_view content, const CancelToken& cancel);
+
+// The numbers behind x y z in the rows of files that may not say what they are.
+struct TrailingNormals {
+  enum class Kind : std::uint8_t { unnamed, named, none };
+  Kind kind = Kind::unnamed;
+  bool any_unit = false;
+
+  // Three numbers of the next point, unless `kind` is none. Unnamed ones that cannot be a normal end all
+  // normals.
+  void add(double x, double y, double z, std::vector<float>& normals);
+  // Behind the last point: unnamed ones of which none has length 1 are no normals.
+  void finish(std::vector<float>& normals) const {
+    if (kind == Kind::unnamed && !any_unit) normals.clear();
+  }
+};
 
 // read_points of the bytes of a file of this name, with block sizes of the caller's choice.
 PointCloud read_points_in_blocks(std::string_view content, const std::filesystem::path& name,

@@ -319,6 +319,7 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors, cons
     primitive.draco_ids = read_attributes(*draco);
     if (coordinates) primitive.draco_coordinates = read_coordinates(draco->member("attributes"));
     primitive.draco_asked = read_asked(draco->member("attributes"), extras.attributes);
+    if (colors) primitive.draco_colors = lenient_reference(draco->member("attributes").member("COLOR_0"));
     if (primitive.draco_view == no_index) entry.fail("its Draco stream has no buffer view");
     if (primitive.mode < 4) entry.fail("a Draco stream holds triangles only");
   }

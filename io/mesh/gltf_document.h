@@ -74,10 +74,11 @@ struct GltfAttributes {
 struct GltfPrimitive {
   GltfAttributes attributes;
   std::uint32_t indices = no_index;
-  std::uint32_t mode = 4;           // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
-  std::uint32_t colors = no_index;  // an accessor; not of a Draco stream
+  std::uint32_t mode = 4;                 // 0 points, 1 to 3 lines, 4 triangles, 5 strip, 6 fan
+  std::uint32_t colors = no_index;        // an accessor,
+  std::uint32_t draco_colors = no_index;  // and an id in its Draco stream
   std::uint32_t material = no_index;
-  // Sets of texture coordinates, accessors; in a Draco stream ids. The two above only if colours are asked
+  // Sets of texture coordinates, accessors; in a Draco stream ids. The three above only if colours are asked
   // for, these also if coordinates are.
   std::vector<std::uint32_t> coordinates, draco_coordinates;
   // Accessors, and ids in a Draco stream, of the attributes that are asked for, in their order.

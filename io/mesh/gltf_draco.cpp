@@ -116,6 +116,12 @@ std::vector<double> values_of(const draco::Mesh& mesh, const DracoAttribute& wan
         !attribute->ConvertValue<double>(at, static_cast<std::int8_t>(wanted.width), to))
       fail(fmt::format("its attribute {} is damaged", wanted.id));
   }
+  if (wanted.shares && !attribute->normalized()) {  // normalised ones are shares already
+    const double largest = attribute->data_type() == draco::DT_UINT8    ? 255
+                           : attribute->data_type() == draco::DT_UINT16 ? 65535
+                                                                        : 1;
+    for (double& value : values) value /= largest;
+  }
   return values;
 }
 

@@ -14,6 +14,7 @@ struct DracoAttribute {
   std::uint32_t id = 0;     // in the stream
   std::uint32_t width = 3;  // numbers per vertex
   bool optional = false;    // where the stream lacks it, or has it otherwise, there are no values
+  bool shares = false;      // bytes and 16-bit integers become shares of the largest, as colours have them
 };
 
 struct DracoMesh {

@@ -263,20 +263,31 @@ class SceneReader {
 
   // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone.
   void add_vertex_colors(std::uint32_t accessor, std::size_t count) {
-    std::vector<float>& colors = mesh_.colors.vertex;
-    const std::size_t begin = colors.size();
-    colors.resize(begin + 3 * count, no_color);
-    if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count) return;
-    const std::uint32_t width = document_.accessors[accessor].width;
-    if (width != 3 && width != 4) return;
+    std::vector<double> values;
+    const std::uint32_t width = color_width(accessor);
     try {
-      const std::vector<double> values = data_.numbers(accessor, width, cancel_);
-      for (std::size_t v = 0; v < count; ++v)
-        for (std::size_t k = 0; k < 3; ++k)
-          colors[begin + 3 * v + k] = static_cast<float>(values[width * v + k]);
+      if (width > 0 && document_.accessors[accessor].count == count)
+        values = data_.numbers(accessor, width, cancel_);
     } catch (const ItemError& error) {
       if (error.status() != Status::unreadable) throw;
     }
+    add_vertex_colors(values, width, count);
+  }
+  // values: `width` for each vertex; other counts are no colours.
+  void add_vertex_colors(std::span<const double> values, std::uint32_t width, std::size_t count) {
+    std::vector<float>& colors = mesh_.colors.vertex;
+    const std::size_t begin = colors.size();
+    colors.resize(begin + 3 * count, no_color);
+    if (values.size() != width * count) return;
+    for (std::size_t v = 0; width > 0 && v < count; ++v)
+      for (std::size_t k = 0; k < 3; ++k)
+        colors[begin + 3 * v + k] = static_cast<float>(values[width * v + k]);
+  }
+  // Numbers of a colour; 0: the accessor has none.
+  std::uint32_t color_width(std::uint32_t accessor) const {
+    if (accessor >= document_.accessors.size()) return 0;
+    const std::uint32_t width = document_.accessors[accessor].width;
+    return width == 3 || width == 4 ? width : 0;
   }
 
   // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute
@@ -339,6 +350,9 @@ class SceneReader {
     const std::size_t asked_at = wanted.size();
     for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
       wanted.push_back({primitive.draco_asked[i], extras_.attributes[i].width, true});
+    const std::uint32_t color_numbers =
+        primitive.draco_colors == no_index ? 0 : color_width(primitive.colors);
+    if (color_numbers > 0) wanted.push_back({primitive.draco_colors, color_numbers, true, true});
     DracoMesh decoded =
         decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
     VertexValues values;
@@ -348,7 +362,9 @@ class SceneReader {
       values.weights.push_back(std::move(decoded.values[2 + 2 * s]));
     }
     const VertexBlock block = place(part, values);
-    if (colors_) add_vertex_colors(no_index, block.count);
+    if (colors_)
+      add_vertex_colors(color_numbers > 0 ? decoded.values.back() : std::vector<double>(), color_numbers,
+                        block.count);
     for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
       if (const std::vector<double>& found = decoded.values[asked_at + i]; !found.empty())
         add_asked_values(extras_.attributes[i], found, block);

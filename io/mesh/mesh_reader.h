@@ -125,8 +125,7 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 // (baseColorTexture), of which those are decoded that a polygon has. An image that is missing, damaged or
 // beyond most_image_pixels is kept without pixels. Integers of PLY have the range of their type. Elsewhere
 // values are in [0, 1], or in [0, 255] where one of a file's vertices or faces is above 1. A colour that is
-// not there or cannot be read is none, never an error. Colours of vertices in binary OFF and in Draco streams
-// are not read.
+// not there or cannot be read is none, never an error.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 

@@ -262,7 +262,9 @@ bool plausible_counts(BinaryOff file, std::size_t words_per_vertex) {
          static_cast<std::size_t>(vertices) <= file.words_left() / words_per_vertex;
 }
 
-void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, const CancelToken& cancel) {
+// colors: three numbers for each face that stay as they are without a colour, or null.
+void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, float* colors,
+                       const CancelToken& cancel) {
   std::vector<PolygonPart> parts(1);
   PolygonPart& part = parts[0];
   part.begin.reserve(std::min(faces, file.words_left() / 2) + 1);
@@ -279,7 +281,10 @@ void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, co
       file.at = file.content.size();
       break;
     }
-    file.at += 4 * static_cast<std::size_t>(colours);
+    const std::size_t next = file.at + 4 * static_cast<std::size_t>(colours);
+    if (colors != nullptr && (colours == 3 || colours == 4))
+      for (std::size_t k = 0; k < 3; ++k) colors[3 * (part.count() - 1) + k] = file.word<float>();
+    file.at = next;
   }
   if (part.count() == 0)
     throw ItemError(Status::unreadable, "byte " + std::to_string(file.at) + ": none of " +
@@ -290,7 +295,7 @@ void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, co
 }
 
 PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wanted wanted,
-                        const CancelToken& cancel) {
+                        const CancelToken& cancel, bool colors = false) {
   const std::size_t positions = header.homogeneous ? 4 : 3;
   const std::size_t words =
       positions + (header.normals ? 3 : 0) + (header.colours ? 4 : 0) + (header.texture ? 2 : 0);
@@ -308,6 +313,11 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
   check_promise(vertices, faces, wanted);
   PolygonMesh mesh;
   make_vertices(mesh, vertices, header.normals);
+  if (colors) {
+    mesh.colors.vertex.assign(header.colours ? 3 * vertices : 0, no_color);
+    // A face takes two words.
+    mesh.colors.face.assign(3 * (std::min(faces, file.words_left() / 2) + 1), no_color);
+  }
   for (std::size_t v = 0; v < vertices; ++v) {
     if (v % rows_between_checks == 0) cancel.check();
     mesh.x[v] = file.word<float>();
@@ -320,7 +330,10 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
       mesh.z[v] /= w;
     }
     for (std::size_t k = 0; header.normals && k < 3; ++k) mesh.normals[3 * v + k] = file.word<float>();
-    file.at += 4 * ((header.colours ? 4 : 0) + (header.texture ? 2 : 0));
+    const std::size_t next = file.at + 4 * ((header.colours ? 4 : 0) + (header.texture ? 2 : 0));
+    for (std::size_t k = 0; colors && header.colours && k < 3; ++k)
+      mesh.colors.vertex[3 * v + k] = file.word<float>();
+    file.at = next;
   }
   if (wanted == Wanted::points) {
     for (std::size_t v = 0; v < vertices; ++v)
@@ -333,7 +346,8 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
                                               " vertices that the header promises");
     return mesh;
   }
-  read_binary_faces(file, faces, mesh, cancel);
+  read_binary_faces(file, faces, mesh, colors ? mesh.colors.face.data() : nullptr, cancel);
+  if (colors) finish_colors(mesh);
   return mesh;
 }
 
@@ -342,7 +356,7 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
 PolygonMesh read_off(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
                      const MeshSurroundings& around) {
   const OffHeader header = parse_off_header(content);
-  return header.binary ? read_binary(content, header, Wanted::mesh, cancel)
+  return header.binary ? read_binary(content, header, Wanted::mesh, cancel, around.colors)
                        : read_text(content, header, Wanted::mesh, cancel, rule, around.colors);
 }
 

@@ -13,23 +13,24 @@ namespace meander {
 
 namespace {
 
-enum class PointFile : std::uint8_t { ply, off, text };
+enum class PointFile : std::uint8_t { ply, off, text, npy };
 
 PointFile kind_of(const std::filesystem::path& path) {
-  static constexpr std::array<std::pair<std::string_view, PointFile>, 6> extensions = {
+  static constexpr std::array<std::pair<std::string_view, PointFile>, 7> extensions = {
       {{".ply", PointFile::ply},
        {".off", PointFile::off},
        {".xyz", PointFile::text},
        {".txt", PointFile::text},
        {".csv", PointFile::text},
-       {".pts", PointFile::text}}};
+       {".pts", PointFile::text},
+       {".npy", PointFile::npy}}};
   const std::string extension = path.extension().string();
   for (const auto& [name, kind] : extensions)
     if (text::same_word(extension, name)) return kind;
   throw ItemError(Status::unsupported_format,
                   (extension.empty() ? "a name without extension"
                                      : "the extension " + text::quoted(extension, extension.data())) +
-                      " is none of .ply .off .xyz .txt .csv .pts");
+                      " is none of .ply .off .xyz .txt .csv .pts .npy");
 }
 
 PointCloud dispatch(std::string_view content, PointFile kind, const CancelToken& cancel,
@@ -61,6 +62,12 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
                                  const CancelToken& cancel, const BlockRule& rule) {
   const PointFile kind = kind_of(name);
   if (content.empty()) throw ItemError(Status::empty, "the file is empty");
+  if (kind == PointFile::npy) {
+    if (const std::string other = foreign_content(content, std::nullopt); !other.empty())
+      throw ItemError(Status::unreadable,
+                      "by its name this is an array of numpy, by its content it is " + other);
+    return read_npy_points(content, cancel);
+  }
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, kind == PointFile::ply))
     return dispatch(*copy, kind, cancel, rule);

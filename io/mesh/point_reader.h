@@ -27,6 +27,10 @@ struct PointCloud {
 //   the last vertex on its line.
 // * .xyz .txt .csv .pts: one point a line. 2 numbers are x y; 3 are x y z; 6 and more are x y z, three of a
 //   normal, and anything. 4 and 5 are refused. Every line is of the kind of the first.
+// * .npy: an array of numpy of shape (n, 2), (n, 3) or (n, 6 and more), columns as above; float32 or float64
+// in
+//   either byte order, C or Fortran order, versions 1 to 3 of the format. An array of more columns than rows
+//   is refused from 7 columns on: it is transposed.
 // Text of points, more exactly:
 // * Numbers are separated by blanks and tabs, or by single commas with or without blanks around them. Commas
 //   and blanks that both separate numbers of one line are refused: the comma may be a decimal mark.
@@ -46,9 +50,9 @@ struct PointCloud {
 //
 // Throws ItemError with a sentence (with the line in text, the byte or the point in binary files):
 // unreadable; empty for no point; non_finite for a coordinate that is NaN or infinite; unsupported_format for
-// another extension, columns that are not understood, and 2^32 - 1 points and more. RunCancelled and
-// bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY files are read in
-// parallel blocks.
+// another extension, columns or types of values that are not understood, and 2^32 - 1 points and more.
+// RunCancelled and bad_alloc pass. Cost: linear in the file; large ascii PLY and OFF files and binary PLY
+// files are read in parallel blocks.
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel = {});
 
 }  // namespace meander

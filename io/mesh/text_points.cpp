@@ -38,13 +38,11 @@ class TextPointReader {
                       "the first line promises " + std::to_string(static_cast<std::int64_t>(*promised_)) +
                           " points, but the file holds " + std::to_string(cloud_.count()));
     if (cloud_.count() == 0) throw ItemError(Status::empty, "the file holds no point");
-    if (normals_ == Normals::unnamed && !any_unit_) cloud_.normals.clear();
+    normals_.finish(cloud_.normals);
     return std::move(cloud_);
   }
 
  private:
-  enum class Normals : std::uint8_t { unnamed, named, none };
-
   // Whether the line is a header: words of which none begins like a number: a damaged first point is no
   // header.
   bool read_header(TextCursor line) {
@@ -68,7 +66,7 @@ class TextPointReader {
       return (static_cast<unsigned char>(c) < ' ' || c == '\x7F') && c != '\t' && c != '\r';
     };
     if (std::any_of(start, line.end, is_control)) return false;
-    normals_ = Normals::none;
+    normals_.kind = TrailingNormals::Kind::none;
     if (std::find(words.begin(), words.end(), "x") == words.end()) return true;
     const auto has = [&](std::size_t column, const char* name) {
       return column < words.size() && words[column] == name;
@@ -76,7 +74,7 @@ class TextPointReader {
     if (!has(0, "x") || !has(1, "y") || (words.size() > 2 && !has(2, "z")))
       throw ItemError(Status::unsupported_format,
                       place(start) + "the columns do not begin with x y or x y z, as they must");
-    if (has(3, "nx") && has(4, "ny") && has(5, "nz")) normals_ = Normals::named;
+    if (has(3, "nx") && has(4, "ny") && has(5, "nz")) normals_.kind = TrailingNormals::Kind::named;
     return true;
   }
 
@@ -104,19 +102,7 @@ class TextPointReader {
     cloud_.y.push_back(values[1]);
     cloud_.z.push_back(values[2]);
     check_count(cloud_.count(), "points");
-    if (columns_ == most_columns && normals_ != Normals::none) add_normal(values);
-  }
-
-  void add_normal(const std::array<double, most_columns>& values) {
-    const double length = std::hypot(values[3], values[4], values[5]);
-    const bool unit = std::abs(length - 1) <= 0.01;
-    any_unit_ = any_unit_ || unit;
-    if (normals_ == Normals::unnamed && !unit && std::isfinite(length) && length != 0) {
-      normals_ = Normals::none;  // other data, for example colours
-      cloud_.normals = {};
-      return;
-    }
-    for (std::size_t k = 3; k < most_columns; ++k) cloud_.normals.push_back(static_cast<float>(values[k]));
+    if (columns_ == most_columns) normals_.add(values[3], values[4], values[5], cloud_.normals);
   }
 
   // The numbers of a line, at most six; returns how many.
@@ -159,11 +145,23 @@ class TextPointReader {
   PointCloud cloud_;
   std::size_t columns_ = 0;         // of the first point
   std::optional<double> promised_;  // points, by a count in the first line
-  Normals normals_ = Normals::unnamed;
-  bool any_unit_ = false;
+  TrailingNormals normals_;
 };
 
 }  // namespace
+
+void TrailingNormals::add(double x, double y, double z, std::vector<float>& normals) {
+  if (kind == Kind::none) return;
+  const double length = std::hypot(x, y, z);
+  const bool unit = std::abs(length - 1) <= 0.01;
+  any_unit = any_unit || unit;
+  if (kind == Kind::unnamed && !unit && std::isfinite(length) && length != 0) {
+    kind = Kind::none;  // other data, for example colours
+    normals = {};
+    return;
+  }
+  for (const double value : {x, y, z}) normals.push_back(static_cast<float>(value));
+}
 
 PointCloud read_text_points(std::string_view content, const CancelToken& cancel) {
   return TextPointReader(content, cancel).read();

@@ -114,7 +114,7 @@ JobFunction add_measure_job(Command& program) {
   command
       .add_option("INPUT", options->inputs,
                   "Stores (FILE.h5: all ok items, FILE.h5::ITEM: one), point files (.ply .xyz .txt .csv .pts "
-                  ".off); two meshes for distance")
+                  ".off .npy); two meshes for distance")
       .required();
   command.add_option(
       "--surface", options->surface,

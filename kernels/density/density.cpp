@@ -10,6 +10,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
+#include "kernels/density/texture_density.h"
 
 namespace meander {
 
@@ -125,6 +126,9 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
       return attribute_density(
           mesh, find_attribute(file.vertex_attributes, parameters.attribute, "vertex"), "vertex",
           [&](std::size_t h) -> std::size_t { return file.corners[mesh.corner_slot[h]]; });
+    case DensityKind::texture:
+    case DensityKind::texture_inverse:
+      return make_texture_density(file, mesh, parameters, cancel);
     case DensityKind::face_attribute:
       break;
   }
@@ -146,6 +150,10 @@ std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& den
   if (density.uniform()) return mass;
   parallel_blocks(mass.size(), triangle_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
+      if (density.in_pieces()) {
+        mass[t] *= density.piece_mean[density.piece_begin[t] + 1];
+        continue;
+      }
       const double* corner = density.corner.data() + 3 * t;
       mass[t] *= (corner[0] + corner[1] + corner[2]) / 3;
     }

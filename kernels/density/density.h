@@ -11,20 +11,46 @@
 
 namespace meander {
 
-enum class DensityKind : std::uint8_t { uniform, mean, gaussian, max, vertex_attribute, face_attribute };
+enum class DensityKind : std::uint8_t {
+  uniform,
+  mean,
+  gaussian,
+  max,
+  vertex_attribute,
+  face_attribute,
+  texture,
+  texture_inverse
+};
+// Whether it is read from the images of a model, which its reader must then keep.
+constexpr bool reads_textures(DensityKind kind) {
+  return kind == DensityKind::texture || kind == DensityKind::texture_inverse;
+}
+// Whether floor and exponent shape it.
+constexpr bool has_shape(DensityKind kind) {
+  return kind == DensityKind::mean || kind == DensityKind::gaussian || kind == DensityKind::max ||
+         reads_textures(kind);
+}
 
 struct DensityParameters {
   DensityKind kind = DensityKind::uniform;
-  std::string attribute;   // name, for the attribute kinds
-  double floor = 0.02;     // density of flat parts for the curvature kinds, in (0, 1]
-  double exponent = 1.0;   // curvature kinds: (curvature / quantile)^exponent; 0.25..4
+  std::string attribute;  // name, for the attribute kinds
+  double floor = 0.02;  // density of flat parts for the curvature kinds, of dark ones for textures, in (0, 1]
+  double exponent =
+      1.0;  // curvature kinds: (curvature / quantile)^exponent, textures: luminance^exponent; 0.25..4
   double quantile = 0.99;  // curvature value that gets density 1 (larger ones are clamped to it); (0, 1]
 };
 
-// Piecewise linear density: three values per triangle. Empty means uniform, 1 everywhere.
+// Linear on triangles: three values for each. Or, finer than triangles, constant on the pieces that bisection
+// makes of them (kernels/locate/pieces.h). Without either uniform, 1 everywhere.
 struct Density {
   std::vector<double> corner;  // 3 T values >= 0 at the corners of each triangle, or empty
-  bool uniform() const { return corner.empty(); }
+  // Or the means over the pieces, by path: those of triangle t begin at piece_begin[t], and its 2^d pieces
+  // have the paths 2^d .. 2^(d + 1) - 1; those above are the means of their two halves, and 0 is not used.
+  std::vector<double> piece_mean;        // > 0
+  std::vector<std::size_t> piece_begin;  // T + 1, or empty
+
+  bool in_pieces() const { return !piece_begin.empty(); }
+  bool uniform() const { return corner.empty() && !in_pieces(); }
 };
 
 // A density and its integral over each triangle: T masses, working units squared (triangle_masses).
@@ -38,16 +64,16 @@ struct MeshMeasure {
 // position; density = floor + (1 - floor) * min(1, curvature / quantile)^exponent, linear over triangles. The
 // quantile is weighted by area; where it is zero (a flat surface with a few curved parts) it is taken over
 // the curved part alone. A surface without curvature is uniform (an empty Density). Attribute kinds: the
-// named scalar of the file, linear over triangles (vertex) or constant (face). Throws ItemError: zero_density
-// (zero everywhere on the area), missing_attribute (the file has no attribute of that name: the sentence
-// names those that it has), unreadable (the attribute is negative, not finite or too large on a used face:
-// the sentence names it and the first bad element). Cost: O(T + W log W). Deterministic for every thread
-// count, thread-safe.
+// named scalar of the file, linear over triangles (vertex) or constant (face). Texture kinds:
+// make_texture_density. Throws ItemError: zero_density (zero everywhere on the area), missing_attribute (the
+// file has no attribute of that name: the sentence names those that it has), unreadable (the attribute is
+// negative, not finite or too large on a used face: the sentence names it and the first bad element). Cost:
+// O(T + W log W). Deterministic for every thread count, thread-safe.
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel = {});
 
-// Integral of the density over each triangle (area x mean of the three corner values), working units squared:
-// T values.
+// Integral of the density over each triangle (area x mean of the three corner values, or of the pieces),
+// working units squared: T values.
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density);
 
 // The density with its masses. O(T).

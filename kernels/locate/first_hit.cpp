@@ -17,6 +17,7 @@
 #include "kernels/locate/chart_geometry.h"
 #include "kernels/locate/chart_scene.h"
 #include "kernels/locate/embree_locator.h"
+#include "kernels/locate/pieces.h"
 #include "kernels/locate/ray_plan.h"
 #include "kernels/locate/refine_by_rays.h"
 
@@ -59,8 +60,10 @@ std::vector<double> area_factors(const PreparedMesh& mesh, const Component& comp
   return mixed;
 }
 
-double density_at(const Density& density, std::uint32_t triangle, const std::array<double, 3>& weight) {
+double density_at(const PreparedMesh& mesh, const Density& density, std::uint32_t triangle,
+                  const std::array<double, 3>& weight) {
   if (density.uniform()) return 1.0;
+  if (density.in_pieces()) return source_of(mesh, density, triangle).density_at(weight[1], weight[2]);
   const double* corner = density.corner.data() + 3 * std::size_t{triangle};
   return weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
 }
@@ -84,7 +87,7 @@ CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mes
     const std::array<double, 3> weight = clamped_barycentric(uv_triangle(chart, local), u, v);
     double area = 0;
     for (std::size_t k = 0; k < 3; ++k) area += weight[k] * factor[chart.cut.triangles[3 * local + k]];
-    const double mass = nodes.side[i] * nodes.side[i] * area * density_at(density, t, weight);
+    const double mass = nodes.side[i] * nodes.side[i] * area * density_at(mesh, density, t, weight);
     if (may_split && mass > leaf_mass) return true;
     if (!(mass > 0)) return false;
     order.push_back({nodes.key[i], static_cast<std::uint32_t>(found.mass.size())});

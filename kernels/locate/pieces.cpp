@@ -34,11 +34,43 @@ TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::
   TriangleSource source;
   for (std::size_t k = 0; k < 3; ++k) {
     source.corner[k] = mesh.position(mesh.triangles[3 * triangle + k]);
-    source.density[k] = density.uniform() ? 1.0 : density.corner[3 * triangle + k];
+    source.density[k] = density.corner.empty() ? 1.0 : density.corner[3 * triangle + k];
   }
   source.area = mesh.area[triangle];
   source.uniform = density.uniform();
+  if (density.in_pieces()) {
+    const std::size_t begin = density.piece_begin[triangle], held = density.piece_begin[triangle + 1] - begin;
+    source.means = density.piece_mean.data() + begin;
+    source.piece_bisections = static_cast<int>(std::bit_width(held)) - 2;
+  }
   return source;
+}
+
+std::uint32_t TriangleSource::piece_at(double b1, double b2) const {
+  PlainPiece piece = plain_triangle(corner);
+  std::array<double, 3> weight = {1 - b1 - b2, b1, b2};
+  for (int level = 0; level < piece_bisections; ++level) {
+    const std::size_t a = longest_edge(piece), b = (a + 1) % 3;
+    const bool in_second = weight[b] > weight[a];
+    // The weights of the ends and of the middle of the edge: w A + v B = (w - v) A + 2 v M.
+    const double less = std::min(weight[a], weight[b]), more = std::max(weight[a], weight[b]);
+    weight[in_second ? b : a] = more - less;
+    weight[in_second ? a : b] = 2 * less;
+    piece = bisect(piece)[in_second ? 1 : 0];
+  }
+  return piece.path;
+}
+
+WorkPiece part_by_mass(const TriangleSource& source, std::uint32_t path, double choice) {
+  WorkPiece piece = followed(whole_triangle(source.corner), path);
+  while (source.means != nullptr && piece.path < 1u << source.piece_bisections) {
+    const double first = source.means[2 * piece.path], second = source.means[2 * piece.path + 1];
+    const double at = choice * (first + second);
+    const bool in_second = at >= first;
+    choice = in_second ? (at - first) / second : at / first;
+    piece = bisect(piece)[in_second ? 1 : 0];
+  }
+  return piece;
 }
 
 std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,

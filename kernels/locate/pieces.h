@@ -76,9 +76,21 @@ struct TriangleSource {
   double density[3];
   double area;
   bool uniform;  // density 1 everywhere
+  // Where the density is one in pieces: their means by path, and how many bisections they are made by.
+  const double* means = nullptr;
+  int piece_bisections = 0;
 
+  // O(1); in pieces O(bisections).
   double density_at(double b1, double b2) const {
+    if (means != nullptr) return means[piece_at(b1, b2)];
     return (1 - b1 - b2) * density[0] + b1 * density[1] + b2 * density[2];
+  }
+  // The path of the piece of the density that holds the point.
+  std::uint32_t piece_at(double b1, double b2) const;
+  // The mean of a density in pieces over the piece of this path.
+  double mean_of(std::uint32_t path) const {
+    const int bisections = static_cast<int>(std::bit_width(path)) - 1;
+    return means[path >> std::max(0, bisections - piece_bisections)];
   }
   Vector3 at(double b1, double b2) const {
     return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
@@ -91,10 +103,16 @@ inline double share_after(int bisections) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 - bisections) << 52);
 }
 
-// Mass of a piece: area x mean of the linear density at its corners (exact for a linear density).
-inline double piece_mass(const TriangleSource& source, const Piece& piece, int bisections) {
-  const double share = share_after(bisections);
+// Of the piece of this path, the part of it, by one number in [0, 1), that the density of its source is
+// constant on: parts are chosen by mass. The piece itself where there is none below it.
+WorkPiece part_by_mass(const TriangleSource& source, std::uint32_t path, double choice);
+
+// Mass of the piece of this path: area x mean of the linear density at its corners (exact for a linear
+// density), or of its density in pieces.
+inline double piece_mass(const TriangleSource& source, const Piece& piece, std::uint32_t path) {
+  const double share = share_after(std::bit_width(path) - 1);
   if (source.uniform) return source.area * share;
+  if (source.means != nullptr) return source.area * share * source.mean_of(path);
   double mean = 0;
   for (std::size_t k = 0; k < 3; ++k) mean += source.density_at(piece.b1[k], piece.b2[k]);
   return source.area * share * mean / 3;
@@ -166,7 +184,7 @@ void cut_piece(const TriangleSource& source, const WorkPiece& start, double limi
                bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
   const auto bisections_of = [](const WorkPiece& piece) { return std::bit_width(piece.path) - 1; };
   const int least = bisections_of(start) + (wanted > 1 ? std::bit_width(wanted - 1) : 0);
-  const double whole_mass = piece_mass(source, start.weights, bisections_of(start));
+  const double whole_mass = piece_mass(source, start.weights, start.path);
   if (!(whole_mass > 0)) return;
   const auto too_large = [&](const WorkPiece& piece, double mass) {
     return mass > limit || (no_needles && is_needle(piece, mass, limit));
@@ -180,7 +198,7 @@ void cut_piece(const TriangleSource& source, const WorkPiece& start, double limi
     const WorkPiece piece = stack.back();
     stack.pop_back();
     const int bisections = bisections_of(piece);
-    const double mass = piece_mass(source, piece.weights, bisections);
+    const double mass = piece_mass(source, piece.weights, piece.path);
     if ((too_large(piece, mass) || bisections < least) && mass > 0 && piece.path < deepest_path) {
       const auto children = bisect(piece);
       stack.push_back(children[1]);

@@ -14,9 +14,8 @@ namespace {
 // Mass of a whole piece.
 double mass_of(const ElementSource& source, std::uint32_t triangle, std::uint32_t path) {
   const TriangleSource from = source_of(source.surface.mesh(), source.density, triangle);
-  const int bisections = std::bit_width(path) - 1;
-  if (from.uniform) return from.area * share_after(bisections);
-  return piece_mass(from, piece_of(bisection_corners(source.surface, triangle), path), bisections);
+  if (from.uniform || from.means != nullptr) return piece_mass(from, {}, path);
+  return piece_mass(from, piece_of(bisection_corners(source.surface, triangle), path), path);
 }
 
 // Runs of elements, divided where a region ends within one.

@@ -40,6 +40,11 @@ std::vector<std::string> validate(const SampleParameters& p) {
   if (wants_attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
   const SamplingMethod& method = method_of(p);
+  if (reads_textures(p.density.kind) && !p.colors)
+    problems.push_back("the density `texture` is read from the images of models: set colors");
+  if (reads_textures(p.density.kind) && method.follows_tensor)
+    problems.push_back("the density `texture` does not go with the method " + std::string(method.name) +
+                       ": choose another density or method");
   if (p.order && method.order == ElementOrder::balanced)
     problems.push_back("the method " + std::string(method.name) +
                        " chooses the order itself: name a method to choose the curve");

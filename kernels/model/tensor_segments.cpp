@@ -20,7 +20,9 @@ namespace {
 Density times(const Density& density, std::vector<double> factor) {
   if (!density.uniform())
     for (std::size_t h = 0; h < factor.size(); ++h) factor[h] *= density.corner[h];
-  return {std::move(factor)};
+  Density product;
+  product.corner = std::move(factor);
+  return product;
 }
 
 template <class Value>

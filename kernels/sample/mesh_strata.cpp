@@ -24,7 +24,7 @@ void MeshStrata::open(std::uint32_t triangle, std::uint32_t path, OpenElement& e
   element.path = path;
   element.piece =
       path == 1 ? Piece{{0, 1, 0}, {0, 0, 1}} : piece_of(bisection_corners(surface_, triangle), path);
-  if (element.source.uniform) return;
+  if (element.source.uniform || element.source.means != nullptr) return;
   element.largest = 0;
   for (std::size_t k = 0; k < 3; ++k)
     element.largest =
@@ -38,19 +38,28 @@ StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& d
   point.path = element.path;
   // words[0] has chosen the element.
   std::array<std::uint32_t, 3> words = {draw.words[1], draw.words[2], draw.words[3]};
-  for (std::uint32_t trial = 1;; ++trial) {
+  bool placed = source.means != nullptr;
+  if (placed) {
+    const WorkPiece part = part_by_mass(source, element.path, unit_from(words[2]));
+    const auto weights = uniform_point(part.weights, unit_from(words[0]), unit_from(words[1]));
+    point.first = weights[0];
+    point.second = weights[1];
+    point.density = std::max(static_cast<float>(source.mean_of(part.path)), 1e-30f);
+  }
+  for (std::uint32_t trial = 1; !placed; ++trial) {
     const auto weights = uniform_point(element.piece, unit_from(words[0]), unit_from(words[1]));
     point.first = weights[0];
     point.second = weights[1];
-    if (source.uniform || trial == max_trials) break;
-    if (unit_from(words[2]) * element.largest <= source.density_at(point.first, point.second)) break;
+    placed = source.uniform || trial == max_trials ||
+             unit_from(words[2]) * element.largest <= source.density_at(point.first, point.second);
+    if (placed) break;
     const PhiloxBlock next =
         random_words(key_, Stream::stratum_retry, draw.index, draw.number * max_trials + trial);
     words = {next[0], next[1], next[2]};
   }
   const Vector3 at = source.at(point.first, point.second) - origin_;
   point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
-  if (!source.uniform)
+  if (!source.uniform && source.means == nullptr)
     point.density = std::max(static_cast<float>(source.density_at(point.first, point.second)), 1e-30f);
   return point;
 }

@@ -74,6 +74,7 @@ struct Placer {
 
   double density_at(std::uint32_t triangle, double b1, double b2) const {
     if (density.uniform()) return 1.0;
+    if (density.in_pieces()) return source_of(mesh, density, triangle).density_at(b1, b2);
     const double* corner = &density.corner[3 * std::size_t{triangle}];
     return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
   }
@@ -90,6 +91,10 @@ struct Placer {
       largest = std::max(largest, d);
       smallest = std::min(smallest, d);
     }
+    if (density.in_pieces()) {  // near a curve vertex: its corners say nothing about what is between them
+      largest = 1;
+      smallest = 0;
+    }
     Draw result{p.b1[0], p.b2[0], counter};
     for (int trial = 0; trial < max_draws; ++trial) {
       const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
@@ -103,13 +108,31 @@ struct Placer {
     return result;
   }
 
+  // A mu-uniform point of the element.
+  Draw draw_in_element(std::uint32_t rank, const Piece& p, std::uint32_t counter) const {
+    return density.in_pieces() ? draw_in_parts(rank, counter)
+                               : draw(elements.triangle[rank], p, rank, counter);
+  }
+  // The same where the density is one in pieces: in one of them, chosen by mass.
+  Draw draw_in_parts(std::uint32_t rank, std::uint32_t counter) const {
+    const double choice = random_pair(key, Stream::element_point, rank, counter).first;
+    const UnitPair uniform = random_pair(key, Stream::element_point, rank, counter + 1);
+    const WorkPiece part =
+        part_by_mass(source_of(mesh, density, elements.triangle[rank]), elements.path[rank], choice);
+    const auto weights = uniform_point(part.weights, uniform.first, uniform.second);
+    return {weights[0], weights[1], counter + 2};
+  }
+
   // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than
   // the whole triangle, the triangle shrunk towards the vertex until it weighs what the vertex does.
   Piece redraw_piece(std::size_t rank) const {
     Piece p = piece(rank);
     if (parameters.place == PlaceKind::element || elements.path[rank] != 1) return p;
     const std::uint32_t t = elements.triangle[rank];
-    const double whole = mesh.area[t] * (density_at(t, 0, 0) + density_at(t, 1, 0) + density_at(t, 0, 1)) / 3;
+    const double whole =
+        density.in_pieces()
+            ? piece_mass(source_of(mesh, density, t), {}, 1)
+            : mesh.area[t] * (density_at(t, 0, 0) + density_at(t, 1, 0) + density_at(t, 0, 1)) / 3;
     const double shrink = whole > 0 ? std::sqrt(std::clamp(elements.mass[rank] / whole, 0.0, 1.0)) : 1.0;
     for (std::size_t k = 0; k < 3; ++k) {
       p.b1[k] = elements.vertex[2 * rank] + shrink * (p.b1[k] - elements.vertex[2 * rank]);
@@ -291,6 +314,7 @@ RankPoints place_by_rank(const Placer& placer, std::span<const StratumPoint> cho
                          const CancelToken& cancel) {
   const RankElements& elements = placer.elements;
   const std::uint32_t count = placer.parameters.samples;
+  const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   RankPoints points(count);
   std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_draws
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
@@ -300,11 +324,11 @@ RankPoints place_by_rank(const Placer& placer, std::span<const StratumPoint> cho
         points.set(placer, r, chosen[r].first, chosen[r].second);
         continue;
       }
-      if (placer.parameters.place == PlaceKind::vertex) {
+      if (at_vertices) {
         points.set(placer, r, elements.vertex[2 * r], elements.vertex[2 * r + 1]);
         continue;
       }
-      const Draw draw = placer.draw(elements.triangle[r], placer.piece(r), static_cast<std::uint32_t>(r), 0);
+      const Draw draw = placer.draw_in_element(static_cast<std::uint32_t>(r), placer.piece(r), 0);
       counter[r] = static_cast<std::uint8_t>(draw.next_counter);
       points.set(placer, r, draw.b1, draw.b2);
     }
@@ -317,7 +341,8 @@ RankPoints place_by_rank(const Placer& placer, std::span<const StratumPoint> cho
     bool distinct = false;
     std::uint32_t next_counter = counter[rank];
     for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
-      const Draw draw = placer.draw(elements.triangle[rank], piece, rank, next_counter);
+      const Draw draw = at_vertices ? placer.draw(elements.triangle[rank], piece, rank, next_counter)
+                                    : placer.draw_in_element(rank, piece, next_counter);
       next_counter = draw.next_counter;
       points.set(placer, rank, draw.b1, draw.b2);
       distinct = seen.insert(points.point, rank);

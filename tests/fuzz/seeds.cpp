@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
 #include "io/store/row_codec.h"
 #include "io/store/run_plan.h"
+#include "io/table/npy_header.h"
 #include "support/archive_files.h"
 #include "support/gltf_streams.h"
 #include "support/mesh_files.h"
@@ -125,6 +127,17 @@ std::vector<std::string> point_seeds() {
           "# points\n0 0 0 0 0 1 7\r\n1e3\t-2 3.5 1 0 0 8\r\n", "0 1\n2 3\n",
           "\xEF\xBB\xBF"
           "0, 0, 0\n1, 1, 1"};
+}
+
+std::vector<std::string> npy_seeds() {
+  const std::uint64_t rows = 2, columns = 3;
+  const std::string values(rows * columns * sizeof(double), '\0');
+  const std::string text = "{\"shape\":(1L,2L),\"descr\":\">f4\",\"fortran_order\":True}\n";
+  return {npy_header("<f8", std::array{rows, columns}) + values,
+          npy_header("<f4", std::array{rows, 2 * columns}) + values,
+          "\x93NUMPY\x02"s + '\0' + static_cast<char>(text.size()) + std::string(3, '\0') + text +
+              std::string(8, '\0'),
+          npy_header("|O", std::array{rows, columns}) + values};
 }
 
 ArchiveEntry entry(const std::string& name, const std::string& content) {
@@ -305,6 +318,7 @@ std::vector<std::string> seeds_of(std::string_view target) {
   if (target == "gltf") return gltf_seeds();
   if (target == "mtl") return mtl_seeds();
   if (target == "points") return point_seeds();
+  if (target == "npy") return npy_seeds();
   if (target == "tensor") return {"# t\n1 0 0 1 0 1\n2 0 0 2 0 nan # c\n\n1 2 3 4 5 6\r\n", "1 0 0\n0 1 0"};
   if (target == "zip") return zip_seeds();
   if (target == "tar") return tar_seeds();
@@ -414,6 +428,17 @@ std::string dictionary_of(std::string_view target) {
   if (target == "mtl")
     words = {"newmtl ", "Kd ", "spectral ", "xyz ", "map_Kd ", "red", "blue", "nan", "255", "1e400"};
   if (target == "points") words = {"x,y,z", "nx", "ny", "nz", "nan", "inf", ", ", "#", "\\x0d\\x0a"};
+  if (target == "npy")
+    words = {"\\x93NUMPY\\x01",
+             "'descr'",
+             "'fortran_order'",
+             "'shape'",
+             "True",
+             "False",
+             "<f4",
+             ">f8",
+             "[(",
+             "L, "};
   if (target == "tensor") words = {"nan", "inf", "#", "\\x0d\\x0a", "1e400"};
   if (target == "zip")
     words = {"PK\\x01\\x02",         "PK\\x03\\x04",         "PK\\x05\\x06", "PK\\x06\\x06", "PK\\x06\\x07",

@@ -5,13 +5,14 @@
 namespace meander::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 17> all = {{{"array", run_array},
+  static constexpr std::array<Target, 18> all = {{{"array", run_array},
                                                   {"gltf", run_gltf},
                                                   {"gz", run_gz},
                                                   {"journal", run_journal},
                                                   {"json", run_json},
                                                   {"labels", run_labels},
                                                   {"mtl", run_mtl},
+                                                  {"npy", run_npy},
                                                   {"obj", run_obj},
                                                   {"off", run_off},
                                                   {"plan", run_plan},

@@ -186,6 +186,52 @@ TEST_CASE("glTF: Draco streams") {
   CHECK_THAT(gltf_outcome(draco_file("DRACO", 1 << 30, 3 << 20)), Contains("5 bytes of Draco cannot hold"));
 }
 
+TEST_CASE(
+    "glTF: colours in Draco streams, of floats and of bytes, and what is wrong with them costs no model") {
+  const BentGrid grid(9);
+  const std::size_t vertices = grid.points.size() / 3, indices = grid.indices.size();
+  const auto read = [&](const std::string& stream, const char* type, int component, const char* ids) {
+    GltfFile file;
+    file.add_view(stream);
+    file.add_accessor(-1, 5126, vertices, "VEC3");
+    file.add_accessor(-1, 5125, indices, "SCALAR");
+    file.add_accessor(-1, component, vertices, type, component == 5126 ? "" : ",\"normalized\":true");
+    const std::string bytes = file.glb(
+        R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"COLOR_0":2},"indices":1,"extensions":)"
+        R"({"KHR_draco_mesh_compression":{"bufferView":0,"attributes":)" +
+        std::string(ids) +
+        R"(}}}]}],"nodes":[{"mesh":0}],"extensionsRequired":["KHR_draco_mesh_compression"])");
+    MeshSurroundings around;
+    around.colors = true;
+    return read_mesh(std::as_bytes(std::span(bytes)), MeshFormat::gltf, {}, around);
+  };
+  const char* const both = R"({"POSITION":0,"COLOR_0":1})";
+  for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING})
+    for (const auto& [bytes, normalized] : {std::pair{false, false}, {true, false}, {true, true}}) {
+      const std::string stream = colored_draco_stream(grid, method, bytes, normalized);
+      const PolygonMesh mesh = read(stream, "VEC4", bytes ? 5121 : 5126, both);
+      INFO(method << " " << bytes << " " << normalized);
+      CHECK(mesh.colors.linear);
+      REQUIRE(mesh.colors.vertex.size() == 3 * mesh.vertex_count());
+      double worst = 0;
+      for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        for (const double difference :
+             {mesh.colors.vertex[3 * v] - mesh.x[v] / 16, mesh.colors.vertex[3 * v + 1] - mesh.y[v] / 16,
+              mesh.colors.vertex[3 * v + 2] - 1.0})
+          worst = std::max(worst, std::abs(difference));
+      CHECK(worst < 0.003);
+      // Another width, an id that is not there, and none.
+      for (const PolygonMesh& without : {read(stream, "VEC3", 5126, both), read(stream, "VEC2", 5126, both),
+                                         read(stream, "VEC4", 5126, R"({"POSITION":0,"COLOR_0":7})"),
+                                         read(stream, "VEC4", 5126, R"({"POSITION":0,"COLOR_0":"x"})"),
+                                         read(stream, "VEC4", 5126, R"({"POSITION":0})")}) {
+        CHECK(without.x == mesh.x);
+        CHECK(std::all_of(without.colors.vertex.begin(), without.colors.vertex.end(),
+                          [](float value) { return std::isnan(value); }));
+      }
+    }
+}
+
 TEST_CASE("glTF: meshopt streams") {
   const BentGrid grid(9);
   const PolygonMesh expected = plain_grid(grid);

@@ -1,8 +1,11 @@
 // Colours of vertices, faces and materials, as files of every format give them.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstring>
 
 #include "gltf_reading.h"
 #include "io/archive/model_bytes.h"
@@ -79,6 +82,48 @@ TEST_CASE("colours: OFF with colours of vertices, of faces, and rows without any
   const PolygonMesh plain = read_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", MeshFormat::off);
   CHECK(plain.colors.vertex.empty());
   CHECK(plain.colors.face.empty());
+}
+
+TEST_CASE("colours: binary OFF with colours of vertices and of faces, in both byte orders") {
+  for (const bool swapped : {false, true}) {
+    std::string text = "CNOFF BINARY\n";
+    const auto put = [&](auto value) {
+      static_assert(sizeof value == 4);
+      char bytes[4];
+      std::memcpy(bytes, &value, 4);
+      if (swapped) std::reverse(bytes, bytes + 4);
+      text.append(bytes, 4);
+    };
+    for (const std::int32_t count : {3, 4, 0}) put(count);
+    for (const std::array<float, 3>& color :
+         {std::array{1.f, 0.f, .25f}, {0.f, .5f, 0.f}, {none, 1.f, 0.f}}) {
+      for (const float value : {color[1], color[0], color[2], 0.f, 0.f, 1.f}) put(value);  // position, normal
+      for (const float value : color) put(value);
+      put(1.f);
+    }
+    const auto face = [&](std::initializer_list<float> color) {
+      for (const std::int32_t word : {3, 0, 1, 2, static_cast<int>(color.size())}) put(word);
+      for (const float value : color) put(value);
+    };
+    face({.5f, .25f, 1});
+    face({});
+    face({1, 0, .75f, .5f});
+    face({7});  // an index into a map of colours
+    const PolygonMesh mesh = read_text(text, MeshFormat::off);
+    CHECK(same(mesh.colors.vertex, {1, 0, .25f, 0, .5f, 0, none, 1, 0}));
+    CHECK(same(mesh.colors.face, {.5f, .25f, 1, none, none, none, 1, 0, .75f, none, none, none}));
+    CHECK(mesh.polygon_count() == 4);
+    CHECK(mesh.repairs[Repair::extra_data] == 0);
+    CHECK(mesh.normals.size() == 9);
+    const PolygonMesh plain = read_text(text, MeshFormat::off, false);
+    CHECK(plain.colors.vertex.empty());
+    CHECK(plain.x == mesh.x);
+    CHECK(plain.corners == mesh.corners);
+    // Cut in the last colour, the faces before it stay as they are.
+    const PolygonMesh cut = read_text(std::string_view(text).substr(0, text.size() - 4), MeshFormat::off);
+    CHECK(cut.polygon_count() == 4);
+    CHECK(cut.colors.face.size() == 12);
+  }
 }
 
 TEST_CASE("colours: components are from 0 to 1, and infinite ones are none") {

@@ -372,12 +372,143 @@ TEST_CASE("read_points: what is wrong in OFF, and where") {
         "empty: the header promises 3 vertices and no face");
 }
 
+namespace {
+
+// A file of numpy, whose dictionary is filled up to what numpy aligns to.
+std::string npy(std::string_view dictionary, const std::string& data, char version = 1) {
+  std::string text(dictionary);
+  const std::size_t length_bytes = version == 1 ? 2 : 4;
+  while ((8 + length_bytes + text.size() + 1) % 64 != 0) text += ' ';
+  text += '\n';
+  std::string file("\x93NUMPY", 6);
+  file += version;
+  file += '\0';
+  for (std::size_t k = 0; k < length_bytes; ++k) file += static_cast<char>(text.size() >> (8 * k) & 0xFF);
+  return file + text + data;
+}
+
+template <class T>
+std::string reals(std::initializer_list<double> values, bool big_endian) {
+  std::string data;
+  for (const double value : values) put(data, static_cast<T>(value), big_endian);
+  return data;
+}
+
+std::string npy_dictionary(const std::string& type, const std::string& shape, bool fortran = false) {
+  return "{'descr': '" + type + "', 'fortran_order': " + (fortran ? "True" : "False") +
+         ", 'shape': " + shape + ", }";
+}
+
+}  // namespace
+
+TEST_CASE("read_points: arrays of numpy in both precisions, byte orders and layouts") {
+  const auto rows = {1.5, -2.0, 3.25, 4.0, 5.0, -6.5};
+  const auto columns = {1.5, 4.0, -2.0, 5.0, 3.25, -6.5};
+  for (const bool big : {false, true})
+    for (const bool fortran : {false, true})
+      for (const char version : {'\1', '\2', '\3'}) {
+        const std::string order = big ? ">" : "<";
+        const auto values = fortran ? columns : rows;
+        for (const PointCloud& cloud : {points("a.npy", npy(npy_dictionary(order + "f4", "(2, 3)", fortran),
+                                                            reals<float>(values, big), version)),
+                                        points("a.NPY", npy(npy_dictionary(order + "f8", "(2, 3)", fortran),
+                                                            reals<double>(values, big), version))}) {
+          CHECK(cloud.x == Values{1.5, 4});
+          CHECK(cloud.y == Values{-2, 5});
+          CHECK(cloud.z == Values{3.25, -6.5});
+          CHECK(cloud.normals.empty());
+        }
+      }
+  // Two columns are the plane; normals and other columns as in text.
+  const PointCloud flat =
+      points("a.npy", npy(npy_dictionary("<f8", "(3, 2)"), reals<double>({1, 2, 3, 4, 5, 6}, false)));
+  CHECK(flat.y == Values{2, 4, 6});
+  CHECK(flat.z == Values{0, 0, 0});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(points("a.npy", npy(npy_dictionary("<f8", "(2, 6)"),
+                            reals<double>({0, 0, 0, 0, 0, 1, 1, 1, 1, nan, nan, nan}, false)))
+            .normals.size() == 6);
+  CHECK(points("a.npy", npy(npy_dictionary("<f4", "(7, 7)"), std::string(4 * 49, '\0'))).count() == 7);
+  CHECK(points("a.npy", npy(npy_dictionary("<f8", "(1, 6)"), reals<double>({0, 0, 0, 9, 9, 9}, false)))
+            .normals == std::vector<float>());
+  // What other writers do: other quotes and orders of keys, no last comma, no blanks, long integers, zeros to
+  // fill.
+  CHECK(points("a.npy",
+               npy("{\"shape\":(1L,2L),\"fortran_order\":False,\"descr\":\"<f4\"}" + std::string(3, '\0'),
+                   reals<float>({1, 2}, false)))
+            .y == Values{2});
+}
+
+TEST_CASE("read_points: what is wrong in an array of numpy") {
+  const std::string two = reals<double>({1, 2}, false);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const std::pair<std::string, std::string> cases[] = {
+      {"", "empty: the file is empty"},
+      {"1 2 3\n", "unreadable: the file does not begin as .npy files do"},
+      {"\x1F\x8B", "unreadable: by its name this is an array of numpy, by its content it is a gzip archive"},
+      {std::string("\x93NUMPY\x01", 7), "unreadable: the header of the array is not complete"},
+      {std::string("\x93NUMPY\x02\0\xFF", 9), "unreadable: the header of the array is not complete"},
+      {std::string("\x93NUMPY\x02\0\xFF\xFF\xFF\xFF", 12) + "{",
+       "unreadable: the header of the array promises 4294967295 bytes of itself, but 1 follow"},
+      {npy(npy_dictionary("<f8", "(1, 2)"), two, 4),
+       "unsupported_format: version 4 of the .npy format is not known: 1 to 3 are"},
+      {npy("", two),
+       "unreadable: the header of the array is no dictionary that numpy writes: `{` is missing"},
+      {npy("{'descr': '<f8", two), "unreadable: the header of the array has a text without an end"},
+      {npy("{'descr': '<f8', 'shape': (1, 2)}", two),
+       "unreadable: the header of the array lacks one of descr, fortran_order and shape"},
+      {npy("{'descr': '<f8', 'fortran_order': 0, 'shape': (1, 2)}", two),
+       "unreadable: the header of the array says neither True nor False for fortran_order"},
+      {npy(npy_dictionary("<f8", "(1, -2)"), two),
+       "unreadable: the header of the array has a shape that is no tuple of sizes"},
+      {npy(npy_dictionary("<f8", "(99999999999999999999999, 2)"), two),
+       "unreadable: the header of the array has a shape that is no tuple of sizes"},
+      {npy(npy_dictionary("<f8", "(1, 2)") + "x", two),
+       "unreadable: the header of the array goes on behind its dictionary"},
+      {npy("{'order': 'C'}", two),
+       "unreadable: the header of the array has a key besides descr, fortran_order and shape"},
+      {npy("{'descr': [('x', '<f8'), ('y', '<f8', (1,))], 'fortran_order': False, 'shape': (1,)}", two),
+       "unsupported_format: the array has fields; points are a plain array of float32 or float64"},
+      {npy("{'descr': [('x', '<f8')", two), "unreadable: the header of the array has a list without an end"},
+      {npy(npy_dictionary("|O", "(1, 2)"), two),
+       "unsupported_format: the array has values of the type `|O`; points are float32 or float64: save "
+       "array.astype('<f8')"},
+      {npy(npy_dictionary("<i4", "(1, 2)"), two),
+       "unsupported_format: the array has values of the type `<i4`; points are float32 or float64: save "
+       "array.astype('<f8')"},
+      {npy(npy_dictionary("<f8", "(2,)"), two),
+       "unsupported_format: the array has 1 dimensions; points have two: a row for each"},
+      {npy(npy_dictionary("<f8", "()"), two),
+       "unsupported_format: the array has 0 dimensions; points have two: a row for each"},
+      {npy(npy_dictionary("<f8", "(0, 3)"), ""), "empty: the array has no row"},
+      {npy(npy_dictionary("<f8", "(3, 0)"), ""),
+       "unsupported_format: the array has the shape (3, 0), but a point has 2, 3 or 6 and more numbers"},
+      {npy(npy_dictionary("<f8", "(3, 4)"), two),
+       "unsupported_format: the array has the shape (3, 4), but a point has 2, 3 or 6 and more numbers"},
+      {npy(npy_dictionary("<f8", "(3, 1000)"), two),
+       "unsupported_format: the array has the shape (3, 1000): a point is a row; is it transposed?"},
+      {npy(npy_dictionary("<f8", "(2, 2)"), two),
+       "unreadable: the header promises 2 x 2 values of 8 bytes, but only 16 bytes follow it"},
+      {npy(npy_dictionary("<f8", "(4611686018427387905, 2)"), two),
+       "unreadable: the header promises 4611686018427387905 x 2 values of 8 bytes, but only 16 bytes follow "
+       "it"},
+      {npy(npy_dictionary("<f8", "(18446744073709551615, 18446744073709551615)"), two),
+       "unreadable: the header promises 18446744073709551615 x 18446744073709551615 values of 8 bytes, but "
+       "only 16 "
+       "bytes follow it"},
+      {npy(npy_dictionary("<f4", "(1, 2)"), two),
+       "unreadable: 8 bytes follow the values that the header promises"},
+      {npy(npy_dictionary("<f8", "(2, 2)"), two + reals<double>({3, infinity}, false)),
+       "non_finite: point 1 of 2 is not finite"}};
+  for (const auto& [content, expected] : cases) CHECK(result("a.npy", content) == expected);
+}
+
 TEST_CASE("read_points: files of other kinds, and none") {
   const ScratchFolder folder;
   CHECK(result("a.las", "x") ==
-        "unsupported_format: the extension `.las` is none of .ply .off .xyz .txt .csv .pts");
+        "unsupported_format: the extension `.las` is none of .ply .off .xyz .txt .csv .pts .npy");
   CHECK(result("points", "1 2 3\n") ==
-        "unsupported_format: a name without extension is none of .ply .off .xyz .txt .csv .pts");
+        "unsupported_format: a name without extension is none of .ply .off .xyz .txt .csv .pts .npy");
   CHECK(result("a.off", ply("ascii", three_vertices, three_rows)) ==
         "unreadable: by its name this is an OFF file, by its content it is a PLY file");
   CHECK_THROWS_WITH(read_points(folder / "absent.ply"),
@@ -396,10 +527,11 @@ TEST_CASE("read_points: every cut and every changed byte of a file ends in point
       ply("binary_big_endian", three_vertices + "property list uchar uchar l\n", std::string(39, '\0')),
       "NOFF\n3 0 0\n0 1 2 1 0 0\n3 4 5 1 0 0\n6 7 8 1 0 0\n",
       std::string("OFF BINARY\n\0\0\0\1\0\0\0\0\0\0\0\0", 23) + std::string(12, '\0'),
-      "x,y,z,nx,ny,nz\n0,1,2,0,0,1\n3, 4, 5, 1.#INF, 0, 0\n"};
-  const char* const names[] = {"a.ply", "a.ply", "a.off", "a.off", "a.csv"};
+      "x,y,z,nx,ny,nz\n0,1,2,0,0,1\n3, 4, 5, 1.#INF, 0, 0\n",
+      npy(npy_dictionary(">f4", "(3, 2)", true), std::string(24, '\0'))};
+  const char* const names[] = {"a.ply", "a.ply", "a.off", "a.off", "a.csv", "a.npy"};
   std::size_t read = 0, refused = 0;
-  for (std::size_t f = 0; f < 5; ++f) {
+  for (std::size_t f = 0; f < 6; ++f) {
     const auto attempt = [&](std::string_view content) {
       try {
         const PointCloud cloud = points(names[f], content);

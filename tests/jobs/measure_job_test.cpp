@@ -1,9 +1,11 @@
+#include <array>
 #include <catch2/catch.hpp>
 #include <charconv>
 #include <cmath>
 #include <sstream>
 
 #include "io/store/store.h"
+#include "io/table/npy_header.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -55,6 +57,28 @@ TEST_CASE("measure discrepancy: one point in the middle of the square has the cl
   CHECK(csv_column(scratch / "d.csv", "boxes at 0") == std::vector<double>{0.75});
   // The point enters at r = sqrt(1/2), where the quarter has the share pi / 8.
   CHECK(csv_column(scratch / "d.csv", "quarter circles")[0] == Approx(1 - M_PI / 8));
+}
+
+TEST_CASE(
+    "measure discrepancy: an array of numpy is judged as the text of its points, a damaged one is named") {
+  const ScratchFolder scratch;
+  const std::array<double, 4> points = {0.25, 0.5, 0.75, 0.125};
+  const std::string values(reinterpret_cast<const char*>(points.data()), sizeof points);
+  const std::array<std::uint64_t, 2> shape = {2, 2};
+  write_file(scratch / "p.npy", npy_header("<f8", shape) + values);
+  write_file(scratch / "p.xyz", "0.25 0.5 0\n0.75 0.125 0\n");
+  const ProcessResult result = measure({"discrepancy", scratch / "p.npy", scratch / "p.xyz", "--surface",
+                                        "plane", "--csv", scratch / "d.csv"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const std::vector<double> boxes = csv_column(scratch / "d.csv", "boxes at 0");
+  REQUIRE(boxes.size() == 2);
+  CHECK(boxes[0] == boxes[1]);
+  write_file(scratch / "short.npy", npy_header("<f8", shape) + values.substr(1));
+  const ProcessResult damaged = measure({"discrepancy", scratch / "short.npy", "--surface", "plane"});
+  CHECK(damaged.exit_code != 0);
+  CHECK(damaged.err.find("short.npy") != std::string::npos);
+  CHECK(damaged.err.find("promises 2 x 2 values") != std::string::npos);
 }
 
 TEST_CASE(

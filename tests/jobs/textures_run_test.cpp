@@ -460,3 +460,114 @@ TEST_CASE("run --colors: the textured files of assimp-testmodels have the colour
   for (const auto& mean : boxes)
     for (std::size_t c = 0; c < 3; ++c) CHECK(std::abs(mean[c] - boxes[0][c]) <= 2);
 }
+
+TEST_CASE(
+    "run --density texture: bright parts of large faces get the samples, of OBJ, GLB, archive and folder") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  // Across the image the left half is black.
+  const TestImage halves(
+      64, 64, [](std::uint32_t x, std::uint32_t) { return std::vector<int>(3, x < 32 ? 0 : 255); });
+  write_file(scratch / "in/box.obj", box_obj());
+  write_file(scratch / "in/paint.mtl", "newmtl paint\nmap_Kd -clamp on image.png\n");
+  write_file(scratch / "in/image.png", png_bytes(halves));
+  GltfFile gltf = box_gltf(0, 1);
+  const std::string embedded = image_in_view(gltf, png_bytes(halves), "image/png");
+  write_file(scratch / "box.glb", gltf.glb(textured(embedded, R"({"wrapS":33071,"wrapT":33071})")));
+  std::vector<ArchiveEntry> members;
+  for (const char* name : {"box.obj", "paint.mtl", "image.png"}) {
+    ArchiveEntry member;
+    member.name = name;
+    member.content = read_file(scratch / "in" / name);
+    members.push_back(member);
+  }
+  write_file(scratch / "in.zip", zip_bytes(members));
+  const auto dark_share = [&](const fs::path& input, const char* density) {
+    const ProcessResult result =
+        run_textured(input, scratch / "s.h5", {"--fresh", "--density", density}, "20000");
+    INFO(result.out << result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(result.out.find("no texture") == std::string::npos);
+    const Row row = StoreReader(scratch / "s.h5").read_row(0);
+    REQUIRE(row.report.color_source == ColorSource::texture);
+    const std::uint32_t per_side = input.extension() == ".glb" ? 2 : 1;
+    double dark = 0;
+    for (std::size_t i = 0; i < row.samples.count(); ++i)
+      dark += place_on(row.samples.face[i] / per_side, point_of(row, i))[0] < .5 ? 1 : 0;
+    return dark / static_cast<double>(row.samples.count());
+  };
+  for (const char* input : {"in", "box.glb", "in.zip"}) {
+    INFO(input);
+    // Half of the pixel at the edge is a ramp between the two.
+    CHECK(dark_share(scratch / input, "texture") == Approx(.02 / 1.02).margin(.01));
+    CHECK(dark_share(scratch / input, "texture-inverse") == Approx(1 / 1.02).margin(.01));
+  }
+}
+
+TEST_CASE("run --density texture: the same for any threads, another for another image, 1 without any") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  write_file(scratch / "in/box.obj", box_obj());
+  write_file(scratch / "in/paint.mtl", "newmtl paint\nmap_Kd image.png\n");
+  write_file(scratch / "in/image.png", png_bytes(colorful(40, 30)));
+  const auto rows = [&](const Words& more) {
+    Words arguments = {"--fresh", "--density", "texture"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_textured(scratch / "in", scratch / "s.h5", arguments);
+    INFO(result.out << result.err);
+    REQUIRE(result.exit_code == 0);
+    return std::pair(StoreReader(scratch / "s.h5").read_row(0), result.out);
+  };
+  const Row one = rows({"--threads", "1"}).first;
+  CHECK(rows({"--threads", "4"}).first.samples.points == one.samples.points);
+  CHECK(*std::min_element(one.samples.density.begin(), one.samples.density.end()) <
+        *std::max_element(one.samples.density.begin(), one.samples.density.end()));
+  write_file(scratch / "in/image.png", png_bytes(colorful(41, 30)));
+  const Row other = rows({}).first;
+  CHECK(other.samples.points != one.samples.points);
+  CHECK(other.report.color_sha256 != one.report.color_sha256);
+  fs::remove(scratch / "in/image.png");
+  const auto [lost, summary] = rows({});
+  CHECK(lost.report.measure == lost.report.area);
+  CHECK(summary.find("no texture                   1   their density is 1") != std::string::npos);
+  const ProcessResult refused =
+      run_textured(scratch / "in", scratch / "t.h5", {"--density", "texture", "--method", "anisotropic"});
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.err.find("`texture` does not go with the method anisotropic") != std::string::npos);
+}
+
+TEST_CASE("run --colors: companions whose names differ in case are found, the same in folders, zip and tar") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in/MAPS");
+  write_file(scratch / "in/Box.obj", box_obj("maps/Paint.mtl"));
+  write_file(scratch / "in/MAPS/PAINT.MTL", "newmtl paint\nmap_Kd Image.PNG\n");
+  write_file(scratch / "in/MAPS/image.png", png_bytes(colorful(9, 6)));
+  const auto same_everywhere = [&](const char* source) {
+    const std::vector<ArchiveEntry> members = entries_of(scratch / "in");
+    write_file(scratch / "in.zip", zip_bytes(members));
+    write_file(scratch / "in.tar", tar_bytes(members));
+    write_file(scratch / "in.tar.gz", gzip_bytes(tar_bytes(members)));
+    const Row folder = sampled(scratch / "in", scratch / "s.h5");
+    CHECK(name_of(folder.report.color_source) == std::string(source));
+    for (const char* archive : {"in.zip", "in.tar", "in.tar.gz"}) {
+      INFO(archive);
+      const Row packed = sampled(scratch / archive, scratch / "s.h5");
+      CHECK(packed.samples.rgb == folder.samples.rgb);
+      CHECK(packed.report.color_sha256 == folder.report.color_sha256);
+      CHECK(packed.report.color_source == folder.report.color_source);
+    }
+    return folder;
+  };
+  const Row first = same_everywhere("texture");
+  // Of several the first by bytes, and what is exact before that, also where it leads through another folder.
+  write_file(scratch / "in/MAPS/IMAGE.png", png_bytes(colorful(4, 4)));
+  const Row capital = same_everywhere("texture");
+  CHECK(capital.samples.rgb != first.samples.rgb);
+  write_file(scratch / "in/MAPS/Image.PNG", png_bytes(colorful(9, 6)));
+  CHECK(same_everywhere("texture").samples.rgb == first.samples.rgb);
+  fs::create_directories(scratch / "in/maps");
+  write_file(scratch / "in/maps/other.txt", "");  // leads nowhere
+  CHECK(same_everywhere("texture").samples.rgb == first.samples.rgb);
+  write_file(scratch / "in/maps/paint.mtl", "newmtl paint\nKd 1 0 0\n");
+  CHECK(same_everywhere("material").samples.rgb != first.samples.rgb);
+}

@@ -269,10 +269,14 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
                R"("nodes":[{"mesh":0}],"textures":[{"source":0}],"images":[{"bufferView":)" +
                std::to_string(view) +
                R"(}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])"));
-  for (const char* name : {"png.obj", "jpeg.glb"}) {
+  for (const auto& [name, density] : {std::pair{"png.obj", DensityKind::uniform},
+                                      {"jpeg.glb", DensityKind::uniform},
+                                      {"png.obj", DensityKind::texture},
+                                      {"jpeg.glb", DensityKind::texture_inverse}}) {
     SampleParameters parameters = parameters_for("auto");
     set_samples(parameters, 512);
     parameters.colors = true;
+    parameters.density.kind = density;
     const GraphStages stages = sampling_stages(parameters, nullptr);
     PlanItem plan;
     plan.path = scratch / name;
@@ -300,6 +304,7 @@ TEST_CASE("read_mesh: images are reserved for by their headers, before they are 
     reset_peak();
     for (const GraphStage& stage : stages) stage.body(again);
     CHECK(again.model.row.report.color_source == ColorSource::texture);
+    CHECK(again.model.measure.density.in_pieces() == reads_textures(density));
     if (counts_allocations()) CHECK(peak_allocated_bytes() - before <= static_cast<std::int64_t>(needed));
   }
 }

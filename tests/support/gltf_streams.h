@@ -52,6 +52,42 @@ inline std::string draco_stream(const BentGrid& grid, int method) {
   return {buffer.data(), buffer.size()};
 }
 
+// The same with a colour for each corner of four numbers from (x, y) of its vertex: floats, or bytes, which
+// the stream says are shares of 255, or does not.
+inline std::string colored_draco_stream(const BentGrid& grid, int method, bool bytes, bool normalized) {
+  draco::TriangleSoupMeshBuilder builder;
+  const auto faces = static_cast<int>(grid.indices.size() / 3);
+  builder.Start(faces);
+  const int position = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int color = builder.AddAttribute(draco::GeometryAttribute::COLOR, 4,
+                                         bytes ? draco::DT_UINT8 : draco::DT_FLOAT32, normalized);
+  for (int f = 0; f < faces; ++f) {
+    const float* corner[3];
+    std::uint8_t shares[3][4];
+    float values[3][4];
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = grid.points.data() + 3 * grid.indices[3 * static_cast<std::size_t>(f) + k];
+      for (std::size_t c = 0; c < 4; ++c) {
+        const float value = c == 0 ? corner[k][0] / 16 : c == 1 ? corner[k][1] / 16 : 1;
+        shares[k][c] = static_cast<std::uint8_t>(std::lround(255 * value));
+        values[k][c] = static_cast<float>(shares[k][c]) / 255;
+      }
+    }
+    const draco::FaceIndex face(static_cast<std::uint32_t>(f));
+    builder.SetAttributeValuesForFace(position, face, corner[0], corner[1], corner[2]);
+    if (bytes)
+      builder.SetAttributeValuesForFace(color, face, shares[0], shares[1], shares[2]);
+    else
+      builder.SetAttributeValuesForFace(color, face, values[0], values[1], values[2]);
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(method);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
+  return {buffer.data(), buffer.size()};
+}
+
 inline std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices,
                               int id = 0) {
   GltfFile file;
