@@ -99,8 +99,9 @@ AnnFileWriter::AnnFileWriter(const std::filesystem::path& path, const AnnFileSha
   state.guarded([&] {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
     hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");
-    state.file = Hdf5File(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT),
-                          "create " + temporary.string());
+    state.file =
+        Hdf5File(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), access_without_locks().get()),
+                 "create " + temporary.string());
     const Hdf5Group root(H5Gopen2(state.file.get(), "/", H5P_DEFAULT), "open the root group");
     write_attribute(root.get(), "distance", distance);
     write_attribute(root.get(), "dimension", shape.width);

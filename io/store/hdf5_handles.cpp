@@ -45,4 +45,10 @@ void throw_hdf5_error(std::string_view action) {
                               description.empty() ? "unknown HDF5 error" : in_short(description)));
 }
 
+Hdf5Properties access_without_locks() {
+  Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "make file properties");
+  hdf5_check(H5Pset_file_locking(access.get(), false, true), "set file locking");
+  return access;
+}
+
 }  // namespace meander::store

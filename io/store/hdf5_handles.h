@@ -64,4 +64,9 @@ using Hdf5Space = Hdf5Handle<H5Sclose>;
 using Hdf5Attribute = Hdf5Handle<H5Aclose>;
 using Hdf5Properties = Hdf5Handle<H5Pclose>;
 
+// File access without the library's locks. What is written here has a name of its own, or stands under a lock
+// of ours, and what is read never changes: locks would only refuse read-only and network folders, and fail
+// when a signal interrupts them.
+Hdf5Properties access_without_locks();
+
 }  // namespace meander::store

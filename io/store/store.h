@@ -201,8 +201,8 @@ void discard_run(const std::filesystem::path& store);
 // there is a STORE.run/, which is continued or discarded.
 void tidy_store(const std::filesystem::path& store);
 
-// The CRC32C of the bytes of a store, of all its packs for an index of them, as its first block says: it tells
-// stores apart. Throws RunError(unusable) when the file does not begin as a store does.
+// The CRC32C of the bytes of a store, of all its packs for an index of them, as its first block says: it
+// tells stores apart. Throws RunError(unusable) when the file does not begin as a store does.
 std::uint32_t stated_checksum(const std::filesystem::path& store);
 
 // What is asked of a store before its contents are believed. HDF5 keeps no checksum of the tables by which it

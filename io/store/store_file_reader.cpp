@@ -93,10 +93,8 @@ std::string check_whole_file(const fs::path& path) {
 }
 
 StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
-  const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "make file properties");
-  // A store never changes once it has its name; locks would only refuse read-only and network folders.
-  hdf5_check(H5Pset_file_locking(access.get(), false, true), "set file locking");
-  file_ = Hdf5File(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), "open " + path.string());
+  file_ =
+      Hdf5File(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access_without_locks().get()), "open " + path.string());
   read_facts();
   if (facts_.format_version > chosen_format_version) {
     problems_.push_back(fmt::format("{} has format version {}, this program reads up to {}", path.string(),

@@ -29,10 +29,9 @@ Hdf5Properties file_access(const StoreLayout& layout) {
   // chunks.
   constexpr std::uint64_t large = std::uint64_t{64} << 20;
   constexpr std::uint64_t bytes_per_sample = 56;
-  Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "make file properties");
+  Hdf5Properties access = access_without_locks();
   const hid_t id = access.get();
   hdf5_check(H5Pset_libver_bounds(id, H5F_LIBVER_V18, H5F_LIBVER_V110), "set the format version");
-  hdf5_check(H5Pset_file_locking(id, false, true), "set file locking");  // the run's own lock guards the file
   if (layout.rows * layout.samples * bytes_per_sample > large)
     hdf5_check(H5Pset_meta_block_size(id, hsize_t{1} << 20), "set the metadata block");
   return access;

@@ -13,7 +13,8 @@ TensorTable read_tensor_dataset(const std::filesystem::path& path, const std::st
                                 std::size_t vertices) {
   const Hdf5Lock lock;
   try {
-    const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open " + path.string());
+    const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access_without_locks().get()),
+                        "open " + path.string());
     const Hdf5Dataset data(H5Dopen2(file.get(), dataset.c_str(), H5P_DEFAULT), "open /" + dataset);
     const Hdf5Space space(H5Dget_space(data.get()), "open a space");
     std::array<hsize_t, 2> extents{};

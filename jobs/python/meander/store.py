@@ -17,6 +17,18 @@ def _h5py():
     return h5py
 
 
+def _open(path):
+    """The h5py.File of a store. FileNotFoundError where it is in packs and one is missing: HDF5 would read empty rows."""
+    file = _h5py().File(path, "r")
+    if "packs" in file:
+        for name, size in zip(file["packs/file"].asstr()[:], file["packs/bytes"][:]):
+            pack = os.path.join(os.path.dirname(path), name)
+            if not os.path.exists(pack) or os.path.getsize(pack) != size:
+                file.close()
+                raise FileNotFoundError("`%s`: its pack `%s` is missing or another file" % (path, pack))
+    return file
+
+
 class Store:
     """A store: its rows as numpy arrays. Use it in a `with` statement, or close it.
 
@@ -28,7 +40,7 @@ class Store:
     def __init__(self, path):
         h5py = _h5py()
         self.path = os.fspath(path)
-        self.file = h5py.File(self.path, "r")
+        self.file = _open(self.path)
         kind = self.file.attrs.get("format", "")
         if (kind.decode() if isinstance(kind, bytes) else kind) != "meander":
             self.file.close()
@@ -162,6 +174,6 @@ class StoreDataset(_Dataset):
 
     def _open(self):
         if self._owner != os.getpid():
-            self._file = _h5py().File(self.path, "r")
+            self._file = _open(self.path)
             self._owner = os.getpid()
         return self._file
