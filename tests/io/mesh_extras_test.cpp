@@ -7,6 +7,7 @@
 #include "gltf_reading.h"
 #include "io/mesh/format_readers.h"
 #include "support/gltf_files.h"
+#include "support/gltf_streams.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -118,6 +119,56 @@ TEST_CASE("attributes: glTF, those that are asked for, scalars and vectors") {
   CHECK(same_numbers(asked(mesh, "_FLOW_0"), {1, 3, 5, hole, hole, hole}));
   CHECK(same_numbers(asked(mesh, "_FLOW_1"), {2, 4, 6, hole, hole, hole}));
   CHECK(mesh.vertex_attributes.empty());
+  CHECK(read_gltf_file(text).asked_attributes.empty());
+}
+
+TEST_CASE("attributes and texture coordinates: glTF, of Draco streams") {
+  const BentGrid grid(4);
+  draco::TriangleSoupMeshBuilder builder;
+  const auto faces = static_cast<int>(grid.indices.size() / 3);
+  builder.Start(faces);
+  using Kind = draco::GeometryAttribute;
+  const int position = builder.AddAttribute(Kind::POSITION, 3, draco::DT_FLOAT32),
+            coordinate = builder.AddAttribute(Kind::TEX_COORD, 2, draco::DT_FLOAT32),
+            height = builder.AddAttribute(Kind::GENERIC, 1, draco::DT_FLOAT32);
+  for (int f = 0; f < faces; ++f) {
+    const auto at = [&](std::size_t k) {
+      return grid.points.data() + 3 * grid.indices[3 * static_cast<std::size_t>(f) + k];
+    };
+    const draco::FaceIndex face(static_cast<std::uint32_t>(f));
+    builder.SetAttributeValuesForFace(position, face, at(0), at(1), at(2));
+    builder.SetAttributeValuesForFace(coordinate, face, at(0), at(1), at(2));
+    builder.SetAttributeValuesForFace(height, face, at(0) + 2, at(1) + 2, at(2) + 2);
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  draco::EncoderBuffer buffer;
+  REQUIRE(encoder.EncodeToBuffer(&buffer).ok());
+  GltfFile file;
+  file.add_view(std::string_view(buffer.data(), buffer.size()));
+  const std::size_t vertices = grid.points.size() / 3;
+  file.add_accessor(-1, 5126, vertices, "VEC3");
+  file.add_accessor(-1, 5125, grid.indices.size(), "SCALAR");
+  file.add_accessor(-1, 5126, vertices, "VEC2");
+  file.add_accessor(-1, 5126, vertices, "SCALAR");
+  const auto id = [&](int attribute) { return mesh->attribute(attribute)->unique_id(); };
+  const std::string text = file.glb(fmt::format(
+      R"(,"extensionsUsed":["KHR_draco_mesh_compression"],"meshes":[{{"primitives":[{{"attributes":)"
+      R"({{"POSITION":0,"TEXCOORD_0":2,"_HEIGHT":3,"_LOST":3}},"indices":1,"extensions":)"
+      R"({{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":)"
+      R"({{"POSITION":{},"TEXCOORD_0":{},"_HEIGHT":{},"_LOST":77}}}}}}}}]}}],"nodes":[{{"mesh":0}}])",
+      id(position), id(coordinate), id(height)));
+  const std::vector<AttributeColumn> names = {{"_HEIGHT", 1}, {"_LOST", 1}};
+  const PolygonMesh read = read_gltf_file(text, asking(true, names));
+  REQUIRE(read.vertex_count() == vertices);
+  CHECK(same_numbers(asked(read, "_HEIGHT"), read.z));
+  CHECK(asked(read, "_LOST").empty());
+  REQUIRE(read.coordinates.corner.size() == read.corners.size());
+  for (std::size_t k = 0; k < read.corners.size(); ++k) {
+    const std::size_t c = 2 * read.coordinates.corner[k];
+    CHECK(read.coordinates.values[c] == static_cast<float>(read.x[read.corners[k]]));
+    CHECK(read.coordinates.values[c + 1] == static_cast<float>(read.y[read.corners[k]]));
+  }
   CHECK(read_gltf_file(text).asked_attributes.empty());
 }
 

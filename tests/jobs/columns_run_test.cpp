@@ -4,10 +4,12 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/fault_program.h"
 #include "support/gltf_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
@@ -222,6 +224,23 @@ TEST_CASE("run --attribute: threads, archives, kills and a second run give the s
   write_file(scratch / "zip/set.zip", zip_bytes(entries_of(scratch / "in/set")));
   REQUIRE(run_columns(scratch / "zip/set.zip", scratch / "zip.h5", words).exit_code == 3);
   CHECK(read_file(scratch / "zip.h5") == expected);
+
+  ProcessOptions killed;
+  killed.environment = {{"MEANDER_TEST_FAULT", "kill:plain"}};
+  const Words command = {fault_program,
+                         "run",
+                         (scratch / "in/set").string(),
+                         "-o",
+                         (scratch / "killed.h5").string(),
+                         "-n",
+                         "300",
+                         "--progress",
+                         "none",
+                         "-j",
+                         "1"};
+  REQUIRE(run_process(joined(command, words), killed).signal == SIGKILL);
+  REQUIRE(run_process(joined(command, words)).exit_code == 3);
+  CHECK(read_file(scratch / "killed.h5") == expected);
 }
 
 TEST_CASE("run --attribute: shards of an array, and merged stores") {

@@ -463,6 +463,31 @@ class Stores(WithMeshes):
             meander.open_store(self.path / "other.h5")
 
 
+    def test_columns_of_choice(self):
+        names = ("x", "y", "z", "height", "place_0", "place_1")
+        corners = [(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 2)]
+        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        (self.path / "box.ply").write_text("\n".join(
+            ["ply", "format ascii 1.0", "element vertex 8"] + ["property float " + name for name in names]
+            + ["element face 6", "property list uchar int vertex_indices", "end_header"]
+            + ["%d %d %d %d %d %d" % (a, b, c, c, a, b) for a, b, c in corners]
+            + ["4 %d %d %d %d" % face for face in faces]) + "\n")
+        store = self.path / "chosen.h5"
+        subprocess.run([PROGRAM, "run", self.path / "box.ply", "-o", store, "-n", "64", "--attribute", "height,place:2",
+                        "--texcoord", "--colors", "--store", "face", "--progress", "none"], stdout=subprocess.DEVNULL,
+                       check=True)
+        with meander.open_store(store) as s:
+            self.assertEqual(s.attributes, ["height", "place"])
+            row = s[0]
+            self.assertEqual(sorted(row), ["attributes", "face", "points", "rgb", "texcoord"])
+            self.assertTrue(numpy.allclose(row["attributes"]["height"], row["points"][:, 2], atol=1e-6))
+            self.assertTrue(numpy.allclose(row["attributes"]["place"], row["points"][:, :2], atol=1e-6))
+            self.assertTrue(numpy.isnan(row["texcoord"]).all())
+            self.assertEqual(s.lacks(0), ["texcoord"])
+            with self.assertRaisesRegex(ValueError, "no normals"):
+                s.dataset()
+
+
 class Documentation(unittest.TestCase):
     def test_stubs_and_docstrings_name_what_there_is(self):
         stubs = (Path(meander.__file__).parent / "__init__.pyi").read_text()
