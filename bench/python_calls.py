@@ -23,13 +23,10 @@ def torus(rows, columns):
     return vertices, numpy.stack([first, second], axis=1).reshape(-1, 3)
 
 
-def fastest(rounds, work):
-    times = []
-    for _ in range(rounds):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
+def seconds_of(work):
+    start = time.process_time()
+    work()
+    return time.process_time() - start
 
 
 def main():
@@ -48,11 +45,14 @@ def main():
             for _ in contents:
                 meander.sample(vertices, faces, samples, threads=1)
 
-        native = float(subprocess.run([program, str(rows), str(columns), str(samples), str(calls)], check=True,
-                                      capture_output=True, text=True).stdout)
-        python = fastest(3, named)
-        print("%9d %7d %8.3f %9.3f %6.2f %12.2f" % (len(faces), samples, native, python, python / native,
-                                                    fastest(3, unnamed) / native))
+        def native():
+            return float(subprocess.run([program, str(rows), str(columns), str(samples), str(calls)], check=True,
+                                        capture_output=True, text=True).stdout)
+
+        # In turn, so that a busy machine slows all three; the fastest of five rounds each.
+        times = [(native(), seconds_of(named), seconds_of(unnamed)) for _ in range(5)]
+        loop, python, own = (min(column) for column in zip(*times))
+        print("%9d %7d %8.3f %9.3f %6.2f %12.2f" % (len(faces), samples, loop, python, python / loop, own / loop))
 
 
 main()

@@ -49,6 +49,9 @@ void choose_density(const SampleOptions& options, DensityParameters& density,
     return;
   }
   choose("density", density_words, options.density, density.kind, problems);
+  if (reads_textures(density.kind))
+    problems.push_back("density: `" + options.density +
+                       "` is read from the images of models; meshes here have none");
 }
 
 }  // namespace

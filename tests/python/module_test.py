@@ -267,6 +267,7 @@ class Arrays(unittest.TestCase):
         refused(ValueError, "as many vertices as faces", CUBE[:6], QUADS % 6, density=[1] * 6)
         refused(ValueError, "content must have 32 bytes", CUBE, QUADS, content=b"short")
         refused(ValueError, "method: `conformla` .*did you mean `conformal`", CUBE, QUADS, method="conformla")
+        refused(ValueError, "density: `texture` is read from the images of models", CUBE, QUADS, density="texture")
         refused(ValueError, "sequence(.|\n)*normalize", CUBE, QUADS, sequence="x", normalize="y")
         refused(ValueError, "spacing applies", CUBE, QUADS, spacing="best")
         refused(ValueError, "d22", CUBE, QUADS, describe="d22")

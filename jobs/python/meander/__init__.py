@@ -89,6 +89,13 @@ class Samples:
         return numpy.einsum("nc,nc...->n...", share, at)
 
 
+def _samples(members):
+    """Samples of the members that the core gives, all that there are; the constructor would copy them one by one."""
+    made = Samples.__new__(Samples)
+    made.__dict__ = members
+    return made
+
+
 @functools.lru_cache(maxsize=32)
 def _sampler_of(options):
     return _core.Sampler(**dict(options))
@@ -184,7 +191,8 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
     if isinstance(vertices, Mesh) and faces is None:
         if normals is not None or content is not None or values is not None:
             raise ValueError("a Mesh has its normals and its content, and its density is a word")
-        return Samples(**_sampler({**options, "density": density}).sample_mesh(vertices, threads, timeout))
+        options["density"] = density
+        return _samples(_sampler(options).sample_mesh(vertices, threads, timeout))
     vertices, faces = _arrays(vertices, faces)
     of_faces = False
     if values is not None:
@@ -195,7 +203,8 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
         raise ValueError("density_at applies to a density given as numbers")
     elif density in ("vertices", "faces"):
         raise ValueError("density is %r: give the numbers themselves" % density)
-    return Samples(**_sampler({**options, "density": density}).sample_arrays(
+    options["density"] = density
+    return _samples(_sampler(options).sample_arrays(
         vertices, faces, normals, values, of_faces, _content(content), check, threads, timeout))
 
 
@@ -251,7 +260,7 @@ def sample_many(meshes, n=2048, *, threads=0, errors="raise", seed=1, method="au
     first = None
     for index, result in enumerate(results):
         if isinstance(result, dict):
-            results[index] = Samples(**result)
+            results[index] = _samples(result)
             continue
         if isinstance(result, SamplingError):
             results[index] = SamplingError(result.status, result.reason, index)
@@ -315,10 +324,10 @@ def surface(shape, n=2048, *, seed=1, sequence="shifted", density="uniform", ord
     options = dict(n=n, seed=seed, sequence=sequence, density=density, order=order, spacing=spacing, curve=curve,
                    density_floor=density_floor, density_exponent=density_exponent)
     if callable(shape):
-        return Samples(**_core.sample_callable_surface(shape, tolerance, timeout, _content(content), **options))
+        return _samples(_core.sample_callable_surface(shape, tolerance, timeout, _content(content), **options))
     if content is not None:
         raise ValueError("content is for functions: a named surface has its own")
-    return Samples(**_core.sample_named_surface(os.fspath(shape), tolerance, threads, timeout, **options))
+    return _samples(_core.sample_named_surface(os.fspath(shape), tolerance, threads, timeout, **options))
 
 
 def surface_names():
