@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "io/mesh/gltf_document.h"
@@ -178,11 +179,17 @@ MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, c
     GltfCounts& mesh = of_mesh[number];
     if (!counted[number]) {
       counted[number] = true;
-      std::set<GltfAttributes> blocks;  // primitives of one mesh may share their vertices
+      // Primitives of one mesh may share their vertices, unless they have colours or attributes of their own
+      // that are asked for. Texture coordinates of their own would take memory too: they count as vertices.
+      std::set<
+          std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, std::vector<std::uint32_t>>>
+          blocks;
       for (const GltfPrimitive& primitive : document.meshes[number]) {
         const GltfCounts counts = count_primitive(document, primitive);
         const bool is_draco = primitive.draco_view != no_index;
-        if (is_draco || blocks.insert(primitive.attributes).second) mesh.vertices += counts.vertices;
+        const std::tuple block(primitive.attributes, primitive.colors, primitive.asked,
+                               primitive.coordinates);
+        if (is_draco || blocks.insert(block).second) mesh.vertices += counts.vertices;
         mesh.triangles += counts.triangles;
         const std::uint64_t sets = primitive.attributes.joints.size();
         most_at_once = std::max(most_at_once, (is_draco ? draco_bytes_per_triangle : 0) * counts.triangles +

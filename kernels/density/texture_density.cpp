@@ -94,9 +94,9 @@ class TextureLight {
     double light = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const double value = color[c] * triangle.factor[c];
+      if (!std::isfinite(value)) return 1;  // coordinates that the placement carries out of range
       light += share[c] * (linear ? std::clamp(value, 0.0, 1.0) : light_from_table(value));
     }
-    if (!(light >= 0)) return 1;  // coordinates that the placement carries out of range
     if (parameters_.kind == DensityKind::texture_inverse) light = std::max(0.0, 1 - light);
     if (parameters_.exponent != 1) light = std::pow(light, parameters_.exponent);
     return parameters_.floor + (1 - parameters_.floor) * std::min(1.0, light);

@@ -184,4 +184,13 @@ TEST_CASE("attributes: glTF, primitives that share positions keep values of thei
   const PolygonMesh mesh = read_gltf_file(text, asking(false, names));
   CHECK(same_numbers(asked(mesh, "_A"), {1, 2, 3, 4, 5, 6}));
   CHECK(mesh.corners == Indices{0, 1, 2, 3, 4, 5, 0, 1, 2});
+  // What is asked for is reserved for before it is read.
+  std::uint64_t stated = 0;
+  MeshSurroundings around = asking(false, names);
+  around.admit = [&](const MeshEstimate& needs) { stated = needs.vertices; };
+  read_gltf_file(text, around);
+  CHECK(stated == 6);
+  around.extras = {};
+  read_gltf_file(text, around);
+  CHECK(stated == 3);
 }

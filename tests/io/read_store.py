@@ -145,8 +145,9 @@ def check_store(maker, page, rows, samples, compression):
                 if row[0].startswith("/tensor/") and file.attrs["content"] != "anisotropic meshes":
                     assert "tensor" not in file
                     continue
-                if row[0] == "/rgb" or row[0].startswith("/items/color_"):
-                    assert row[0] not in file
+                chosen = ("/rgb", "/texcoord", "/items/lacks")
+                if row[0] in chosen or row[0].startswith(("/items/color_", "/attributes/")):
+                    assert row[0] not in file and "attributes" not in file
                     continue
                 width = file[row[0]].shape[-1]
                 names += [row[0]] + ([row[1]] if row[1] else [])

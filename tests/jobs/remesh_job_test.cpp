@@ -282,6 +282,7 @@ TEST_CASE("remesh job: options that have no meaning here are refused") {
   write_mesh(scratch / "a.off", cube());
   const std::string model = (scratch / "a.off").string(), out = (scratch / "out").string();
   CHECK(remesh({model, "-o", out, "--normalize", "unit-box"}).exit_code == 2);
+  CHECK(remesh({model, "-o", out, "--density", "texture"}).exit_code == 2);
   CHECK(remesh({model, "-o", out, "--format", "stl"}).exit_code == 2);
   CHECK(remesh({model, "-o", out, "--crease-angle", "0"}).exit_code == 2);
   CHECK(remesh({model, "-o", out, "--certify"}).exit_code == 2);

@@ -199,6 +199,15 @@ TEST_CASE("make_texture_density: what has no texture has density 1") {
   CHECK(density_of(file).uniform());
   file.colors.textures = nullptr;
   CHECK(density_of(file).uniform());
+  for (const bool linear : {false, true}) {  // looked up out of the range of double
+    with([](SurfaceTextures& textures) {
+      textures.coordinates.assign(8, 1e30f);
+      textures.textures[0].placement = {1e300, 0, 0, 0, 1e300, 0};
+    });
+    file.colors.linear = linear;
+    CHECK(integral(file) == Approx(1).epsilon(1e-12));
+  }
+  file.colors.linear = false;
   with([](SurfaceTextures& textures) { textures.face[1] = no_index; });
   CHECK(integral(file) == Approx(0.5 + (0.25 * 3 / 2 * 1 + 0.25 / 2 * 0.02)).epsilon(1e-12));
 }
@@ -234,8 +243,8 @@ TEST_CASE("texture density: every way of sampling puts the share of the integral
     CHECK(static_cast<double>(wrong) <= 0.001 * n);  // at the edges of squares points are rounded
     const double bright = 1 / 1.02;
     if (way.parameters.place.sequence == SequenceKind::spaced) {
-      // Samples that keep their distance from brighter places beside them: at jumps of the density dark places
-      // get more than their share, those of faces as much as those of images.
+      // Samples that keep their distance from brighter places beside them: at jumps of the density dark
+      // places get more than their share, those of faces as much as those of images.
       CHECK(light > 0.9 * n);
       continue;
     }
