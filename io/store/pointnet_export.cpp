@@ -38,9 +38,9 @@ Hdf5Dataset make_dataset(const Hdf5File& file, const char* name, hid_t type,
              "set the chunk shape");
   hdf5_check(H5Pset_deflate(creation.get(), level), "set the deflate filter");
   hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");
-  return Hdf5Dataset(H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, creation.get(),
-                                access_without_locks().get()),
-                     std::string("create ") + name);
+  return Hdf5Dataset(
+      H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+      std::string("create ") + name);
 }
 
 void write_rows(const Hdf5Dataset& dataset, hid_t type, const std::vector<hsize_t>& begin,
@@ -107,7 +107,7 @@ void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetSh
   try {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
     hdf5_check(H5Pset_obj_track_times(creation.get(), false), "leave out times");
-    Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT),
+    Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), access_without_locks().get()),
                   "create " + temporary.string());
     try {
       write_datasets(file, store, shard, temporary);

@@ -9,6 +9,7 @@ import hashlib
 import inspect
 import multiprocessing
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -453,11 +454,12 @@ class Stores(WithMeshes):
                     self.assertTrue((a[0] == b[0]).all())
         with self.assertRaises(ValueError):
             meander.StoreDataset(store, samples=129)
-        with h5py.File(store, "r+") as file:  # as an index of packs, one of which is not there
+        index = shutil.copy(store, self.path / "index.h5")
+        with h5py.File(index, "r+") as file:  # as an index of packs, one of which is not there
             file["packs/file"] = numpy.array([b"s.pack-00000.h5"])
             file["packs/bytes"] = numpy.array([100], "u8")
         with self.assertRaisesRegex(FileNotFoundError, "s.pack-00000.h5"):
-            meander.open_store(store)
+            meander.open_store(index)
         with h5py.File(self.path / "other.h5", "w"):
             pass
         with self.assertRaisesRegex(ValueError, "no store"):
