@@ -207,7 +207,8 @@ JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
   command.add_option("--pack-size", options->pack_size,
-                     "Above this size, before compression, write packs of at most this size and an index, as "
+                     "Above this size, before compression and without ids, write packs of at most this size "
+                     "and an index, as "
                      "100G; for STORE.run");
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);

@@ -219,9 +219,10 @@ struct RowsOfShards {
   std::vector<MergeSource> sources;  // counted from the first of the rows
 };
 
-RowsOfShards rows_of_shards(const fs::path& store, const RunArray& array, RowRange rows) {
+RowsOfShards rows_of_shards(const fs::path& store, const RunArray& array, std::span<const std::size_t> by_row,
+                            RowRange rows) {
   RowsOfShards part;
-  for (const std::size_t s : shards_by_row(array)) {
+  for (const std::size_t s : by_row) {
     const ArrayShard& shard = array.shards[s];
     const std::uint64_t begin = std::max(shard.begin, rows.begin), end = std::min(shard.end, rows.end);
     if (begin >= end) continue;
@@ -262,11 +263,12 @@ class PackedMerge {
 
   void write() {
     begin();
+    const std::vector<std::size_t> by_row = shards_by_row(array_);
     std::vector<StorePack> packs;
     StoreHeader whole;
     for (std::uint64_t begin = 0; begin < array_.rows; begin += rows_of_pack_) {
       const RowsOfShards part =
-          rows_of_shards(store_, array_, {begin, std::min(begin + rows_of_pack_, array_.rows)});
+          rows_of_shards(store_, array_, by_row, {begin, std::min(begin + rows_of_pack_, array_.rows)});
       const fs::path path = pack_path(store_, packs.size());
       remove_leftovers(path);
       if (!fs::exists(path) || !check_whole_file(path).empty()) write_rows(path, part);
@@ -340,7 +342,9 @@ class PackedMerge {
 
 std::uint64_t rows_of_pack(const StoreHeader& header, std::uint64_t bytes) {
   std::uint64_t of_row = 0;
-  for (const DatasetLayout& dataset : make_layout(header).datasets) of_row += dataset.row_bytes;
+  // Texts are as wide as the longest of the rows at hand, which would make packs depend on the shards.
+  for (const DatasetLayout& dataset : make_layout(header).datasets)
+    if (dataset.spec.type != ElementType::text) of_row += dataset.row_bytes;
   return std::max(bytes / of_row / shard_rows, std::uint64_t{1}) * shard_rows;
 }
 
@@ -363,7 +367,7 @@ void merge_run_array(const fs::path& store, const RunArray& array, std::uint64_t
   if (pack_rows > 0 && pack_rows < array.rows) {
     PackedMerge(store, array, pack_rows).write();
   } else {
-    const RowsOfShards all = rows_of_shards(store, array, {0, array.rows});
+    const RowsOfShards all = rows_of_shards(store, array, shards_by_row(array), {0, array.rows});
     const std::vector<fs::path> replaced = packs_of_store(store);
     write_rows(store, all);
     remove_packs(replaced);

@@ -51,7 +51,9 @@ RunPlan read_shard_plan(const std::filesystem::path& store, std::size_t shard);
 // Shards without a result: ascending.
 std::vector<std::size_t> missing_shards(const std::filesystem::path& store, const RunArray& array);
 
-// As many rows as a pack of at most `bytes` has, uncompressed: a multiple of 4096, at least that many.
+// As many rows as a pack of at most `bytes` has, uncompressed and without ids and reasons: a multiple of
+// 4096, at least that many. It depends on the columns, descriptors and samples of the header alone, not on
+// its rows.
 std::uint64_t rows_of_pack(const StoreHeader& header, std::uint64_t bytes);
 // STORE without its extension, ".pack-00012", and the extension.
 std::filesystem::path pack_path(const std::filesystem::path& store, std::size_t number);

@@ -120,36 +120,38 @@ class Slurm:
         return {int(line.split()[0]): line.split()[1] for line in lines if line.split()[0].isdigit()}
 
 
-def process_of(task, job):
-    """The number of the `meander run` of a task: the process that has its variables."""
+def running():
+    """Number, words of the command and variables of every process that can be asked."""
     for folder in Path("/proc").iterdir():
         try:
             words = (folder / "cmdline").read_bytes().split(b"\0")
             variables = (folder / "environ").read_bytes().split(b"\0")
         except OSError:
             continue
+        if folder.name.isdigit():
+            yield int(folder.name), words, variables
+
+
+def process_of(task, job):
+    """The number of the `meander run` of a task: the process that has its variables."""
+    for process, words, variables in running():
         if words[1:2] == [b"run"] and f"SLURM_ARRAY_TASK_ID={task}".encode() in variables \
                 and f"SLURM_ARRAY_JOB_ID={job}".encode() in variables:
-            return int(folder.name)
+            return process
     return None
 
 
 def kill_daemons(slurm, node, jobs):
     """The daemon of a node, what it has started for these jobs, and their shells: the work itself is orphaned."""
-    for process, name in slurm.nodes:
+    for program, name in slurm.nodes:
         if name == node:
-            process.kill()
-    for folder in Path("/proc").iterdir():
-        try:
-            words = (folder / "cmdline").read_bytes().split(b"\0")
-            variables = (folder / "environ").read_bytes().split(b"\0")
-        except OSError:
-            continue
+            program.kill()
+    for process, words, variables in running():
         daemon = words[0].startswith(b"slurmstepd") and any(f"[{job}.".encode() in words[0] for job in jobs)
         shell = b"bash" in words[0] and any(f"SLURM_JOB_ID={job}".encode() in variables for job in jobs)
         if daemon or shell:
             try:
-                os.kill(int(folder.name), signal.SIGKILL)
+                os.kill(process, signal.SIGKILL)
             except ProcessLookupError:
                 pass
 

@@ -384,6 +384,21 @@ TEST_CASE("array: packs with an index are one store") {
   CHECK_FALSE(fs::exists(pack_path(scene.store, 0)));
 }
 
+TEST_CASE("array: the rows of a pack depend on columns and samples, not on the items of a shard") {
+  StoreHeader header;
+  header.samples = 1000;
+  header.ids = {"a.off"};
+  header.labels = {0};
+  const std::uint64_t bytes = std::uint64_t{1} << 30, rows = rows_of_pack(header, bytes);
+  CHECK(rows % 4096 == 0);
+  CHECK(rows > 4096);
+  header.ids = {std::string(40000, 'x')};
+  CHECK(rows_of_pack(header, bytes) == rows);
+  header.samples = 2000;
+  CHECK(rows_of_pack(header, bytes) < rows);
+  CHECK(rows_of_pack(header, 1) == 4096);
+}
+
 TEST_CASE("array: packs that are missing, damaged or of another store are refused by name") {
   const Scene scene;
   REQUIRE(scene.plan(2).exit_code == 0);
