@@ -70,7 +70,7 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
 void prepare(GraphItem& item) {
   Model& model = item.model;
   model.surface = prepare_mesh(model.file, model.cancel);
-  model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples);
+  locate_on_mesh(model.file, model.surface, model.row.samples);
 }
 
 // New descriptors come after those that the row has.

@@ -98,8 +98,11 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   if (r.order_reason != OrderReason::as_asked)
     fmt::print("  order             {}\n", name_of(r.order_reason));
   fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
-  fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
-             r.boundaries);
+  if (r.status == Status::ok && r.components == 0)
+    fmt::print("  topology          not looked for (--topology none)\n");
+  else
+    fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
+               r.boundaries);
   fmt::print("  area, measure     {:.9g}, {:.9g}\n", r.area, r.measure);
   fmt::print("  box               [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}]\n", r.bbox[0],
              r.bbox[3], r.bbox[1], r.bbox[4], r.bbox[2], r.bbox[5]);

@@ -13,6 +13,7 @@
 #include "jobs/run_header.h"
 #include "jobs/stored_parameters.h"
 #include "kernels/describe/describe_samples.h"
+#include "kernels/mesh/prepare_mesh.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -25,7 +26,9 @@ constexpr double query_seconds = 120;
 std::vector<float> described(Model& model, const StoredParameters& parameters,
                              std::span<const DescriptorSchema> wanted) {
   Samples& samples = model.row.samples;
-  samples.triangle = sample_triangles(model.file, model.surface, samples);  // as for the rows of a store
+  // As for the rows of a store.
+  if (!model.surface.has_topology()) model.surface = prepare_mesh(model.file, model.cancel);
+  locate_on_mesh(model.file, model.surface, samples);
   std::vector<float> values;
   for (std::size_t k = 0; k < wanted.size(); ++k)
     for (const DescriptorRow& row :

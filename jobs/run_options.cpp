@@ -169,6 +169,7 @@ void resolve_sampling(SampleParameters& sample, const RunOptionTexts& texts) {
   if (first_hit) sample.locator.curve.leaves_per_sample = 64;
   if (!first_hit && sample.place.place == PlaceKind::vertex) sample.elements.elements_per_sample = 64;
   if (!texts.curve.empty()) sample.order = value_of(order_of_elements_words, texts.curve);
+  sample.topology = texts.topology == "full";
   set_samples(sample, texts.samples);
 }
 
@@ -281,6 +282,18 @@ void add_older_store_options(Command running, RunOptions& options) {
                    "Start anew: discard an unfinished run; a store of this name is replaced at the end");
 }
 
+void add_topology_option(Command points, RunOptions& options, RunOptionTexts& texts) {
+  points
+      .add_option("--topology", texts.topology,
+                  "full: find components, boundaries and one orientation of every surface; none: take the "
+                  "triangles as they are, faster and in less memory (auto and direct)")
+      .show_default()
+      .one_of({"full", "none"});
+  texts.table.compute(
+      "topology", "--topology", [&texts] { return texts.topology; },
+      [&options] { return !options.sample.topology; });
+}
+
 void add_store_options(Command& command, RunOptions& options, RunOptionTexts& texts) {
   command
       .add_option("INPUT", options.inputs,
@@ -288,6 +301,7 @@ void add_store_options(Command& command, RunOptions& options, RunOptionTexts& te
       .required();
   command.add_option("-o,--output", options.store, "The store to write (HDF5)");
   add_point_options(command.under("Points"), options, texts);
+  add_topology_option(command.under("Points"), options, texts);
   add_collection_options(command.under("Collection"), options, texts);
   record_constants(options.sample, texts.table);
 }

@@ -58,7 +58,8 @@ struct RunOptionTexts {
   ParameterTable table;         // refers to the RunOptions and to these texts
   ParameterTable tensor_table;  // recorded by anisotropic runs only
   std::uint32_t samples = 2048;
-  std::string curve, density = "uniform", describe = "none", memory = "4G", timeout = "120s";
+  std::string curve, density = "uniform", topology = "full", describe = "none";
+  std::string memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
   std::vector<std::string> attributes, stored;  // --attribute, --store
   TensorOptionTexts tensor;

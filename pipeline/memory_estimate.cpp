@@ -17,8 +17,7 @@ namespace {
 constexpr double fixed_bytes = 1.0 * 1024 * 1024;  // arrays of a tiny model, one scene
 constexpr double bytes_per_file_vertex = 40;       // three doubles, weld table
 constexpr double bytes_per_file_triangle = 24;     // corners, offsets
-// Half-edges, slots, positions of half a vertex, areas, scratch.
-constexpr double bytes_per_colored_vertex = 64;  // values, and the attributes or parts they are made of
+constexpr double bytes_per_colored_vertex = 64;    // values, and the attributes or parts they are made of
 // The same, of a polygon and its three corners; of textured ones with three coordinates of their own.
 constexpr double bytes_per_colored_triangle = 180;
 constexpr double bytes_per_colored_sample = 6;            // red, green, blue, while the vector grows
@@ -29,7 +28,10 @@ constexpr double bytes_per_coordinate_triangle = 120, bytes_per_coordinate_verte
                  bytes_per_coordinate_sample = 24;
 // Of each number of an attribute that only a column asks for.
 constexpr double bytes_per_asked_vertex = 32, bytes_per_attribute_sample = 12;
+// Half-edges, slots, positions of half a vertex, areas, scratch.
 constexpr double bytes_per_prepared_triangle = 150;
+// Without topology: corners, slots, polygon, area, mass; and the working position of every vertex.
+constexpr double bytes_per_soup_triangle = 54, bytes_per_soup_vertex = 30;
 constexpr double bytes_per_chart_triangle = 180;  // cut, UV, distances
 // While a chart is looked for: the best cut with its map, the next cut with its triangulation.
 constexpr double bytes_per_tried_triangle = 300;
@@ -111,6 +113,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const SamplingMethod& method = method_of(parameters);
   const auto triangles = static_cast<double>(mesh.triangles), vertices = static_cast<double>(mesh.vertices);
   const auto samples = static_cast<double>(parameters.place.samples);
+  const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
   double file = static_cast<double>(mesh.file_bytes + mesh.packed_bytes + mesh.decoding_bytes) +
                 vertices * bytes_per_file_vertex + triangles * bytes_per_file_triangle;
   if (parameters.colors)
@@ -122,8 +125,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   for (const AttributeColumn& column : parameters.attributes)
     file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
   if (reads_textures(parameters.density.kind)) file += texture_density_bytes(triangles);
-  const double prepared =
-      triangles * (bytes_per_prepared_triangle + (method.follows_tensor ? bytes_per_tensor_triangle : 0.0));
+  // Descriptors of queries find it for themselves.
+  const bool topology =
+      parameters.topology || std::any_of(descriptors.begin(), descriptors.end(), needs_mesh);
+  const double prepared = topology ? triangles * (bytes_per_prepared_triangle +
+                                                  (method.follows_tensor ? bytes_per_tensor_triangle : 0.0))
+                                   : triangles * bytes_per_soup_triangle + vertices * bytes_per_soup_vertex;
   // Elements weigh half the limit at least, but for needles in a metric.
   const double spread = method.follows_tensor ? 4 : 2;
   double per_sample = elements_per_sample(parameters);
@@ -168,7 +175,6 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double charts = method.makes_charts ? triangles * bytes_per_chart_triangle : 0;
     widest = std::max(widest, charts + elements + placed + triangles * bytes_per_creased_triangle);
   }
-  const std::vector<Descriptor>& descriptors = parameters.describe.descriptors;
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end())
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::shapedna) != descriptors.end())

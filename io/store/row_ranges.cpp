@@ -96,7 +96,7 @@ void check_chosen(std::span<const float> values, const DatasetSpec& spec, const 
 
 }  // namespace
 
-void check_item_ranges(const ItemReport& report, RowKind rows, const Complain& complain) {
+void check_item_ranges(const ItemReport& report, RowKind rows, bool topology, const Complain& complain) {
   const auto positive = [&](std::string_view name, double value) {
     if (!(value > 0) || !std::isfinite(value)) complain(wrong(name, value, "positive and finite"));
   };
@@ -116,7 +116,10 @@ void check_item_ranges(const ItemReport& report, RowKind rows, const Complain& c
   if (!within(report.overlap, 0, 1)) complain(wrong("overlap", report.overlap, "within [0, 1]"));
   positive("area_scale_range", report.area_scale_range);
   positive("distortion", report.distortion);
-  at_least_one("number of components", report.components);
+  if (topology)
+    at_least_one("number of components", report.components);
+  else if (report.components + report.genus + report.boundaries > 0)
+    complain("has components, but the run did not look for the topology");
   if (rows == RowKind::surfaces) return;  // neither vertices nor faces, and no chart has a method
   at_least_one("number of vertices", static_cast<double>(report.vertices));
   at_least_one("number of faces", static_cast<double>(report.faces));

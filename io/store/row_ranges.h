@@ -13,8 +13,9 @@ namespace meander::store {
 using Complain = std::function<void(std::string)>;
 
 // The columns of an ok row: area, measure, scale and distortions positive and finite, loc and box finite, the
-// box not turned inside out, shares within [0, 1], counts and method such as the kind of rows allows.
-void check_item_ranges(const ItemReport& report, RowKind rows, const Complain& complain);
+// box not turned inside out, shares within [0, 1], counts and method such as the kind of rows allows; no
+// components where the run did not look for the topology.
+void check_item_ranges(const ItemReport& report, RowKind rows, bool topology, const Complain& complain);
 
 // The samples of an ok row in one dataset, all of them of the type f32 (value_bytes of the row each): finite,
 // weights and parameters within [0, 1], normals and directions of unit length, densities not negative,

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 
+#include "io/parameters_text.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/crc32c.h"
 #include "io/store/item_block.h"
@@ -23,12 +25,13 @@ class RowChecker {
              std::vector<std::string>& problems)
       : name_(std::move(name)), report_(report), columns_(columns), problems_(problems) {}
 
-  void check_items() {
+  // topology: the run looked for it (see parameters of runs).
+  void check_items(bool topology) {
     const std::size_t bits = columns_->chosen_count();
     if (bits < most_chosen_columns && report_.lacks >> bits != 0)
       complain("{} lacks columns that the store does not have: {:#x}", name_, report_.lacks);
     if (report_.status == Status::ok)
-      check_item_ranges(report_, columns_->rows,
+      check_item_ranges(report_, columns_->rows, topology,
                         [this](const std::string& what) { complain("{} {}", name_, what); });
   }
 
@@ -96,6 +99,17 @@ class RowChecker {
   std::vector<std::string>& problems_;
 };
 
+// What the run of these parameters did; if they are not understood, what runs do.
+bool looked_for_topology(const std::string& parameters_json) {
+  try {
+    const std::map<std::string, std::string> members = split_members(parameters_json);
+    const auto at = members.find("topology");
+    return at == members.end() || at->second != "\"none\"";
+  } catch (const RunError&) {
+    return true;
+  }
+}
+
 class Verifier {
  public:
   Verifier(const StoreFileReader& file, std::size_t limit, VerifyResult& result)
@@ -104,7 +118,8 @@ class Verifier {
         limit_(limit),
         result_(result),
         values_(layout_.datasets.size()),
-        usable_(layout_.datasets.size()) {}
+        usable_(layout_.datasets.size()),
+        topology_(looked_for_topology(file.facts().parameters_json)) {}
 
   void check_rows(const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
     result_.rows = layout_.rows;
@@ -264,7 +279,7 @@ class Verifier {
     if (!ok && report.points_crc32c != 0)
       problems.push_back(fmt::format("{} is not ok and has a checksum of points", name));
     RowChecker checker(name, report, layout_.columns, problems);
-    checker.check_items();
+    checker.check_items(topology_);
     for (std::size_t d = 0; d < values_.size(); ++d) {
       if (values_[d].empty() || !usable_[d]) continue;
       const DatasetLayout& dataset = layout_.datasets[d];
@@ -290,6 +305,7 @@ class Verifier {
   std::string last_id_;
   std::vector<std::vector<std::byte>> values_;  // of the stretch, per dataset; item columns are in items_
   std::vector<bool> usable_;                    // what could not be read is not judged
+  const bool topology_;
 };
 
 }  // namespace

@@ -79,6 +79,8 @@ SampleOptions options_of(const py::kwargs& given) {
       set(options.curve);
     else if (name == "curved")
       set(options.curved);
+    else if (name == "topology")
+      set(options.topology);
     else if (name == "describe")
       set(options.describe);
     else if (name == "bins")

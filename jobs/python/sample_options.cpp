@@ -79,6 +79,7 @@ SampleParameters sample_parameters(const SampleOptions& options) {
   parameters.describe.bins = options.bins;
   parameters.seed = options.seed;
   parameters.curved = options.curved;
+  parameters.topology = options.topology;
   set_samples(parameters, options.samples);
   if (problems.empty()) problems = validate(parameters);
   throw_problems(problems);

@@ -27,6 +27,7 @@ struct SampleOptions {
   double density_floor = 0.02, density_exponent = 1;
   std::optional<std::string> curve;  // of the method where it is not given
   bool curved = false;
+  bool topology = true;
   std::vector<std::string> describe;
   std::uint32_t bins = 32;
 };

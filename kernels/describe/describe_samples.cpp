@@ -106,6 +106,24 @@ std::vector<std::vector<float>> shapedna(const DescriptorInput& input) {
 
 }  // namespace descriptor_makers
 
+namespace {
+
+// How the corners of a sample are those of a triangle: two of them change places where its winding has been
+// turned.
+enum class Corners : std::uint8_t { others, same, turned };
+Corners corners_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint32_t triangle,
+                   const Samples& samples, std::size_t sample) {
+  const std::uint32_t* const wanted = samples.corners.data() + 3 * sample;
+  const auto corner = [&](std::size_t k) {
+    return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
+  };
+  if (corner(0) != wanted[0]) return Corners::others;
+  if (corner(1) == wanted[1] && corner(2) == wanted[2]) return Corners::same;
+  return corner(1) == wanted[2] && corner(2) == wanted[1] ? Corners::turned : Corners::others;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
                                             const Samples& samples) {
   std::vector<std::uint32_t> begin(file.polygon_count() + 1, 0), triangles(mesh.triangle_count());
@@ -120,15 +138,19 @@ std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const Prepa
       throw std::invalid_argument("a sample on polygon " + std::to_string(polygon) +
                                   ", which the mesh does not have");
     result[i] = triangles[begin[polygon]];
-    for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k) {
-      const std::uint32_t* const slots = mesh.corner_slot.data() + 3 * std::size_t{triangles[k]};
-      const std::uint32_t* const corners = samples.corners.data() + 3 * i;
-      if (file.corners[slots[0]] == corners[0] && file.corners[slots[1]] == corners[1] &&
-          file.corners[slots[2]] == corners[2])
-        result[i] = triangles[k];
-    }
+    for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k)
+      if (corners_of(file, mesh, triangles[k], samples, i) != Corners::others) result[i] = triangles[k];
   }
   return result;
+}
+
+void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples) {
+  samples.triangle = sample_triangles(file, mesh, samples);
+  for (std::size_t i = 0; i < samples.triangle.size(); ++i) {
+    if (corners_of(file, mesh, samples.triangle[i], samples, i) != Corners::turned) continue;
+    std::swap(samples.corners[3 * i + 1], samples.corners[3 * i + 2]);
+    std::swap(samples.barycentric[2 * i], samples.barycentric[2 * i + 1]);
+  }
 }
 
 std::vector<DescriptorRow> describe_samples(const PreparedMesh& mesh, const Samples& samples, RandomKey key,

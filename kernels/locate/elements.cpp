@@ -33,6 +33,7 @@ class KeyedPieces {
       : places_(&places), group_(group), key_(key), parameters_(&parameters) {}
 
   static constexpr bool takes_plain_pieces = false;
+  std::size_t size() const { return elements.size(); }
   void reserve(std::size_t pieces) { elements.reserve(pieces); }
   void append(const KeyedPieces& next) {
     elements.insert(elements.end(), next.elements.begin(), next.elements.end());
@@ -136,8 +137,8 @@ void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> wo
 // Places along the 3-D Hilbert curve. Coarse keys, which fit into one word with the numbers, are faster
 // unless many of them are equal, as in a region of the surface.
 std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points, bool dense) {
-  constexpr std::size_t most_coarse = std::size_t{1} << 20;  // beyond, many keys would be equal
   constexpr int number_bits = 64 - coarse_key_bits;
+  constexpr std::size_t most_coarse = std::size_t{1} << number_bits;
   const std::size_t count = points.size();
   std::vector<std::uint32_t> order(count);
   if (!dense && count <= most_coarse) {

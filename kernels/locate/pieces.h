@@ -123,8 +123,8 @@ inline std::array<double, 2> centroid(const Piece& piece) {
   return {(piece.b1[0] + piece.b1[1] + piece.b1[2]) / 3, (piece.b2[0] + piece.b2[1] + piece.b2[2]) / 3};
 }
 
-inline Vector3 centroid(const PlainPiece& piece) {
-  return (1.0 / 3) * (piece.corner[0] + piece.corner[1] + piece.corner[2]);
+inline Vector3 centroid(const std::array<Vector3, 3>& corner) {
+  return (1.0 / 3) * (corner[0] + corner[1] + corner[2]);
 }
 
 // Those of the point of it that two uniform numbers in [0, 1) choose: uniform over the piece.
@@ -223,8 +223,10 @@ class PieceCutter {
   PieceCutter(const MeasuredMesh& surface, const Density& density, std::span<const std::uint32_t> wanted,
               double limit, Record& record)
       : surface_(surface), density_(density), wanted_(wanted), limit_(limit), record_(record) {
-    if constexpr (Record::takes_plain_pieces)
+    if constexpr (Record::takes_plain_pieces) {
       plain_ = density.uniform() && surface.in_space() && wanted.empty() && !record.wants_weights();
+      whole_limit_ = std::min(limit, record.whole_limit());
+    }
   }
 
   void cut(const SurfacePiece& piece) {
@@ -234,6 +236,10 @@ class PieceCutter {
     const std::array<Vector3, 3> corners = bisection_corners(surface_, piece.triangle);
     if constexpr (Record::takes_plain_pieces)
       if (plain_) {
+        if (piece.path == 1 && mesh.area[t] <= whole_limit_) {  // most triangles of a fine mesh
+          record_(t, corners, mesh.area[t] * piece.share);
+          return;
+        }
         const PlainPiece start = followed(plain_triangle(corners), piece.path);
         const double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
         cut_plain_piece(start, mass, limit_, plain_stack_, [&](const PlainPiece& part, double part_mass) {
@@ -255,6 +261,7 @@ class PieceCutter {
   double limit_;
   Record& record_;
   bool plain_ = false;
+  double whole_limit_ = 0;
   std::vector<WorkPiece> stack_;
   std::vector<PlainPiece> plain_stack_;
 };
@@ -264,6 +271,9 @@ class PieceCutter {
 // and, if its takes_plain_pieces is true, for pieces in space of uniform density
 //   bool wants_weights() const;  // else plain pieces will do
 //   void operator()(std::size_t triangle, const PlainPiece&, double mass);
+//   double whole_limit() const;  // whole triangles of at most this mass are handed over by their corners
+//   void operator()(std::size_t triangle, const std::array<Vector3, 3>& corners, double mass);
+//   std::size_t size() const;
 //   void reserve(std::size_t pieces);
 //   void append(const Record& of_the_next_triangles);
 // `make` makes an empty one. Parallel by blocks of triangles, appended in order.
@@ -288,11 +298,14 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
     PieceCutter cutter(surface, density, wanted, limit, part);
     for (std::size_t t = begin; t < end; ++t) cutter.cut({static_cast<std::uint32_t>(t), 1, 1.0});
   });
-  if (parts.empty()) return make();
-  auto all = std::move(parts.front());
-  for (std::size_t i = 1; i < parts.size(); ++i) {
-    all.append(parts[i]);
-    parts[i] = make();
+  if (parts.size() == 1) return std::move(parts.front());
+  Record all = make();
+  std::size_t pieces = 0;
+  for (const Record& part : parts) pieces += part.size();
+  all.reserve(pieces);
+  for (Record& part : parts) {
+    all.append(part);
+    part = make();
   }
   return all;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -52,10 +53,12 @@ class PlacedPieces {
   static constexpr bool takes_plain_pieces = true;
   bool wants_weights() const { return keep_vertices_ || places_->any(); }
 
+  std::size_t size() const { return point.size(); }
   void reserve(std::size_t pieces) {
     point.reserve(pieces);
     triangle.reserve(pieces);
     path.reserve(pieces);
+    if (keep_vertices_) vertex.reserve(2 * pieces);
     if (split_limit_ > 0) split.reserve(pieces);
   }
   void append(const PlacedPieces& next) {
@@ -82,8 +85,15 @@ class PlacedPieces {
   }
 
   void operator()(std::size_t t, const PlainPiece& piece, double mass) {
-    add(t, centroid(piece), piece.path, mass);
+    add(t, centroid(piece.corner), piece.path, mass);
     if (split_limit_ > 0) split.push_back(split_of(piece, mass, split_limit_));
+  }
+
+  // Whole triangles that are not split.
+  double whole_limit() const { return split_limit_ > 0 ? split_limit_ : INFINITY; }
+  void operator()(std::size_t t, const std::array<Vector3, 3>& corners, double mass) {
+    add(t, centroid(corners), 1, mass);
+    if (split_limit_ > 0) split.emplace_back();
   }
 
   std::vector<MassPoint> point;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -217,13 +218,28 @@ Soup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
   return soup;
 }
 
-// All triangles of the file, and the frame of its coordinates.
-Soup read_soup(const PolygonMesh& mesh, PreparedMesh& out, const CancelToken& cancel) {
+void check_counts(const PolygonMesh& mesh) {
+  check_count(mesh.vertex_count(), "vertices");
+  check_count(mesh.polygon_count(), "polygons");
+  check_count(mesh.corners.size(), "corners");
+}
+
+std::vector<std::uint32_t> every_vertex(std::size_t count) {
+  std::vector<std::uint32_t> vertex(count);
+  std::iota(vertex.begin(), vertex.end(), 0u);
+  return vertex;
+}
+
+// All triangles of the file, and the frame of its coordinates. `weld`: over vertices of different positions.
+Soup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel) {
   const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
   if (polygons.triangles == 0) fail_without_faces(mesh, out.repairs);
   measure_box(mesh, polygons.used, out);
   cancel.check();
-  Soup soup = triangulate(mesh, polygons, weld_vertices(mesh, polygons.used, out.repairs), out, out.repairs);
+  Soup soup =
+      triangulate(mesh, polygons,
+                  weld ? weld_vertices(mesh, polygons.used, out.repairs) : every_vertex(mesh.vertex_count()),
+                  out, out.repairs);
   if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
   if (soup.polygon.size() > no_index / 3)
     throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +
@@ -451,15 +467,60 @@ void place_vertices(const PolygonMesh& mesh, std::span<const std::uint32_t> sour
   }
 }
 
+// Those of the file, where they are finite.
+void place_all_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
+  out.x.resize(mesh.vertex_count());
+  out.y.resize(mesh.vertex_count());
+  out.z.resize(mesh.vertex_count());
+  parallel_blocks(mesh.vertex_count(), sum_block, [&](std::size_t begin, std::size_t end) {
+    const WorkingPositions position(mesh, out);
+    const auto inside = [](double w) { return std::abs(w) <= 1 ? w : 0.0; };  // of no face, or not finite
+    for (std::size_t v = begin; v < end; ++v) {
+      const Vector3 p = position(static_cast<std::uint32_t>(v));
+      out.x[v] = inside(p.x);
+      out.y[v] = inside(p.y);
+      out.z[v] = inside(p.z);
+    }
+  });
+}
+
+// Triangles that name a position twice by different vertices, as welding would find them.
+void drop_repeated_positions(const PolygonMesh& mesh, Soup& soup, std::vector<double>& area,
+                             PreparedMesh& out) {
+  const auto same = [&](std::uint32_t a, std::uint32_t b) {
+    return mesh.x[a] == mesh.x[b] && mesh.y[a] == mesh.y[b] && mesh.z[a] == mesh.z[b];
+  };
+  std::size_t kept = 0;
+  std::uint32_t last_counted = no_index;
+  for (std::size_t t = 0; t < area.size(); ++t) {
+    const std::uint32_t* const corner = &soup.triangles[3 * t];
+    if (area[t] == 0 &&
+        (same(corner[0], corner[1]) || same(corner[1], corner[2]) || same(corner[2], corner[0]))) {
+      out.repairs[Repair::repeated_corners] += soup.polygon[t] != last_counted;
+      last_counted = soup.polygon[t];
+      continue;
+    }
+    if (kept < t) {
+      std::copy_n(&soup.triangles[3 * t], 3, &soup.triangles[3 * kept]);
+      std::copy_n(&soup.corner_slot[3 * t], 3, &soup.corner_slot[3 * kept]);
+      soup.polygon[kept] = soup.polygon[t];
+      area[kept] = area[t];
+    }
+    ++kept;
+  }
+  if (kept == area.size()) return;
+  soup.resize(kept);
+  area.resize(kept);
+  if (kept == 0) fail_without_faces(mesh, out.repairs);
+}
+
 }  // namespace
 
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
-  check_count(mesh.vertex_count(), "vertices");
-  check_count(mesh.polygon_count(), "polygons");
-  check_count(mesh.corners.size(), "corners");
+  check_counts(mesh);
   PreparedMesh out;
   out.repairs = mesh.repairs;
-  Soup soup = read_soup(mesh, out, cancel);
+  Soup soup = read_soup(mesh, true, out, cancel);
   std::vector<std::uint32_t> opposite, component;
   FanSurvey survey;
   out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite, &survey);
@@ -476,6 +537,28 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   cancel.check();
   place_vertices(mesh, split_vertices(survey.one_fan, out), out);
   describe_components(out);
+  return out;
+}
+
+PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel) {
+  check_counts(mesh);
+  PreparedMesh out;
+  out.repairs = mesh.repairs;
+  Soup soup = read_soup(mesh, false, out, cancel);
+  std::vector<double> area = soup_areas(mesh, out, soup);
+  drop_repeated_positions(mesh, soup, area, out);
+  measure_area(area, out);
+  cancel.check();
+  out.triangles = std::move(soup.triangles);
+  out.corner_slot = std::move(soup.corner_slot);
+  out.polygon = std::move(soup.polygon);
+  out.area = std::move(area);
+  place_all_vertices(mesh, out);
+  Component all;
+  all.triangle_end = static_cast<std::uint32_t>(out.triangle_count());
+  all.vertex_end = static_cast<std::uint32_t>(out.vertex_count());
+  all.area = out.total_area;
+  out.components = {all};
   return out;
 }
 

@@ -36,7 +36,8 @@ struct PreparedMesh {
 
   std::vector<double> x, y, z;           // W each, working units
   std::vector<std::uint32_t> triangles;  // 3 T working vertices
-  std::vector<std::uint32_t> opposite;   // 3 T: the half-edge on the other side, no_index at a boundary
+  // 3 T: the half-edge on the other side, no_index at a boundary; empty without topology (prepare_soup).
+  std::vector<std::uint32_t> opposite;
   std::vector<std::uint32_t>
       corner_slot;                     // 3 T: position in PolygonMesh::corners (vertex number, normal number)
   std::vector<std::uint32_t> polygon;  // T: polygon number of the file
@@ -46,6 +47,7 @@ struct PreparedMesh {
   std::uint32_t unreferenced_vertices = 0;
   RepairCounts repairs;  // the reader's counts and those of prepare_mesh
 
+  bool has_topology() const { return !opposite.empty(); }
   std::size_t triangle_count() const { return polygon.size(); }
   std::size_t vertex_count() const { return x.size(); }
   Vector3 position(std::uint32_t vertex) const { return {x[vertex], y[vertex], z[vertex]}; }

@@ -18,6 +18,25 @@ SampleParameters parameters_for(std::string_view method) {
   throw std::invalid_argument("there is no sampling method `" + std::string(method) + "`");
 }
 
+namespace {
+
+// What cannot be had from the triangles alone.
+void check_without_topology(const SampleParameters& p, std::vector<std::string>& problems) {
+  const auto need = [&](const std::string& what) {
+    problems.push_back(what + " needs the topology of the surface: do without it, or find the topology");
+  };
+  const SamplingMethod& method = method_of(p);
+  if (method.makes_charts) need("the method " + std::string(method.name));
+  if (p.density.kind == DensityKind::mean || p.density.kind == DensityKind::gaussian ||
+      p.density.kind == DensityKind::max)
+    need("a curvature density");
+  if (p.curved) need("lifting the samples to the curved surface");
+  for (const Descriptor descriptor : p.describe.descriptors)
+    if (group_of(descriptor).needs_mesh) need("the descriptor " + std::string(name_of(descriptor)));
+}
+
+}  // namespace
+
 std::vector<std::string> validate(const SampleParameters& p) {
   std::vector<std::string> problems;
   check_range(problems, "samples", p.place.samples, 1, 2147483648.0);
@@ -54,6 +73,7 @@ std::vector<std::string> validate(const SampleParameters& p) {
     problems.push_back("the order of the elements is SampleParameters::order, not that of its elements");
   if (p.locator.curve.kind != CurveKind::hilbert && p.locator.curve.kind != curve_of(order_of(p)))
     problems.push_back("the curve is chosen by SampleParameters::order, not by that of its locator");
+  if (!p.topology) check_without_topology(p, problems);
   if (p.locate == LocatorKind::first_hit && method_of(p).makes_charts &&
       order_of(p) == ElementOrder::balanced)
     problems.push_back("the locator first-hit follows a curve: it has no balanced order");

@@ -79,6 +79,10 @@ struct SampleParameters {
   ElementParameters elements;
   DensityParameters density;
   PlaceParameters place;
+  // Find neighbours, components and a common orientation of the triangles. Without it samples take the
+  // normals of the file's winding, and components, genus and boundaries are not counted (prepare_soup). For
+  // methods without charts.
+  bool topology = true;
   bool curved = false;  // lift the samples off their triangles' planes (curved_samples.h)
   bool colors = false;  // give the samples the colours of the mesh (sample_colors.h)
   std::vector<AttributeColumn> attributes = {};  // give the samples these (sample_attributes.h)

@@ -27,18 +27,20 @@ void report_file(const PolygonMesh& file, ItemReport& report) {
 
 void report_surface(const PreparedMesh& mesh, ItemReport& report) {
   report.repairs = mesh.repairs;
-  report.components = static_cast<std::uint32_t>(mesh.components.size());
-  for (const Component& c : mesh.components) {
-    report.genus += c.genus;
-    report.boundaries += c.boundary_loops;
+  if (mesh.has_topology()) {
+    report.components = static_cast<std::uint32_t>(mesh.components.size());
+    for (const Component& c : mesh.components) {
+      report.genus += c.genus;
+      report.boundaries += c.boundary_loops;
+    }
   }
   report.bbox = mesh.bbox;
   report.area = file_area(mesh, mesh.total_area);
 }
 
-void prepare_surface(Model& model, const DensityParameters& density) {
+void prepare_surface(Model& model, const DensityParameters& density, bool topology = true) {
   report_file(model.file, model.row.report);
-  model.surface = prepare_mesh(model.file, model.cancel);
+  model.surface = topology ? prepare_mesh(model.file, model.cancel) : prepare_soup(model.file, model.cancel);
   report_surface(model.surface, model.row.report);
   model.measure.density = make_density(model.file, model.surface, density, model.cancel);
 }
@@ -50,8 +52,8 @@ void measure_surface(Model& model) {
 
 ModelStages charting_direct(const SampleParameters& p) {
   const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
-  return {{"prepare_mesh", [density = p.density, method](Model& model) {
-             prepare_surface(model, density);
+  return {{"prepare_mesh", [density = p.density, topology = p.topology, method](Model& model) {
+             prepare_surface(model, density, topology);
              measure_surface(model);
              model.row.report.method = method;
            }}};

@@ -184,6 +184,94 @@ TEST_CASE("Stages: the triangle of a sample is the one that a store names by pol
   }
 }
 
+TEST_CASE("Stages: without topology a consistent surface gets the same samples, and no counts") {
+  const PolygonMesh mesh = test::torus(60, 40);
+  for (const char* method : {"auto", "direct"}) {
+    INFO(method);
+    SampleParameters parameters = parameters_for(method);
+    set_samples(parameters, 500);
+    const Row full = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+    parameters.topology = false;
+    const Row bare = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+    REQUIRE(bare.report.status == Status::ok);
+    CHECK(same_samples(full, bare));
+    CHECK(bare.samples.normals == full.samples.normals);
+    CHECK(bare.report.area == full.report.area);
+    CHECK(full.report.components == 1);
+    CHECK(full.report.genus == 1);
+    CHECK(bare.report.components == 0);
+    CHECK(bare.report.genus == 0);
+    CHECK(bare.report.boundaries == 0);
+  }
+}
+
+TEST_CASE("Stages: without topology normals follow the winding of the file") {
+  PolygonMesh mesh = test::icosphere(2);
+  for (std::size_t c = 0; c < mesh.corners.size(); c += 6)
+    std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
+  SampleParameters parameters = parameters_for("direct");
+  set_samples(parameters, 400);
+  parameters.topology = false;
+  const Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+  REQUIRE(row.report.status == Status::ok);
+  CHECK(row.report.repairs[Repair::flipped_faces] == 0);
+  for (std::size_t i = 0; i < 400; ++i) {
+    const float* const p = &row.samples.points[3 * i];
+    const float* const n = &row.samples.normals[3 * i];
+    const bool outside = p[0] * n[0] + p[1] * n[1] + p[2] * n[2] > 0;
+    CHECK(outside == (row.samples.face[i] % 2 != 0));
+  }
+}
+
+TEST_CASE("locate_on_mesh: samples taken without topology lie where they were on a mesh that turns faces") {
+  PolygonMesh mesh = test::icosphere(2);
+  for (std::size_t c = 0; c < mesh.corners.size(); c += 9)
+    std::swap(mesh.corners[c + 1], mesh.corners[c + 2]);
+  SampleParameters parameters = parameters_for("direct");
+  set_samples(parameters, 400);
+  parameters.topology = false;
+  Row row = Sampler(parameters).sample(positions_of(mesh), mesh.corners);
+  REQUIRE(row.report.status == Status::ok);
+  const PreparedMesh full = prepare_mesh(mesh);
+  REQUIRE(full.repairs[Repair::flipped_faces] > 0);
+  locate_on_mesh(mesh, full, row.samples);
+  std::size_t turned = 0;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const std::size_t t = row.samples.triangle[i];
+    turned += row.samples.face[i] % 3 == 0;
+    CHECK(full.polygon[t] == row.samples.face[i]);
+    const double b1 = static_cast<double>(row.samples.barycentric[2 * i]),
+                 b2 = static_cast<double>(row.samples.barycentric[2 * i + 1]);
+    const Vector3 on_mesh = (1 - b1 - b2) * full.position(full.triangles[3 * t]) +
+                            b1 * full.position(full.triangles[3 * t + 1]) +
+                            b2 * full.position(full.triangles[3 * t + 2]);
+    const Vector3 in_file = full.centre + full.unit * on_mesh;
+    const float* const p = &row.samples.points[3 * i];
+    CHECK(distance(in_file,
+                   {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}) < 1e-6);
+  }
+  CHECK(turned > 50);
+}
+
+TEST_CASE("SampleParameters: what needs the topology is refused without it") {
+  const auto problems = [](const char* method, const auto& change) {
+    SampleParameters parameters = parameters_for(method);
+    parameters.topology = false;
+    change(parameters);
+    return validate(parameters).size();
+  };
+  const auto as_is = [](SampleParameters&) {};
+  CHECK(problems("auto", as_is) == 0);
+  CHECK(problems("direct", as_is) == 0);
+  CHECK(problems("conformal", as_is) == 1);
+  CHECK(problems("anisotropic", as_is) == 1);
+  CHECK(problems("auto", [](SampleParameters& p) { p.density.kind = DensityKind::mean; }) == 1);
+  CHECK(problems("auto", [](SampleParameters& p) { p.curved = true; }) == 1);
+  CHECK(problems("auto", [](SampleParameters& p) {
+          p.describe.descriptors = {Descriptor::d2, Descriptor::geodesic, Descriptor::basics};
+        }) == 2);
+}
+
 TEST_CASE("Sampler: one object serves many threads, with the same samples as one thread") {
   const Sampler sampler(small("conformal"));
   std::vector<PolygonMesh> meshes;

@@ -212,6 +212,80 @@ TEST_CASE("prepare_mesh: zero-area triangles stay for adjacency and are counted"
   CHECK(mesh.repairs[Repair::zero_area_faces] == 1);
 }
 
+TEST_CASE("prepare_soup: on a consistent component the triangles of prepare_mesh, without neighbours") {
+  for (const PolygonMesh& mesh : {torus(12, 8), icosphere(2), cube()}) {
+    const PreparedMesh full = prepare_mesh(mesh), soup = prepare_soup(mesh);
+    CHECK(full.has_topology());
+    CHECK(!soup.has_topology());
+    CHECK(soup.area == full.area);
+    CHECK(soup.total_area == full.total_area);
+    CHECK(soup.corner_slot == full.corner_slot);
+    CHECK(soup.polygon == full.polygon);
+    CHECK(soup.bbox == full.bbox);
+    CHECK(soup.repairs.counts == full.repairs.counts);
+    REQUIRE(soup.components.size() == 1);
+    CHECK(soup.components[0].triangle_end == soup.triangle_count());
+    for (std::size_t h = 0; h < soup.triangles.size(); ++h) {
+      CHECK(soup.triangles[h] == mesh.corners[soup.corner_slot[h]]);
+      CHECK(distance(soup.position(soup.triangles[h]), full.position(full.triangles[h])) == 0);
+    }
+  }
+}
+
+TEST_CASE("prepare_soup: order and winding are those of the file, whatever its components and directions") {
+  PolygonMesh mesh = merged(moved(torus(10, 6), 1, 5, 0, 0), icosphere(1));
+  std::swap(mesh.corners[4], mesh.corners[5]);  // the second triangle, against its neighbours
+  const PreparedMesh full = prepare_mesh(mesh), soup = prepare_soup(mesh);
+  REQUIRE(full.repairs[Repair::flipped_faces] == 1);
+  CHECK(soup.repairs[Repair::flipped_faces] == 0);
+  CHECK(full.components.size() == 2);
+  CHECK(soup.components.size() == 1);
+  CHECK(soup.triangles == mesh.corners);
+  CHECK(soup.total_area == Approx(full.total_area).epsilon(1e-14));
+}
+
+TEST_CASE("prepare_soup: positions twice in a face, unused and infinite vertices") {
+  PolygonMesh mesh = cube();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double at : {0.0, infinity}) {  // a copy of a vertex below, and one that nothing uses
+    mesh.x.push_back(at == 0 ? mesh.x[0] : at);
+    mesh.y.push_back(at == 0 ? mesh.y[0] : at);
+    mesh.z.push_back(at == 0 ? mesh.z[0] : at);
+  }
+  const auto copy = static_cast<std::uint32_t>(mesh.vertex_count() - 2);
+  mesh.corners.insert(mesh.corners.begin(), {0, copy, 1});
+  for (std::uint32_t& begin : mesh.polygon_begin) begin += 3;
+  mesh.polygon_begin.insert(mesh.polygon_begin.begin(), 0);
+  const PreparedMesh full = prepare_mesh(mesh), soup = prepare_soup(mesh);
+  CHECK(soup.repairs[Repair::repeated_corners] == 1);
+  CHECK(full.repairs[Repair::repeated_corners] == 1);
+  CHECK(soup.polygon == full.polygon);
+  CHECK(soup.area == full.area);
+  CHECK(soup.unreferenced_vertices == full.unreferenced_vertices);
+  for (const std::vector<double>* const row : {&soup.x, &soup.y, &soup.z})
+    for (const double w : *row) CHECK(std::abs(w) <= 1);
+}
+
+TEST_CASE("prepare_soup: what cannot be sampled has the status of prepare_mesh") {
+  const auto status_of_soup = [](const PolygonMesh& mesh) {
+    try {
+      prepare_soup(mesh);
+    } catch (const ItemError& error) {
+      return error.status();
+    }
+    return Status::ok;
+  };
+  PolygonMesh point = cube(), line = cube(), nowhere = cube(), infinite = cube();
+  for (std::vector<double>* const row : {&point.x, &point.y, &point.z}) row->assign(row->size(), 1.0);
+  for (std::vector<double>* const row : {&line.y, &line.z}) row->assign(row->size(), 0.0);
+  for (std::uint32_t& corner : nowhere.corners) corner += 1000;
+  infinite.x.assign(infinite.x.size(), NAN);
+  for (const PolygonMesh& mesh : {point, line, nowhere, infinite, PolygonMesh()}) {
+    CHECK(status_of_soup(mesh) == status_of(mesh));
+    CHECK(status_of_soup(mesh) != Status::ok);
+  }
+}
+
 TEST_CASE("triangulate_polygon: a convex polygon is fanned, a concave one clipped, areas agree") {
   std::vector<std::uint32_t> triangles;
   const std::vector<Vector3> square = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};

@@ -66,6 +66,14 @@ std::vector<Setting> settings(std::uint32_t samples) {
   });
   add("direct certify", [](P& p) { p.method = MethodChoice::direct; });
   all.back().certify = true;
+  add("auto without topology", [](P& p) {
+    p = parameters_for("auto");
+    p.topology = false;
+  });
+  add("direct without topology", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.topology = false;
+  });
   add("conformal curved certify", [](P& p) { p.curved = true; });
   all.back().certify = true;
   add("direct mean density, curved", [](P& p) {

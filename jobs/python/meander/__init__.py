@@ -57,7 +57,7 @@ class Samples:
     loc: numpy.ndarray          # (3,) float64
     scale: float
     method: str                 # the weakest that any component needed: balanced, direct, conformal, mean-value ...
-    components: int             # connected ones
+    components: int             # connected ones; 0 without topology, as the next two
     genus: int                  # sum over the components
     boundaries: int             # loops
     repairs: dict               # what was dropped or mended, counted by name; empty for a clean mesh
@@ -149,8 +149,8 @@ def _arrays(vertices, faces):
 
 def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shifted", density="uniform",
            density_at=None, order="progressive", normalize="none", spacing="default", curve=None, curved=False,
-           density_floor=0.02, density_exponent=1.0, normals=None, describe=(), bins=32, content=None, check=True,
-           threads=0, timeout=None):
+           density_floor=0.02, density_exponent=1.0, normals=None, topology=True, describe=(), bins=32, content=None,
+           check=True, threads=0, timeout=None):
     """Samples a mesh: exactly n points, as `meander run` places them.
 
     vertices: (V, 3) real numbers, any units; faces: (F, k) numbers of vertices, k >= 3 (polygons are triangulated).
@@ -163,6 +163,8 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
     order: "progressive" or "curve". normalize: "none", "unit-sphere" or "unit-box". curve: "hilbert", "peano",
         "peano-meander" or "balanced". curved: lift the points to the smooth surface that the mesh approximates.
     normals: (V, 3), interpolated at the samples; without them normals are those of the triangles.
+    topology: with False triangles are taken as they are, which is faster: normals follow their winding, and components,
+        genus and boundaries are 0 (methods "auto" and "direct" without curvature densities).
     describe: names of descriptors (see descriptor_names), with `bins` bins.
     content: 32 bytes (or 64 hexadecimal digits) that name the model. The points are a pure function of the mesh, the
         options and these. `content_of(file)` gives those of a file, and with them the points that `meander run` stores
@@ -186,7 +188,7 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
     """
     options = dict(n=n, seed=seed, method=method, sequence=sequence, order=order, normalize=normalize, spacing=spacing,
                    curve=curve, curved=curved, density_floor=density_floor, density_exponent=density_exponent,
-                   describe=_names(describe), bins=bins)
+                   topology=topology, describe=_names(describe), bins=bins)
     values = None if isinstance(density, str) else numpy.asarray(density)
     if isinstance(vertices, Mesh) and faces is None:
         if normals is not None or content is not None or values is not None:
@@ -210,7 +212,7 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
 
 def sample_many(meshes, n=2048, *, threads=0, errors="raise", seed=1, method="auto", sequence="shifted",
                 density="uniform", order="progressive", normalize="none", spacing="default", curve=None, curved=False,
-                density_floor=0.02, density_exponent=1.0, describe=(), bins=32, check=True, timeout=None):
+                density_floor=0.02, density_exponent=1.0, topology=True, describe=(), bins=32, check=True, timeout=None):
     """Samples many meshes at a time, one a thread; large ones use idle threads too.
 
     meshes: any iterable (a generator too: only a few meshes are in memory beside their arrays) of (vertices, faces),
@@ -233,8 +235,8 @@ def sample_many(meshes, n=2048, *, threads=0, errors="raise", seed=1, method="au
         raise TypeError("the density of sample_many is a word; give numbers to sample()")
     sampler = _sampler(dict(
         n=n, seed=seed, method=method, sequence=sequence, order=order, normalize=normalize, spacing=spacing, curve=curve,
-        curved=curved, density_floor=density_floor, density_exponent=density_exponent, describe=_names(describe),
-        bins=bins, density=density))
+        curved=curved, density_floor=density_floor, density_exponent=density_exponent, topology=topology,
+        describe=_names(describe), bins=bins, density=density))
 
     def one(mesh):
         if isinstance(mesh, (str, os.PathLike)):
