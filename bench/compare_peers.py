@@ -235,6 +235,9 @@ def cases_of(bench, files, poisson_every):
         ("meander direct, no compression",
          lambda: bench.meander([everything], [count], ["--method", "direct", "--compress", "none"])),
         ("meander direct", lambda: bench.meander([everything], [count], ["--method", "direct"])),
+        ("meander direct, no topology, no compression",
+         lambda: bench.meander([everything], [count],
+                               ["--method", "direct", "--topology", "none", "--compress", "none"])),
         ("meander direct, balanced, no compression",
          lambda: bench.meander([everything], [count],
                                ["--method", "direct", "--curve", "balanced", "--compress", "none"])),
@@ -308,7 +311,7 @@ def print_table(results, fastest):
               f"{r['minimum']:8.3f} {r['median']:8.3f} {100 * r['spread']:6.1f}% {r['models_per_second']:9.2f} "
               f"{cell(r['ratio'])} {p['minimum']:8.3f} {p['median']:8.3f} {100 * p['spread']:6.1f}% "
               f"{r['models_per_processor_second']:9.2f} {cell(r['processor_ratio'])} {r['peak_mib']:9.0f}  "
-              f"{checksum[:33]}")
+              f"{str(checksum)[:33]}")
     if fastest:
         print(f"ratios to {fastest['ratio']} (wall) and {fastest['processor_ratio']} (processor)")
     for name, r in results.items():
