@@ -42,6 +42,7 @@ StrokeStyle watercolour() {
   style.glaze = true;
   style.granulation = 0.3;
   style.edge = 1.1;
+  style.wet = 0.7;
   style.unpainted_light = 0.8;
   style.lift = 0.26;
   StrokeLayer wash = brush_layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
