@@ -13,6 +13,7 @@ uniform vec2 shift;                    // of the picture, in half heights
 uniform float aspect;                  // width over height
 uniform vec4 disc;                     // radius at density 1, lowest and highest density, 1: in logarithms
 uniform vec3 look;                     // colour: 0 plain, 1 density, 2 rank, 3 normal; 1: dots; pixels of half the height
+uniform float least;                   // radius in pixels of the smallest
 uniform vec3 plain;
 uniform sampler2D ramp;
 flat out vec3 shade;
@@ -35,7 +36,7 @@ void main() {
   float radius = disc.x * (look.y > 0.5 ? 1.0 : inversesqrt(max(density, 1e-30)));
   float away = lens.z - p.z;
   gl_Position = vec4(lens.xy * p.xy + vec2(shift.x / aspect, shift.y) * away, -0.5 * p.z * away, away);
-  float pixels = max(lens.y * radius / away * look.z, 1.0);
+  float pixels = max(lens.y * radius / away * look.z, least);
   gl_PointSize = 2.0 * pixels + 1.0;
   vec3 colour = plain;
   float dark = 0.48;                   // of a surface that faces away from the light; values stay readable
@@ -44,7 +45,7 @@ void main() {
   else if (look.x > 0.5) colour = textureLod(ramp, vec2((look.x > 1.5 ? value.y : value.x) * 255.0 / 256.0 + 0.5 / 256.0, 0.5), 0.0).rgb;
   float light = max(dot(n, normalize(vec3(-0.3, 0.5, 0.8))), 0.0);
   shade = min(colour * (dark + (1.1 - dark) * light), 1.0);
-  facing = vec3(n.xy, max(n.z, clamp(0.9 / pixels, 0.12, 1.0)));  // a pixel wide at least
+  facing = vec3(n.xy, max(n.z, clamp(0.9 * least / pixels, 0.12, 1.0)));  // a pixel wide at least
   spot = vec3(0.5 - 0.25 * p.z, 0.25 * radius, pixels);
 }`;
 
@@ -59,10 +60,9 @@ void main() {
   vec2 at = (gl_PointCoord - 0.5) * vec2(2.0, -2.0) * (spot.z + 0.5) / spot.z;  // 1 on the rim
   float lift = look.y > 0.5 ? 0.0 : -dot(facing.xy, at) / facing.z;
   float from = sqrt(dot(at, at) + lift * lift);
-  float cover = clamp((1.0 - from) * spot.z + 0.5, 0.0, 1.0);
-  if (cover < 0.02) discard;
+  if (from > 1.0) discard;
   gl_FragDepth = spot.x - lift * spot.y;
-  colour = vec4(shade, cover);
+  colour = vec4(shade, 1.0);
 }`;
 
 // The colour map of values: dark violet over blue and green to yellow, in even steps of OKLab lightness, as in
@@ -115,7 +115,7 @@ class Renderer {
   constructor() {
     this.canvas = document.createElement('canvas');
     this.canvas.width = this.canvas.height = 16;
-    this.gl = this.canvas.getContext('webgl2', {antialias: true, alpha: false, depth: true, stencil: false});
+    this.gl = this.canvas.getContext('webgl2', {antialias: false, alpha: false, depth: true, stencil: false});
     if (!this.gl) throw new Error('this browser has no WebGL 2');
     this.canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
     this.canvas.addEventListener('webglcontextrestored', () => {
@@ -135,7 +135,7 @@ class Renderer {
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
     gl.useProgram(program);
     this.uniforms = {};
-    for (const name of ['extent', 'turn', 'lens', 'shift', 'aspect', 'disc', 'look', 'plain', 'ramp'])
+    for (const name of ['extent', 'turn', 'lens', 'shift', 'aspect', 'disc', 'look', 'least', 'plain', 'ramp'])
       this.uniforms[name] = gl.getUniformLocation(program, name);
     const ramp = new Uint8Array(256 * 4);
     for (let i = 0; i < 256; ++i) ramp.set([...lagoonColour(i / 255), 255], 4 * i);
@@ -144,9 +144,9 @@ class Renderer {
     for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.LINEAR);
     for (const way of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, way, gl.CLAMP_TO_EDGE);
     gl.uniform1i(this.uniforms.ramp, 0);
+    this.widest = Math.min(8192, gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.SCISSOR_TEST);
-    gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);  // smooth rims without sorting
   }
 
   bindModel(position) {
@@ -182,9 +182,10 @@ class Renderer {
     return [(1.8 * how.size * Math.min(model.reach / scale, WIDEST_REACH)) / Math.sqrt(count), low, high, low > 0 ? 1 : 0];
   }
 
-  // Draws the first `count` points into the upper left width x height pixels of the hidden canvas.
-  // how: {points, colour, style, size, up}; view: {yaw, pitch, zoom, x, y}; theme: {stage, plain}, 0 to 1.
-  draw(position, width, height, how, view, theme) {
+  // Draws the first points into the upper left width x height pixels of the hidden canvas, none smaller than
+  // `least` pixels. how: {points, colour, style, size, up}; view: {yaw, pitch, zoom, x, y}; theme: {stage,
+  // plain}, 0 to 1.
+  draw(position, width, height, how, view, theme, least) {
     const gl = this.gl;
     const canvas = this.canvas;
     if (canvas.width < width || canvas.height < height) {
@@ -210,17 +211,20 @@ class Renderer {
     gl.uniform4fv(this.uniforms.disc, this.discOf(model, count, how, scale));
     const colour = ['plain', 'density', 'rank', 'normal'].indexOf(how.colour);
     gl.uniform3f(this.uniforms.look, colour, how.style === 'dots' ? 1 : 0, height / 2);
+    gl.uniform1f(this.uniforms.least, least);
     gl.uniform3fv(this.uniforms.plain, theme.plain);
     gl.drawArrays(gl.POINTS, 0, count);
   }
 
-  // The same, onto a canvas on the page, which gets this size.
-  paint(target, position, width, height, how, view, theme) {
-    this.draw(position, width, height, how, view, theme);
+  // The same, onto a canvas on the page, which gets this size. Smooth rims are means of 2 x 2 pixels, since
+  // multisampling costs twice as much in software; `quick` leaves them out.
+  paint(target, position, width, height, how, view, theme, quick) {
+    const fine = quick || 2 * Math.max(width, height) > this.widest ? 1 : 2;
+    this.draw(position, fine * width, fine * height, how, view, theme, fine);
     if (target.width !== width || target.height !== height) {
       target.width = width;
       target.height = height;
     }
-    target.getContext('2d', {alpha: false}).drawImage(this.canvas, 0, 0, width, height, 0, 0, width, height);
+    target.getContext('2d', {alpha: false}).drawImage(this.canvas, 0, 0, fine * width, fine * height, 0, 0, width, height);
   }
 }

@@ -104,6 +104,10 @@ const visibleTiles = new Set();
 const waiting = new Set();  // canvases to be drawn in the next frames
 let frameAsked = false;
 const FRAME_MILLISECONDS = 24;
+// More points are drawn with hard rims; the large view gets smooth ones as soon as it rests.
+const QUICK_POINTS = 20000;
+const REST_MILLISECONDS = 300;
+let restTimer = 0;
 
 function askFrame() {
   if (frameAsked) return;
@@ -135,15 +139,22 @@ function pixelsOf(canvas) {
 
 function drawTile(canvas) {
   const [width, height] = pixelsOf(canvas);
-  renderer.paint(canvas, canvas.position, width, height, settings, FIRST_VIEW, themeColours());
+  renderer.paint(canvas, canvas.position, width, height, settings, FIRST_VIEW, themeColours(), settings.points > QUICK_POINTS);
   drawnOnce = true;
 }
 
-function drawLarge() {
+function drawLarge(atRest = false) {
   const canvas = byId('large');
   const [width, height] = pixelsOf(canvas);
-  renderer.paint(canvas, opened, width, height, settings, view, themeColours());
+  const quick = !atRest && settings.points > QUICK_POINTS;
+  renderer.paint(canvas, opened, width, height, settings, view, themeColours(), quick);
   drawnOnce = true;
+  clearTimeout(restTimer);
+  if (quick) restTimer = setTimeout(drawAtRest, REST_MILLISECONDS);
+}
+
+function drawAtRest() {
+  if (opened >= 0 && renderer && !renderer.gl.isContextLost()) drawLarge(true);
 }
 
 // What is in the window is drawn before the page is first shown, without waiting for frames.

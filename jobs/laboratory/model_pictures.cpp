@@ -14,6 +14,7 @@
 #include "jobs/laboratory/picture_options.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/render/picture_camera.h"
 #include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
 #include "kernels/sample/point_frames.h"
@@ -83,6 +84,17 @@ SurfacePictureParameters surface_look(const ModelLook& look) {
   return parameters;
 }
 
+// Of the surface, but no more than its box has, which no convex surface in it exceeds: where sheets lie upon
+// sheets, discs that count all of them would cover what is seen.
+double visible_area(std::span<const double> positions, double area) {
+  ViewBox box;
+  for (std::size_t k = 0; k + 2 < positions.size(); k += 3)
+    box.add({positions[k], positions[k + 1], positions[k + 2]});
+  if (box.empty()) return area;
+  const double x = box.size(0), y = box.size(1), z = box.size(2);
+  return std::min(area, 2 * (x * y + y * z + z * x));
+}
+
 // In working coordinates: those of the file may be beyond what a picture can be computed in.
 RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRange& range,
                       const ModelLook& look) {
@@ -97,7 +109,7 @@ RgbImage draw_surface(const PolygonMesh& file, const Row& row, const DensityRang
   const std::vector<double> points =
       working_points(row.report, std::span(row.samples.points).first(values), mesh);
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
-  const std::vector<double> radii = radii_of(row, mesh.total_area, look);
+  const std::vector<double> radii = radii_of(row, visible_area(positions, mesh.total_area), look);
   return sampled_surface_picture(
       {positions, mesh.triangles, points, std::span(row.samples.normals).first(values), colours, radii},
       surface_look(look));
@@ -119,9 +131,15 @@ RgbImage draw_points(const Row& row, const DensityRange& range, const ModelLook&
 RgbImage draw_sample_splats(const PolygonMesh* file, const Row& row, const DensityRange& range,
                             const ModelLook& look, std::string& note) {
   const std::size_t count = drawn_count(row, look);
-  const SplatView view =
-      fitted_view(std::span(row.samples.points).first(3 * count), look.view, look.up, look.size, look.size);
+  const auto points = std::span(row.samples.points).first(3 * count);
+  SplatView view = fitted_view(points, look.view, look.up, look.size, look.size);
   std::vector<float> half_axes = splat_half_axes(row, sample_areas(row, count), look.splats);
+  // Splats reach beyond their middles: large ones get a wider margin.
+  double reach = 0;
+  for (const float axis : half_axes) reach += double{axis} / static_cast<double>(half_axes.size());
+  if (look.style == SampleStyle::splats)
+    view = fitted_view(points, look.view, look.up, look.size, look.size,
+                       0.05 + std::min(0.15, reach * view.scale / look.size));
   const std::vector<SrgbColour> colours = colours_of(row, range, look);
   const OrientedSplats splats = splats_of(row, half_axes, colours, view);
   SplatLook drawn;
@@ -264,6 +282,8 @@ std::optional<SheetLegend> legend_of(const DensityRange& range, const ModelLook&
     case SampleColour::plain:
       return {};
     case SampleColour::density:
+      if (range.largest <= 1.0005 * range.least)
+        return SheetLegend{fmt::format("density {:.3g} everywhere", range.least), {}, "", ""};
       return SheetLegend{"density", ColourMap::lagoon, fmt::format("{:.3g}", range.least),
                          fmt::format("{:.3g}", range.largest)};
     case SampleColour::rank:

@@ -7,11 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "io/plot/png_writer.h"
 #include "jobs/command_line.h"
@@ -105,23 +104,6 @@ Vector3 turned_direction(Vector3 up, double azimuth, double elevation) {
   return std::cos(above) * (std::cos(around) * front + std::sin(around) * side) + std::sin(above) * up;
 }
 
-struct FrameCounts {
-  std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
-  double stay = 0, least_stay = 1;
-  std::uint32_t steps = 0;
-
-  void add(std::span<const std::uint32_t> before, std::span<const std::uint32_t> now, bool first) {
-    least = std::min(least, now.size());
-    most = std::max(most, now.size());
-    if (first || before.empty()) return;
-    const double share =
-        static_cast<double>(samples_that_stay(before, now)) / static_cast<double>(before.size());
-    stay += share;
-    least_stay = std::min(least_stay, share);
-    ++steps;
-  }
-};
-
 int render_turntable(const TurntableOptions& options) {
   const StoreReader store(options.store, options.check);
   const FrameNames names(options.output);
@@ -150,21 +132,26 @@ int render_turntable(const TurntableOptions& options) {
   const Vector3 up = axis_of(options.up);
   SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,
                                 options.width, options.height);
-  FrameCounts counts;
-  std::vector<std::uint32_t> before;
+  TurnCounts counts;
+  double behind = 0;
   for (std::uint32_t frame = 0; frame < options.frames; ++frame) {
     turn(view, turned_direction(up, options.from + frame * options.step, options.elevation), up);
     ViewDetail kept = model.detail(view.back);
     write_png(names.name(frame), model.draw(kept, view, options.sizes));
-    counts.add(before, kept.kept, frame == 0);
-    before = std::move(kept.kept);
+    behind += model.behind(kept, view.back) / options.frames;
+    counts.add(std::move(kept.kept));
   }
   fmt::print("{}: {} frames of {}, {} to {} samples each\n", options.output, options.frames, store.id(number),
-             counts.least, counts.most);
-  if (counts.steps > 0)
+             counts.fewest, counts.most);
+  if (counts.steps())
     fmt::print(
-        "From frame to frame {:.1f} % of the samples stay on the mean, {:.1f} % at least; none moves\n",
-        100 * counts.stay / counts.steps, 100 * counts.least_stay);
+        "From frame to frame {:.1f} % of the samples stay (median), {:.1f} % in the worst frame; none "
+        "moves\n",
+        100 * counts.median(), 100 * counts.worst());
+  if (behind > 0 && !options.both_sides)
+    fmt::print(
+        "{:.0f} % of a frame's samples lie just behind the silhouette, where they come and go unseen\n",
+        100 * behind);
   return exit_done;
 }
 

@@ -1,16 +1,13 @@
 #include "jobs/laboratory/viewed_model.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace meander {
 
 namespace {
 
-// Of the directions of view: that of the weight (twice with both sides) and of |n . v| of a sample.
-double mean_weight(const ViewDetailParameters& parameters) {
-  const double front = parameters.least + (1 - parameters.least) / 5;
-  return parameters.both_sides ? front : 0.5 * front;
-}
+// Of |n . v| of a sample that may be seen, over the directions of view.
 double mean_facing(const ViewDetailParameters& parameters) { return parameters.both_sides ? 0.5 : 0.25; }
 
 }  // namespace
@@ -26,12 +23,33 @@ ViewedModel::ViewedModel(const Row& row, const ViewDetailParameters& detail, std
   double area = 0;
   for (const float a : areas_) area += a;
   const double wanted =
-      samples > 0 ? static_cast<double>(samples) : static_cast<double>(count) * mean_weight(detail);
+      samples > 0 ? static_cast<double>(samples) : static_cast<double>(count) * mean_view_weight(detail);
   parameters_.samples_per_area = wanted / std::max(area * mean_facing(detail), 1e-300);
 }
 
 ViewDetail ViewedModel::detail(Vector3 towards) const {
   return view_detail({nx_, ny_, nz_, areas_}, towards, parameters_);
+}
+
+double ViewedModel::behind(const ViewDetail& kept, Vector3 towards) const {
+  std::size_t behind = 0;
+  for (const std::uint32_t i : kept.kept) behind += dot({nx_[i], ny_[i], nz_[i]}, towards) <= 0;
+  return static_cast<double>(behind) / static_cast<double>(std::max<std::size_t>(1, kept.kept.size()));
+}
+
+void TurnCounts::add(std::vector<std::uint32_t> kept) {
+  fewest = std::min(fewest, kept.size());
+  most = std::max(most, kept.size());
+  if (!before_.empty())
+    stay_.push_back(static_cast<double>(samples_that_stay(before_, kept)) /
+                    static_cast<double>(before_.size()));
+  before_ = std::move(kept);
+}
+
+double TurnCounts::quantile(double q) const {
+  std::vector<double> sorted(stay_);
+  std::sort(sorted.begin(), sorted.end());
+  return sorted.at(static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1)));
 }
 
 RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const {
@@ -59,10 +77,7 @@ RgbImage ViewedModel::draw(const ViewDetail& kept, const SplatView& view, const 
 }
 
 void turn(SplatView& view, Vector3 towards, Vector3 up) {
-  view.back = (1 / norm(towards)) * towards;
-  view.right = cross(up, view.back);
-  view.right = (1 / norm(view.right)) * view.right;
-  view.down = -1.0 * cross(view.back, view.right);
+  static_cast<PictureAxes&>(view) = picture_axes(towards, up);
 }
 
 }  // namespace meander

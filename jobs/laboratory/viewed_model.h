@@ -1,7 +1,9 @@
 // A sampled model seen from many directions: the samples that each view asks for, and their splats.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "jobs/laboratory/splat_models.h"
@@ -16,6 +18,8 @@ class ViewedModel {
   ViewedModel(const Row& row, const ViewDetailParameters& detail, std::uint32_t samples);
 
   ViewDetail detail(Vector3 towards) const;
+  // Share of the samples kept that face away from the eye.
+  double behind(const ViewDetail& kept, Vector3 towards) const;
   // Splats grow where samples are left out, so that they cover the surface as all of them would.
   RgbImage draw(const ViewDetail& kept, const SplatView& view, const SplatSizes& sizes) const;
 
@@ -23,6 +27,23 @@ class ViewedModel {
   const Row& row_;
   ViewDetailParameters parameters_;
   std::vector<float> nx_, ny_, nz_, areas_;
+};
+
+// How many samples each frame of a turn has, and which share of a frame's the next one keeps.
+class TurnCounts {
+ public:
+  void add(std::vector<std::uint32_t> kept);  // of the next frame, ascending
+  bool steps() const { return !stay_.empty(); }
+  double worst() const { return quantile(0); }
+  double median() const { return quantile(0.5); }
+
+  std::size_t fewest = std::numeric_limits<std::size_t>::max(), most = 0;
+
+ private:
+  double quantile(double q) const;
+
+  std::vector<std::uint32_t> before_;
+  std::vector<double> stay_;
 };
 
 // The view from another direction; scale and centre stay.

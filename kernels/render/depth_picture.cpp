@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "kernels/render/shading.h"
 
@@ -43,26 +42,17 @@ bool DepthPicture::covered(std::int64_t x, std::int64_t y) const {
 
 PictureView framed_view(std::span<const double> points, Vector3 view, Vector3 up, std::uint32_t width,
                         std::uint32_t height, double margin) {
-  PictureView made;
-  made.back = unit_vector(view);
-  made.right = unit_vector(cross(up, made.back));
-  made.down = -1.0 * cross(made.back, made.right);
+  PictureView made{picture_axes(view, up)};
   made.middle_x = 0.5 * width;
   made.middle_y = 0.5 * height;
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  Vector3 least{infinite, infinite, infinite}, most{-infinite, -infinite, -infinite};
-  for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
-    const Vector3 at = made.direction({points[i], points[i + 1], points[i + 2]});
-    if (!finite_vector(at)) continue;
-    least = {std::min(least.x, at.x), std::min(least.y, at.y), std::min(least.z, at.z)};
-    most = {std::max(most.x, at.x), std::max(most.y, at.y), std::max(most.z, at.z)};
-  }
-  if (!(least.x <= most.x)) return made;
-  const double scale = std::min(std::max(1.0, width - 2 * margin) / (most.x - least.x),
-                                std::max(1.0, height - 2 * margin) / (most.y - least.y));
+  ViewBox box;
+  for (std::size_t i = 0; i + 2 < points.size(); i += 3)
+    box.add(made.direction({points[i], points[i + 1], points[i + 2]}));
+  if (box.empty()) return made;
+  const double scale = std::min(std::max(1.0, width - 2 * margin) / box.size(0),
+                                std::max(1.0, height - 2 * margin) / box.size(1));
   if (std::isfinite(scale)) made.scale = scale;
-  made.centre = 0.5 * ((least.x + most.x) * made.right + (least.y + most.y) * made.down +
-                       (least.z + most.z) * made.back);
+  made.centre = box.middle(made);
   return made;
 }
 

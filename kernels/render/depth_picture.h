@@ -6,16 +6,15 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/render/picture_camera.h"
 
 namespace meander {
 
 // Orthographic: from the model to pixels, x to the right, y down, z towards the eye (in pixels, too).
-struct PictureView {
-  Vector3 right{1, 0, 0}, down{0, 1, 0}, back{0, 0, 1};  // unit vectors
-  Vector3 centre{};                                      // of the model, at the middle of the picture
+struct PictureView : PictureAxes {
+  Vector3 centre{};  // of the model, at the middle of the picture
   double scale = 1, middle_x = 0, middle_y = 0;
 
-  Vector3 direction(Vector3 v) const { return {dot(right, v), dot(down, v), dot(back, v)}; }
   Vector3 point(Vector3 p) const { return scale * direction(p - centre) + Vector3{middle_x, middle_y, 0}; }
 };
 

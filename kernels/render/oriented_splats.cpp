@@ -26,39 +26,19 @@ Vector3 triple(std::span<const float> values, std::size_t i) {
 // ---- views ------------------------------------------------------------------------------------------------
 
 SplatView directed_view(Vector3 towards, Vector3 up, std::uint32_t width, std::uint32_t height) {
-  SplatView view;
-  view.back = unit_vector(towards);
-  view.right = unit_vector(cross(up, view.back));
-  view.down = -1.0 * cross(view.back, view.right);
+  SplatView view{picture_axes(towards, up)};
   view.width = width;
   view.height = height;
   return view;
 }
 
-// Least and largest coordinate along three axes; least[0] > most[0] without a finite point.
-struct Extent {
-  std::array<double, 3> least, most;
-};
-Extent extent_along(std::span<const float> points, const std::array<Vector3, 3>& axes) {
-  Extent extent;
-  extent.least.fill(std::numeric_limits<double>::infinity());
-  extent.most.fill(-std::numeric_limits<double>::infinity());
+ViewBox box_along(std::span<const float> points, const std::array<Vector3, 3>& axes) {
+  ViewBox box;
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
     const Vector3 p = triple(points, i);
-    if (!finite_vector(p)) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      extent.least[k] = std::min(extent.least[k], dot(axes[k], p));
-      extent.most[k] = std::max(extent.most[k], dot(axes[k], p));
-    }
+    box.add({dot(axes[0], p), dot(axes[1], p), dot(axes[2], p)});
   }
-  return extent;
-}
-
-Vector3 middle_of(const Extent& extent, const std::array<Vector3, 3>& axes) {
-  Vector3 middle;
-  for (std::size_t k = 0; k < 3; ++k)
-    middle = middle + (0.5 * extent.least[k] + 0.5 * extent.most[k]) * axes[k];
-  return middle;
+  return box;
 }
 
 // Pixels per unit for a model of these half sizes.
@@ -322,12 +302,10 @@ std::vector<PlacedSplat> placed_splats(const OrientedSplats& splats, const Splat
 SplatView fitted_view(std::span<const float> points, Vector3 towards, Vector3 up, std::uint32_t width,
                       std::uint32_t height, double margin) {
   SplatView view = directed_view(towards, up, width, height);
-  const std::array<Vector3, 3> axes = {view.right, view.down, view.back};
-  const Extent extent = extent_along(points, axes);
-  if (!(extent.least[0] <= extent.most[0])) return view;
-  view.centre = middle_of(extent, axes);
-  view.scale = fitting_scale(0.5 * (extent.most[0] - extent.least[0]),
-                             0.5 * (extent.most[1] - extent.least[1]), view, margin);
+  const ViewBox box = box_along(points, {view.right, view.down, view.back});
+  if (box.empty()) return view;
+  view.centre = box.middle(view);
+  view.scale = fitting_scale(0.5 * box.size(0), 0.5 * box.size(1), view, margin);
   return view;
 }
 
@@ -336,9 +314,9 @@ SplatView turning_view(std::span<const float> points, Vector3 towards, Vector3 u
   SplatView view = directed_view(towards, up, width, height);
   const Vector3 axis = unit_vector(up);
   const std::array<Vector3, 3> axes = {view.right, axis, cross(view.right, axis)};
-  const Extent extent = extent_along(points, axes);
-  if (!(extent.least[0] <= extent.most[0])) return view;
-  view.centre = middle_of(extent, axes);
+  const ViewBox box = box_along(points, axes);
+  if (box.empty()) return view;
+  view.centre = box.middle(axes);
   const double sine = std::abs(dot(axis, view.back)), cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
   double half_width = 0, half_height = 0;
   for (std::size_t i = 0; i < points.size() / 3; ++i) {

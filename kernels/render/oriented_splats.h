@@ -6,18 +6,17 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/render/picture_camera.h"
 #include "kernels/render/rgb_image.h"
 
 namespace meander {
 
 // Orthographic: from the model to pixels, x to the right, y down, z towards the eye, all in pixels.
-struct SplatView {
-  Vector3 right{1, 0, 0}, down{0, -1, 0}, back{0, 0, 1};  // orthonormal; `back` points to the eye
-  Vector3 centre;                                         // model point in the middle of the picture
-  double scale = 1;                                       // pixels per unit of the model
+struct SplatView : PictureAxes {
+  Vector3 centre{};  // model point in the middle of the picture
+  double scale = 1;  // pixels per unit of the model
   std::uint32_t width = 640, height = 480;
 
-  Vector3 direction(Vector3 v) const { return {dot(right, v), dot(down, v), dot(back, v)}; }
   Vector3 point(Vector3 p) const {
     return scale * direction(p - centre) + Vector3{0.5 * width, 0.5 * height, 0};
   }

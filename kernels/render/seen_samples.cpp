@@ -101,6 +101,9 @@ std::vector<SeenSample> seen_samples(const StrokeModel& model, const PictureView
             along = view.direction(vector_of_sample(model.directions, i));
     if (!finite_vector(at) || !(norm(normal) > 0.5) || !(norm(along) > 0.5)) continue;
     normal = unit_vector(normal);
+    // Just behind the silhouette, where the depth buffer lets samples through: turned to the eye, their
+    // normals would face the wrong way, and the rim in the light be strewn with strokes of shadow.
+    if (normal.z < 0 && normal.z > -0.1) continue;
     if (normal.z < 0) normal = -1.0 * normal;
     const auto x = pixel_of(at.x), y = pixel_of(at.y);
     if (!depth.covered(x, y)) continue;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
+#include "kernels/render/picture_camera.h"
 #include "kernels/render/shading.h"
 
 namespace meander {
@@ -15,8 +15,7 @@ namespace {
 
 constexpr std::uint32_t oversampling = 3;
 
-struct Camera {
-  Vector3 right, up, back;   // orthonormal; `back` points to the eye
+struct Camera : PictureAxes {
   Vector3 centre;            // model point in the middle of the picture
   double scale = 1;          // fine pixels per unit of the model
   double spacing = 1;        // sqrt(area / N) in fine pixels
@@ -31,36 +30,22 @@ Vector3 vector_at(std::span<const float> values, std::size_t i) {
 // Fits all finite points and their discs into the picture; false when there are none.
 bool place_camera(Camera& camera, std::span<const float> points, double area,
                   const SplatParameters& parameters) {
-  camera.back = unit_vector(parameters.view);
-  camera.right = unit_vector(cross(parameters.up, camera.back));
-  camera.up = cross(camera.back, camera.right);
-  const Vector3 axes[3] = {camera.right, camera.up, camera.back};
-  std::array<double, 3> least, most;
-  least.fill(std::numeric_limits<double>::infinity());
-  most.fill(-std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < points.size() / 3; ++i) {
-    const Vector3 p = vector_at(points, i);
-    if (!finite_vector(p)) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double at = dot(axes[k], p);
-      least[k] = std::min(least[k], at);
-      most[k] = std::max(most[k], at);
-    }
-  }
-  if (!(least[0] <= most[0])) return false;
+  static_cast<PictureAxes&>(camera) = picture_axes(parameters.view, parameters.up);
+  ViewBox box;
+  for (std::size_t i = 0; i < points.size() / 3; ++i) box.add(camera.direction(vector_at(points, i)));
+  if (box.empty()) return false;
   const double fine = static_cast<double>(parameters.size) * oversampling;
   // Discs of few samples are kept small, or they would hide the shape.
   constexpr double largest_spacing = 0.08;
-  const double extent = std::max(most[0] - least[0], most[1] - least[1]);
+  const double extent = std::max(box.size(0), box.size(1));
   double spacing = std::sqrt(area / static_cast<double>(points.size() / 3));
   if (!(spacing > 0) || !(spacing < largest_spacing * extent)) spacing = largest_spacing * extent;
   const double room = fine * (1 - 2 * parameters.margin);
   camera.scale = extent > 0 ? room / (extent + 2 * parameters.disc_radius * spacing) : 1;
   camera.spacing = extent > 0 ? spacing * camera.scale : largest_spacing * room;
   camera.middle = 0.5 * fine;
-  camera.centre = {0, 0, 0};
-  for (std::size_t k = 0; k < 3; ++k) camera.centre = camera.centre + (0.5 * (least[k] + most[k])) * axes[k];
-  camera.near = 0.5 * (most[2] - least[2]) * camera.scale;
+  camera.centre = box.middle(camera);
+  camera.near = 0.5 * box.size(2) * camera.scale;
   camera.far = -camera.near;
   return true;
 }
@@ -158,10 +143,8 @@ RgbImage splat_picture(std::span<const float> points, std::span<const float> nor
     const Vector3 p = vector_at(points, i), n = vector_at(normals, i);
     if (!finite_vector(p)) continue;
     const Vector3 offset = camera.scale * (p - camera.centre);
-    // Rows run downwards.
-    const Vector3 at{camera.middle + dot(camera.right, offset), camera.middle - dot(camera.up, offset),
-                     dot(camera.back, offset)};
-    Vector3 facing{dot(camera.right, n), -dot(camera.up, n), dot(camera.back, n)};
+    const Vector3 at = camera.direction(offset) + Vector3{camera.middle, camera.middle, 0};
+    Vector3 facing = camera.direction(n);
     if (!finite_vector(facing) || norm(facing) < 1e-6) facing = {0, 0, 1};
     if (facing.z < 0) facing = -1.0 * facing;
     facing = unit_vector(facing);

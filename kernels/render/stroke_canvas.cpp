@@ -204,10 +204,13 @@ class Painter {
     }
     const float thickness = static_cast<float>(style_.impasto * std::max(1.0, canvas_.unit)),
                 streak = style_.impasto > 0 ? 0.14f : 0;
+    // A hand presses harder in the dark, and fills more of the valleys.
+    const float bright = 0.2126f * stroke.colour[0] + 0.7152f * stroke.colour[1] + 0.0722f * stroke.colour[2],
+                pressed = style_.sticks ? grain * std::min(1.0f, 0.4f + 1.1f * std::sqrt(bright)) : grain;
     each_pixel(stroke, brush, area, [&](std::int64_t x, std::int64_t y, const BrushTexel& texel) {
       const std::size_t i = static_cast<std::size_t>(y) * canvas_.width + static_cast<std::size_t>(x);
       float cover = std::min(1.0f, stroke.opacity * texel.cover);
-      if (grain > 0) cover *= taken(paper_[i], cover, grain);
+      if (pressed > 0) cover *= taken(paper_[i], cover, pressed);
       // Bristles carry a little more or less of the colour.
       const float shade = 1 + streak * (texel.height - 0.75f);
       Paint& below = picture[i];
@@ -226,6 +229,32 @@ class Painter {
   const PixelArea window_;
   const std::vector<float>& paper_;
 };
+
+// Where the paper is wet, which it is in patches, washes run into one another: densities become more like
+// those around them. Bare paper stays bare, so that washes keep their outlines.
+void run_together(std::vector<Paint>& picture, const StrokeCanvas& canvas, double wet,
+                  const LatticeNoise& noise) {
+  const auto reach = std::max<std::int64_t>(1, std::lround(4 * canvas.unit));
+  const double patch = 1 / (70 * std::max(canvas.unit, 0.1));
+  std::vector<float> share(picture.size()), around(picture.size());
+  parallel_tasks(canvas.height, [&](std::size_t y) {
+    for (std::size_t x = 0; x < canvas.width; ++x) {
+      const Paint& own = picture[y * canvas.width + x];
+      const float total = own.red + own.green + own.blue;
+      if (!(total > 0)) continue;
+      const float wetness =
+          noise.at(static_cast<double>(x) * patch + 90, static_cast<double>(y) * patch + 130);
+      share[y * canvas.width + x] =
+          static_cast<float>(wet) * std::min(1.0f, 3 * total) * std::clamp(2.6f * wetness - 0.7f, 0.1f, 1.0f);
+    }
+  });
+  for (float Paint::*const channel : {&Paint::red, &Paint::green, &Paint::blue}) {
+    for (std::size_t i = 0; i < around.size(); ++i) around[i] = picture[i].*channel;
+    blur(around, canvas.width, canvas.height, reach);
+    for (std::size_t i = 0; i < around.size(); ++i)
+      picture[i].*channel += share[i] * (around[i] - picture[i].*channel);
+  }
+}
 
 // Pigment gathers where a wash ends: densities are raised where they exceed those around them.
 void darken_edges(std::vector<Paint>& picture, const StrokeCanvas& canvas, double edge) {
@@ -314,6 +343,7 @@ RgbImage paint_strokes(std::span<const Stroke> strokes, std::span<const BrushSet
   const std::vector<float> paper =
       paper_heights(style.paper, canvas.width, canvas.height, canvas.unit, noise);
   std::vector<Paint> picture = Painter(strokes, brushes, style, canvas, paper).paint();
+  if (style.glaze && style.wet > 0) run_together(picture, canvas, style.wet, noise);
   if (style.glaze && style.edge > 0) darken_edges(picture, canvas, style.edge);
   RgbImage image(canvas.width, canvas.height);
   const Relief relief(style, canvas, paper, picture);

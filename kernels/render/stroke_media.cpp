@@ -42,6 +42,7 @@ StrokeStyle watercolour() {
   style.glaze = true;
   style.granulation = 0.3;
   style.edge = 1.1;
+  style.wet = 0.7;
   style.unpainted_light = 0.8;
   style.lift = 0.26;
   StrokeLayer wash = brush_layer(LayerPurpose::underpaint, 0.006, 2.4, 2.4, 4);
@@ -94,11 +95,11 @@ StrokeStyle pencil(bool many_tones) {
                     hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 2)};
   } else {
     style.inks = {linear_colour(0x4a494e)};
-    style.layers = {hatching_layer(LayerPurpose::body, 0.6, 1.8, 20, 64, 0),
-                    hatching_layer(LayerPurpose::cross, 0.6, 1.7, 16, 44, 0),
+    style.layers = {hatching_layer(LayerPurpose::body, 0.6, 2.3, 20, 64, 0),
+                    hatching_layer(LayerPurpose::cross, 0.6, 2.2, 16, 44, 0),
                     hatching_layer(LayerPurpose::contour, 0, 1.7, 16, 30, 0)};
   }
-  for (StrokeLayer& each : style.layers) each.opacity = 0.8;
+  for (StrokeLayer& each : style.layers) each.opacity = 0.5;  // graphite is grey: darkness is many lines
   return style;
 }
 

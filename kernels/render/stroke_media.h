@@ -67,6 +67,7 @@ struct StrokeStyle {
   double grain = 0;            // how much of a stroke the valleys of the paper stay free of, 0..1
   double granulation = 0;      // glaze: how much more pigment settles in the valleys
   double edge = 0;             // glaze: how much pigment gathers at the edge of a wash
+  double wet = 0;              // glaze: how far washes run into one another where the paper is wet, 0..1
   double impasto = 0;          // height of paint, pixels of a picture up to 1,080 high; 0: flat
   double gloss = 0;            // of the light that wet ridges reflect
   bool sticks = false;         // every stroke has one of the palette's colours, unmixed

@@ -152,6 +152,12 @@ class Planner {
     return lie;
   }
 
+  // Painted contours are lost in the light, drawn ones are not. Fewer strokes would leave a line of dashes:
+  // they become fainter instead.
+  static double contour_strength(const SeenSample& sample, const StrokeLayer& layer) {
+    return layer.ink >= 0 ? 1 : std::clamp(1 - 2.6 * sample.light, 0.0, 1.0);
+  }
+
   // Whether the sample has a stroke in the layer: its rank, as a share, is below what is asked for there.
   double asked(const SeenSample& sample, const StrokeLayer& layer, const SeenGrid& around) const {
     const StrokeStyle& style = plan_.style;
@@ -159,9 +165,7 @@ class Planner {
       case LayerPurpose::light:
         return sample.light > 0.6 ? 1.5 * (sample.shine - 0.15) : 0;
       case LayerPurpose::contour:
-        // Painted contours are lost in the light, drawn ones are not.
-        return 1.2 * (1 - sample.normal.z / 0.34) *
-               (layer.ink >= 0 ? 1 : std::clamp(1 - 2.6 * sample.light, 0.0, 1.0));
+        return contour_strength(sample, layer) > 0 ? 1.2 * (1 - sample.normal.z / 0.34) : 0;
       case LayerPurpose::detail: {
         // Finer strokes where broad ones miss the light (Hertzmann 1998).
         const double missed = sample.light - around.light(sample.at.x, sample.at.y, sample.light);
@@ -272,6 +276,8 @@ class Planner {
     if (layer.purpose != LayerPurpose::cross) bend(stroke, sample, lie, around);
     stroke.colour = colour_of(sample, layer, share(words[2]), share(words[3]));
     stroke.opacity = static_cast<float>(layer.opacity * (0.85 + 0.3 * share(more[1])));
+    if (layer.purpose == LayerPurpose::contour)
+      stroke.opacity *= static_cast<float>(contour_strength(sample, layer));
     // Washes that overlap so often give together the density of the layer.
     if (plan_.style.glaze && layer.ink < 0)
       stroke.opacity *= static_cast<float>(std::min(1.0, cell * std::max(0.3, sample.normal.z) / own));
@@ -386,6 +392,17 @@ class Planner {
     shadow_strokes(brushes, shadow);
   }
 
+  // From 0 where an end of the stroke comes to the margin to 1 an eighth of the smaller side away from it.
+  double room_around(const Stroke& stroke) const {
+    const double half = 0.5 * static_cast<double>(stroke.length),
+                 x = half * std::abs(static_cast<double>(stroke.cosine)),
+                 y = half * std::abs(static_cast<double>(stroke.sine));
+    const double nearest =
+        std::min({static_cast<double>(stroke.x) - x, parameters_.width - static_cast<double>(stroke.x) - x,
+                  static_cast<double>(stroke.y) - y, parameters_.height - static_cast<double>(stroke.y) - y});
+    return 8 * (nearest - margin_) / std::min(parameters_.width, parameters_.height);
+  }
+
   void shadow_strokes(std::size_t brushes, const DepthPicture& shadow) {
     const StrokeStyle& style = plan_.style;
     const bool lines = style.layers.front().in_pixels;
@@ -401,7 +418,7 @@ class Planner {
                                    : style.glaze ? 240
                                                  : 150);
     plan_.brushes[brushes] = make_brushes(style.brush, width, shortest, longest, noise_);
-    const double wanted = lines ? 0.62 : style.glaze ? 5 : 3.5;
+    const double wanted = lines ? 0.62 : style.glaze ? 11 : 3.5;
     const auto count =
         static_cast<std::uint64_t>(wanted * window_area() / (0.5 * width * (shortest + longest)));
     const auto layer = static_cast<std::uint32_t>(brushes + 128);
@@ -421,7 +438,9 @@ class Planner {
         for (std::size_t k = 0; k < 3; ++k)
           stroke.colour[k] = t * colours_.stops[0][k] + (1 - t) * 0.75f * colours_.ground[0][k];
       }
-      stroke.opacity = lines ? 0.8f : style.glaze ? 0.16f : 0.7f;
+      // On bare paper a shadow ends where the hand stops, before the margin; in a painted ground, with it.
+      if (!style.background && random(i, layer, 0) > room_around(stroke)) continue;
+      stroke.opacity = lines ? 0.8f : style.glaze ? 0.075f : 0.7f;
       plan_.strokes.push_back(stroke);
     }
   }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "kernels/render/picture_camera.h"
 #include "kernels/render/shading.h"
 
 namespace meander {
@@ -14,42 +14,26 @@ namespace {
 constexpr std::uint32_t samples_across = 3;
 
 // From the model to fine pixels: x to the right, y down, z towards the eye.
-struct View {
-  Vector3 right, down, back;
-  Vector3 centre;
+struct View : PictureAxes {
+  Vector3 centre{};
   double scale = 1, middle = 0, far = 0;
 
-  Vector3 direction(Vector3 v) const { return {dot(right, v), dot(down, v), dot(back, v)}; }
   Vector3 vector(Vector3 v) const { return scale * direction(v); }
   Vector3 point(Vector3 p) const { return vector(p - centre) + Vector3{middle, middle, 0}; }
 };
 
 View place_view(const SurfaceScene& scene, const SurfacePictureParameters& parameters) {
-  View view;
-  view.back = unit_vector(parameters.view);
-  view.right = unit_vector(cross(parameters.up, view.back));
-  view.down = -1.0 * cross(view.back, view.right);
-  std::array<double, 3> least, most;
-  least.fill(std::numeric_limits<double>::infinity());
-  most.fill(-std::numeric_limits<double>::infinity());
-  for (const std::uint32_t v : scene.faces) {
-    const Vector3 at =
-        view.direction({scene.positions[3 * v], scene.positions[3 * v + 1], scene.positions[3 * v + 2]});
-    if (!finite_vector(at)) continue;
-    const std::array<double, 3> own = {at.x, at.y, at.z};
-    for (std::size_t k = 0; k < 3; ++k) {
-      least[k] = std::min(least[k], own[k]);
-      most[k] = std::max(most[k], own[k]);
-    }
-  }
-  if (!(least[0] <= most[0])) return view;
+  View view{picture_axes(parameters.view, parameters.up)};
+  ViewBox box;
+  for (const std::uint32_t v : scene.faces)
+    box.add(view.direction({scene.positions[3 * v], scene.positions[3 * v + 1], scene.positions[3 * v + 2]}));
+  if (box.empty()) return view;
   const double fine = static_cast<double>(parameters.size) * samples_across;
-  const double extent = std::max(most[0] - least[0], most[1] - least[1]);
+  const double extent = std::max(box.size(0), box.size(1));
   view.scale = extent > 0 ? fine * (1 - 2 * parameters.margin) / extent : 1;
   view.middle = 0.5 * fine;
-  view.centre = 0.5 * ((least[0] + most[0]) * view.right + (least[1] + most[1]) * view.down +
-                       (least[2] + most[2]) * view.back);
-  view.far = 0.5 * (least[2] - most[2]) * view.scale;
+  view.centre = box.middle(view);
+  view.far = -0.5 * box.size(2) * view.scale;
   return view;
 }
 

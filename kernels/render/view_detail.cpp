@@ -15,30 +15,37 @@ struct ViewedDirection {
   float x, y, z;  // unit
   float back;     // -1: what faces away counts with |n . v|; 0: not at all
   float least, rest;
+  float fade, inverse_fade;  // of what faces away; 0: no fade
 };
 
 ViewedDirection viewed_direction(Vector3 towards, const ViewDetailParameters& parameters) {
   const double length = norm(towards);
   const Vector3 v = length > 0 ? (1 / length) * towards : Vector3{0, 0, 1};
   const auto least = static_cast<float>(parameters.least);
+  const auto fade = parameters.both_sides ? 0.0f : static_cast<float>(parameters.fade);
   return {static_cast<float>(v.x),
           static_cast<float>(v.y),
           static_cast<float>(v.z),
           parameters.both_sides ? -1.0f : 0.0f,
           least,
-          1 - least};
+          1 - least,
+          fade,
+          fade > 0 ? 1 / fade : 0.0f};
 }
 
+inline float cosine_of(const ViewedDirection& v, float x, float y, float z) {
+  return v.x * x + v.y * y + v.z * z;
+}
 // |n . v| of a sample that may be seen; 0 otherwise, and for normals that are not finite.
-inline float facing_of(const ViewedDirection& v, float x, float y, float z) {
-  const float cosine = v.x * x + v.y * y + v.z * z;
+inline float facing_of(const ViewedDirection& v, float cosine) {
   const float facing = cosine > 0 ? cosine : v.back * cosine;
   return facing > 0 ? (facing < 1 ? facing : 1.0f) : 0.0f;
 }
-inline float weight_of(const ViewedDirection& v, float facing) {
-  const float rim = 1 - facing, square = rim * rim;
-  const float weight = v.least + v.rest * (square * square);
-  return facing > 0 ? weight : 0.0f;
+inline float weight_of(const ViewedDirection& v, float cosine) {
+  const float facing = facing_of(v, cosine), rim = 1 - facing, square = rim * rim;
+  const float front = v.least + v.rest * (square * square), left = 1 + v.inverse_fade * cosine;
+  const float behind = cosine > -v.fade ? left * left : 0.0f;
+  return facing > 0 ? front : behind;
 }
 
 struct ViewSums {
@@ -51,9 +58,9 @@ ViewSums block_sums(const ViewedSamples& samples, const ViewedDirection& v, std:
   constexpr std::size_t lanes = 8;
   std::array<float, lanes> weight{}, projected{};
   const auto add = [&](std::size_t i, std::size_t lane) {
-    const float facing = facing_of(v, samples.nx[i], samples.ny[i], samples.nz[i]);
-    weight[lane] += weight_of(v, facing);
-    projected[lane] += facing * samples.area[i];
+    const float cosine = cosine_of(v, samples.nx[i], samples.ny[i], samples.nz[i]);
+    weight[lane] += weight_of(v, cosine);
+    projected[lane] += facing_of(v, cosine) * samples.area[i];
   };
   std::size_t i = begin;
   for (; i + lanes <= end; i += lanes)
@@ -71,8 +78,14 @@ ViewSums block_sums(const ViewedSamples& samples, const ViewedDirection& v, std:
 
 float view_weight(Vector3 normal, Vector3 v, const ViewDetailParameters& parameters) {
   const ViewedDirection direction = viewed_direction(v, parameters);
-  return weight_of(direction, facing_of(direction, static_cast<float>(normal.x), static_cast<float>(normal.y),
+  return weight_of(direction, cosine_of(direction, static_cast<float>(normal.x), static_cast<float>(normal.y),
                                         static_cast<float>(normal.z)));
+}
+
+double mean_view_weight(const ViewDetailParameters& parameters) {
+  // n . v is uniform in [-1, 1].
+  const double front = parameters.least + (1 - parameters.least) / 5;
+  return parameters.both_sides ? front : 0.5 * (front + parameters.fade / 3);
 }
 
 ViewDetail view_detail(const ViewedSamples& samples, Vector3 towards,
@@ -98,7 +111,7 @@ ViewDetail view_detail(const ViewedSamples& samples, Vector3 towards,
   const auto candidates = static_cast<std::size_t>(last);
   const double step = 1 / (detail.share * static_cast<double>(count));
   for (std::size_t i = 0; i < candidates; ++i) {
-    const float weight = weight_of(v, facing_of(v, samples.nx[i], samples.ny[i], samples.nz[i]));
+    const float weight = weight_of(v, cosine_of(v, samples.nx[i], samples.ny[i], samples.nz[i]));
     if ((static_cast<double>(i) + 0.5) * step < double{weight})
       detail.kept.push_back(static_cast<std::uint32_t>(i));
   }

@@ -19,15 +19,23 @@ struct ViewedSamples {
 struct ViewDetailParameters {
   double least = 0.1;           // weight of a sample that faces the eye, that of the silhouette being 1; 0..1
   bool both_sides = false;      // samples that face away are weighted by |n . v| too, instead of left out
+  double fade = 0.35;           // of those that face away: where n . v reaches -fade none is left, 0..1
   double samples_per_area = 1;  // samples of a view over the projected area of the model, > 0
 };
 
-// The weight of a sample: least + (1 - least) (1 - |n . v|)^4, 0 for n . v <= 0 unless both_sides. v: unit.
+// The weight of a sample: least + (1 - least) (1 - |n . v|)^4; unless both_sides, what faces away has
+// (1 - |n . v| / fade)^2, and 0 from n . v = -fade on. The fade keeps a margin behind the silhouette that no
+// picture shows. Without it a flat part, whose samples all turn over the silhouette in the same step, would
+// lose them at once, and one that comes into view take the samples of all others: a pure function of the view
+// has no other way to let them come and go by and by. v: any length.
 float view_weight(Vector3 normal, Vector3 v, const ViewDetailParameters& parameters);
+
+// The mean of view_weight over all directions of v.
+double mean_view_weight(const ViewDetailParameters& parameters);
 
 struct ViewDetail {
   double weight_sum = 0;            // over all samples
-  double projected_area = 0;        // sum of area x |n . v| of those that may be seen, whatever hides them
+  double projected_area = 0;        // sum of area x |n . v| of those that face the eye, whatever hides them
   double share = 0;                 // per unit weight: a sample is kept with the share min(1, share x weight)
   std::vector<std::uint32_t> kept;  // ascending
 };

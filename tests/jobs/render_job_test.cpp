@@ -1,10 +1,13 @@
 // meander render: sheets of sampled models, with and without their meshes.
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "io/image/color_image.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -94,6 +97,36 @@ TEST_CASE("render sheet: every colour, prefix, axis and size makes another pictu
     pictures.push_back(read_file(file));
     for (std::size_t j = 0; j < i; ++j) CHECK(pictures[j] != pictures[i]);
   }
+}
+
+TEST_CASE("render sheet: discs on sheets upon sheets do not cover what is seen, and a constant has no bar") {
+  // A cube with thirty others inside it, which no picture shows.
+  const ScratchFolder scratch;
+  PolygonMesh shells = cube();
+  for (int k = 1; k <= 30; ++k) shells = merged(shells, moved(cube(), 1 - 0.01 * k, 0, 0, 0));
+  write_mesh(scratch / "shells.off", shells);
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "shells.off", "-o", store, "-n", "4096"}).exit_code == 0);
+  const auto sheet = [&](const std::string& colour) {
+    const std::string file = scratch / (colour + ".png");
+    const ProcessResult result = run_process({program, "render", "sheet", store, scratch / "shells.off", "-o",
+                                              file, "--size", "200", "--colour", colour});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    const std::string bytes = read_file(file);
+    return decode_color_image(std::as_bytes(std::span(bytes)));
+  };
+  const ColorImage plain = sheet("plain");
+  std::size_t discs = 0, model = 0;
+  for (std::size_t p = 0; p + 2 < plain.rgb.size(); p += 3) {
+    discs += plain.rgb[p] > plain.rgb[p + 1] + 50;
+    model += plain.rgb[p + 1] < 240;
+  }
+  CHECK(discs > 50);
+  CHECK(10 * discs < 2 * model);
+  // The legend: a title alone where every density is the same.
+  CHECK(sheet("density").height > plain.height);
+  CHECK(sheet("rank").height > sheet("density").height + 10);
 }
 
 TEST_CASE("render sheet: meshes that are missing, changed or too large are named, their points drawn") {
@@ -262,8 +295,10 @@ TEST_CASE("render turntable: frames whose samples stay, the same for one thread 
   REQUIRE(first.exit_code == 0);
   CHECK(contains(first.out, "4 frames of "));
   CHECK(contains(first.out, "none moves"));
-  REQUIRE(percentages(first.out).size() == 2);
+  REQUIRE(percentages(first.out).size() == 3);  // median, worst frame, behind the silhouette
+  CHECK(percentages(first.out)[0] >= percentages(first.out)[1]);
   CHECK(percentages(first.out)[1] >= 90);
+  CHECK(contains(first.out, "behind the silhouette"));
   REQUIRE(turn(with({"-o", scratch / "b%02d.png", "-j", "2"})).exit_code == 0);
   for (int k = 0; k < 4; ++k) {
     const std::string digit = std::to_string(k);

@@ -8,8 +8,10 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
+#include "kernels/core/random.h"
 #include "kernels/render/oriented_splats.h"
 #include "kernels/render/view_detail.h"
 
@@ -312,6 +314,13 @@ TEST_CASE("turning_view: the model stays in the picture all the way round") {
 TEST_CASE("view_weight: one on the silhouette, little in front, nothing behind") {
   const Vector3 v{0, 0, 2};
   ViewDetailParameters parameters;
+  CHECK(view_weight({1, 0, -1e-6}, v, parameters) == Approx(1));
+  CHECK(view_weight({0.96, 0, -0.28}, v, parameters) == Approx(0.04));  // four fifths of the fade behind
+  CHECK(view_weight({0, 0.93, -0.3501}, v, parameters) == 0);
+  CHECK(view_weight({0, 0, -1}, v, parameters) == 0);
+  parameters.fade = 0;
+  CHECK(view_weight({1, 0, 0}, v, parameters) == 0);
+  CHECK(view_weight({1, 0, -1e-6}, v, parameters) == 0);
   CHECK(view_weight({0, 0, 1}, v, parameters) == Approx(0.1));
   CHECK(view_weight({0, 0.8, 0.6}, v, parameters) == Approx(0.1 + 0.9 * std::pow(0.4, 4)));
   CHECK(view_weight({1, 0, 1e-6}, v, parameters) == Approx(1));
@@ -325,6 +334,19 @@ TEST_CASE("view_detail: sums, number and density of a sphere are the closed form
   const BallSamples ball(16);
   ViewDetailParameters parameters;
   parameters.samples_per_area = 2000;
+  const double behind = parameters.fade / 3;
+  CHECK(mean_view_weight(parameters) == Approx(0.5 * (0.28 + behind)));
+  const ViewDetail faded = view_detail(ball.samples(), {0.2, 0.3, 0.9}, parameters);
+  CHECK(faded.weight_sum == Approx(65536 * mean_view_weight(parameters)).epsilon(0.001));
+  CHECK(faded.projected_area == Approx(pi).epsilon(0.001));
+  CHECK(static_cast<double>(faded.kept.size()) == Approx(2000 * pi).epsilon(0.02));
+  std::size_t hidden = 0;
+  for (const std::uint32_t i : faded.kept)
+    hidden += 0.2 * double{ball.x[i]} + 0.3 * double{ball.y[i]} + 0.9 * double{ball.z[i]} <= 0;
+  CHECK(static_cast<double>(hidden) / static_cast<double>(faded.kept.size()) ==
+        Approx(behind / (0.28 + behind)).margin(0.012));
+  parameters.fade = 0;
+  CHECK(mean_view_weight(parameters) == Approx(0.14));
   const ViewDetail detail = view_detail(ball.samples(), {0.2, 0.3, 0.9}, parameters);
   // Of the cosine, uniform in [-1, 1] over a sphere.
   CHECK(detail.weight_sum == Approx(65536 * 0.5 * (0.1 + 0.9 / 5)).epsilon(0.001));
@@ -362,6 +384,39 @@ TEST_CASE("view_detail: around every place the first samples of the set are kept
   CHECK(view_detail({aside, zero, up, area}, {0, 0, -1}, parameters).kept.empty());
   CHECK(view_detail({}, {0, 0, 1}, parameters).kept.empty());
   CHECK_THROWS_AS(view_detail({aside, zero, up, {}}, {0, 0, 1}, parameters), std::invalid_argument);
+}
+
+TEST_CASE("view_detail: flat faces that turn away and into view leave nine of ten samples") {
+  // A box whose six faces turn over the silhouette all at once: 20,000 samples each, in random order.
+  const std::array<Vector3, 6> outwards = {
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  std::vector<float> x, y, z;
+  const RandomKey key = make_random_key(7, {});
+  for (std::uint64_t i = 0; i < 120000; ++i) {
+    const Vector3 n = outwards[random_words(key, Stream::test_shapes, i, 0)[0] % 6];
+    x.push_back(static_cast<float>(n.x));
+    y.push_back(static_cast<float>(n.y));
+    z.push_back(static_cast<float>(n.z));
+  }
+  const std::vector<float> area(x.size(), 1.0f / 20000);
+  ViewDetailParameters parameters;
+  parameters.samples_per_area = 6000;
+  double least = 1, least_without_fade = 1;
+  for (double* const worst : {&least, &least_without_fade}) {
+    std::vector<std::uint32_t> before;
+    for (int k = 0; k <= 90; ++k) {
+      const double angle = k * pi / 90;
+      std::vector<std::uint32_t> now =
+          view_detail({x, y, z, area}, {std::sin(angle), 0.35, std::cos(angle)}, parameters).kept;
+      if (k > 0)
+        *worst = std::min(
+            *worst, static_cast<double>(samples_that_stay(before, now)) / static_cast<double>(before.size()));
+      before = std::move(now);
+    }
+    parameters.fade = 0;
+  }
+  CHECK(least >= 0.9);
+  CHECK(least_without_fade < 0.5);
 }
 
 TEST_CASE("view_detail: nine of ten samples stay over two degrees, and the threads do not matter") {

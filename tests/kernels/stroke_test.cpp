@@ -2,6 +2,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -264,6 +265,41 @@ TEST_CASE("only samples that are seen have strokes, which reach beyond the silho
     left_most = std::min(left_most, stroke.x - 0.5f * stroke.length);
   }
   CHECK(left_most < least - 4);
+}
+
+TEST_CASE(
+    "strokes: what lies just behind the silhouette is not painted, so that lit rims stay free of shadow") {
+  const TestModel ring = torus(60000);
+  const StrokePictureParameters parameters = look(StrokeMedium::watercolour, 480);
+  const StrokePlan plan = plan_strokes(ring.spans(), parameters);
+  const Axes axes = axes_of(parameters);
+  std::size_t rim = 0;
+  for (const Stroke& stroke : plan.strokes) {
+    if (stroke.layer >= plan.style.layers.size()) continue;
+    const double facing = dot(at(ring.normals, stroke.sample), axes.back);
+    CHECK((facing >= 0 || facing <= -0.1));
+    rim += facing >= 0 && facing < 0.1;
+  }
+  CHECK(rim > 100);
+}
+
+TEST_CASE("strokes: a shadow on bare paper ends before the margin, one in a painted ground need not") {
+  const TestModel model = cylinder(1500);
+  for (const StrokeMedium medium : {StrokeMedium::crayon, StrokeMedium::ink, StrokeMedium::watercolour}) {
+    StrokePictureParameters parameters = look(medium, 400);
+    parameters.light = {-1, 0.5, 0.3};  // low: the shadow is longer than the picture
+    const StrokePlan plan = plan_strokes(model.spans(), parameters);
+    std::size_t cast = 0;
+    double farthest = 0;
+    for (const Stroke& stroke : plan.strokes) {
+      if (stroke.layer != plan.style.layers.size() + 2) continue;
+      ++cast;
+      farthest =
+          std::max(farthest, static_cast<double>(stroke.x + 0.5f * stroke.length * std::abs(stroke.cosine)));
+    }
+    CHECK(cast > 3);
+    CHECK(farthest <= 400 - plan.canvas.margin);
+  }
 }
 
 TEST_CASE("layers are prefixes of one set, and so are the strokes of fewer samples") {
@@ -556,6 +592,65 @@ TEST_CASE("paint_strokes: a stroke covers its rectangle, bent or turned, over th
   image = painted({stroke_at(10, 50, black)}, false);
   CHECK(is_dark(image, 5, 50));
   CHECK_FALSE(is_dark(image, 4, 50));
+}
+
+TEST_CASE("paint_strokes: sticks pressed in the dark fill more of the valleys") {
+  const LatticeNoise noise(picture_key(3));
+  const StrokeCanvas canvas{100, 100, 5, 1};
+  const BrushSet brush = make_brushes({}, 30, 40, 80, noise);
+  StrokeStyle style = stroke_style(StrokeMedium::crayon);
+  const auto bare_share = [&](LinearColour colour, bool sticks) {
+    style.sticks = sticks;
+    Stroke stroke = stroke_at(50, 50, colour);
+    stroke.width = 30;
+    const std::array<Stroke, 1> one = {stroke};
+    const std::array<BrushSet, 1> brushes = {brush};
+    const RgbImage image = paint_strokes(one, brushes, style, canvas, noise);
+    std::size_t bare = 0;
+    for (std::uint32_t y = 42; y < 58; ++y)
+      for (std::uint32_t x = 36; x < 64; ++x) bare += image.pixel(x, y)[1] > 120;
+    return bare;
+  };
+  const LinearColour dark{0.01f, 0.01f, 0.02f};
+  CHECK(bare_share(dark, false) > 20);
+  CHECK(2 * bare_share(dark, true) < bare_share(dark, false));
+}
+
+TEST_CASE("paint_strokes: wet washes run into one another in patches, and bare paper stays bare") {
+  const LatticeNoise noise(picture_key(3));
+  const StrokeCanvas canvas{1400, 100, 5, 1};  // twenty patches across
+  const std::array<BrushSet, 1> brushes = {full_brush()};
+  Stroke light = stroke_at(700, 40, {0.9f, 0.9f, 0.9f}), deep = stroke_at(700, 62, {0.2f, 0.2f, 0.2f});
+  light.width = deep.width = 30;
+  light.length = deep.length = 1360;
+  const std::array<Stroke, 2> strokes = {light, deep};
+  StrokeStyle style;
+  style.glaze = true;
+  style.paper_colour = {1, 1, 1};
+  const RgbImage dry = paint_strokes(strokes, brushes, style, canvas, noise);
+  style.wet = 1;
+  const RgbImage wet = paint_strokes(strokes, brushes, style, canvas, noise);
+  // The largest step across the edge of the deep wash, over what it is where all is dry.
+  const auto step = [](const RgbImage& image, std::uint32_t x) {
+    int most = 0;
+    for (std::uint32_t y = 35; y < 60; ++y)
+      most = std::max(most, std::abs(int{image.pixel(x, y)[0]} - int{image.pixel(x, y + 1)[0]}));
+    return static_cast<double>(most);
+  };
+  double sum = 0, least = 1, most = 0;
+  for (std::uint32_t x = 40; x < 1360; ++x) {
+    const double share = step(wet, x) / step(dry, x);
+    sum += share / 1320;
+    least = std::min(least, share);
+    most = std::max(most, share);
+  }
+  CHECK(sum < 0.75);
+  CHECK(least < 0.35);
+  CHECK(most > 0.8);
+  CHECK(most <= 1);
+  for (std::uint32_t x = 0; x < 1400; ++x)
+    for (const std::uint32_t y : {8u, 15u, 20u, 84u, 92u})
+      CHECK(std::equal(dry.pixel(x, y), dry.pixel(x, y) + 3, wet.pixel(x, y)));
 }
 
 TEST_CASE("paint_strokes: glazes multiply the light of what lies below, in any order") {
