@@ -363,7 +363,7 @@ class RemeshJob {
   void print_summary() const {
     std::map<Status, std::uint64_t> by_status;
     RemeshReport sum;
-    std::uint64_t incomplete = 0, much_lost = 0;
+    std::uint64_t incomplete = 0, much_lost = 0, crossed = 0;
     for (const auto& [id, record] : table_.records) {
       if (vanished_.contains(id)) continue;
       ++by_status[record.status];
@@ -371,6 +371,9 @@ class RemeshJob {
       sum.faces += record.mesh.faces;
       sum.line_vertices += record.mesh.line_vertices;
       sum.kept_vertices += record.mesh.kept_vertices;
+      sum.crossings += record.mesh.crossings;
+      sum.input_crossings += record.mesh.input_crossings;
+      crossed += record.mesh.crossings > 0;
       sum.dropped_components += record.mesh.dropped_components;
       sum.dropped_share = std::max(sum.dropped_share, record.mesh.dropped_share);
       incomplete += record.mesh.dropped_components > 0;
@@ -390,6 +393,9 @@ class RemeshJob {
           "  {} models lost more than {:.0f} % of their area with them, at most {:.0f} %: give more "
           "samples\n",
           much_lost, 100 * much_of_area, 100 * sum.dropped_share);
+    if (sum.crossings > 0)
+      fmt::print("  {} of triangles cross in {} that do not in the input (see remesh.csv)\n",
+                 counted(sum.crossings, "pair", "pairs"), counted(crossed, "model", "models"));
     if (!vanished_.empty())
       fmt::print("  {} of an earlier run {} no input any more; their rows and meshes were left\n",
                  counted(vanished_.size(), "item", "items"), vanished_.size() == 1 ? "has" : "have");
@@ -413,6 +419,8 @@ class RemeshJob {
     json.member("faces", sum.faces);
     json.member("line_vertices", sum.line_vertices);
     json.member("kept_vertices", sum.kept_vertices);
+    json.member("crossings", sum.crossings);
+    json.member("input_crossings", sum.input_crossings);
     json.member("dropped_components", sum.dropped_components);
     json.member("models_with_dropped_components", incomplete);
     json.member("models_with_much_area_dropped", much_lost);

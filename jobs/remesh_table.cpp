@@ -43,7 +43,9 @@ constexpr Column columns[] = {
     of_mesh<&RemeshReport::euler>("euler"),
     of_mesh<&RemeshReport::dropped_components>("dropped_components"),
     of_mesh<&RemeshReport::coincident_samples>("coincident_samples"),
-    of_mesh<&RemeshReport::coarse_lines>("coarse_lines")};
+    of_mesh<&RemeshReport::coarse_lines>("coarse_lines"),
+    of_mesh<&RemeshReport::crossings>("crossings"),
+    of_mesh<&RemeshReport::input_crossings>("input_crossings")};
 
 struct Fraction {
   const char* name;
@@ -101,7 +103,7 @@ std::string remesh_message(const RemeshReport& report) {
                     report.dropped_components == 1 ? "has" : "have",
                     report.dropped_components == 1 ? "was" : "were", 100 * report.dropped_share));
   if (report.kept_vertices > 0)
-    add(fmt::format("{} beside the samples stayed: none of the removals tried keeps the topology",
+    add(fmt::format("{} beside the samples stayed: without them the topology changes or triangles cross",
                     counted(report.kept_vertices, "vertex", "vertices")));
   if (report.coincident_samples > 0)
     add(fmt::format("{} at places where others are",
@@ -111,6 +113,9 @@ std::string remesh_message(const RemeshReport& report) {
         "boundaries and creases of {} have longer edges than asked: they would need more than four "
         "times the vertices of all the rest",
         counted(report.coarse_lines, "component", "components")));
+  if (report.crossings > 0)
+    add(fmt::format("{} of triangles cross that do not in the input: more samples may part them",
+                    counted(report.crossings, "pair", "pairs")));
   return message;
 }
 

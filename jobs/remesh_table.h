@@ -41,7 +41,8 @@ struct RemeshTable {
 // "1 mesh", "2 meshes": the number and the noun that fits it.
 std::string counted(std::uint64_t count, std::string_view one, std::string_view many);
 
-// What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed.
+// What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed,
+// triangles that cross.
 std::string remesh_message(const RemeshReport& report);
 
 // Both files, as text.

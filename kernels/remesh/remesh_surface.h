@@ -33,13 +33,16 @@ struct RemeshReport {
   std::int64_t euler = 0;                            // vertices - edges + faces: that of the surface, without
                                                      // the components that were dropped
   std::uint32_t line_vertices = 0;                   // vertices on boundaries and creases that are no samples
-  std::uint32_t kept_vertices = 0;                   // other vertices of the surface: the topology needs them
-  std::uint32_t dropped_components = 0;              // of the surface: they have no sample
-  double dropped_share = 0;                          // of the area: that of those components
-  std::uint32_t coincident_samples = 0;              // at places of the surface where others are
-  std::uint32_t coarse_lines = 0;                    // components whose lines have longer edges than asked:
-                                                     // they would need more vertices than all the rest
-  double largest_shift = 0;                          // of a sample by fitting, over the mean edge around it
+  std::uint32_t kept_vertices = 0;       // other vertices of the surface: the topology needs them,
+                                         // or without them triangles cross
+  std::uint32_t dropped_components = 0;  // of the surface: they have no sample
+  double dropped_share = 0;              // of the area: that of those components
+  std::uint32_t coincident_samples = 0;  // at places of the surface where others are
+  std::uint32_t coarse_lines = 0;        // components whose lines have longer edges than asked:
+                                         // they would need more vertices than all the rest
+  std::uint64_t crossings = 0;           // pairs of triangles without a common vertex that cross
+  std::uint64_t input_crossings = 0;     // further ones, where triangles of the surface cross
+  double largest_shift = 0;              // of a sample by fitting, over the mean edge around it
 };
 
 struct RemeshedSurface {

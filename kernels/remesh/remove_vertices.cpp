@@ -42,9 +42,10 @@ class Remover {
     std::iota(moved_to_.begin(), moved_to_.end(), std::uint32_t{0});
   }
 
-  std::vector<std::uint32_t> run() {
+  std::vector<std::uint32_t> run(std::span<const std::uint8_t> kept) {
     std::vector<std::uint32_t> waiting;
-    for (std::uint32_t v = 0; v < spacing_.size(); ++v) waiting.push_back(v);
+    for (std::uint32_t v = 0; v < spacing_.size(); ++v)
+      if (kept.empty() || kept[v] == 0) waiting.push_back(v);
     for (const Level& level : levels) {
       level_ = level;
       for (int round = 0; round < level.rounds && !waiting.empty(); ++round) {
@@ -261,8 +262,9 @@ class Remover {
 }  // namespace
 
 std::vector<std::uint32_t> remove_vertices(EditedMesh& mesh, std::span<const double> spacing,
-                                           const LineParameters& lines, const CancelToken& cancel) {
-  return Remover(mesh, spacing, lines, cancel).run();
+                                           const LineParameters& lines, std::span<const std::uint8_t> kept,
+                                           const CancelToken& cancel) {
+  return Remover(mesh, spacing, lines, cancel).run(kept);
 }
 
 }  // namespace meander

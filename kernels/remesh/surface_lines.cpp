@@ -65,7 +65,7 @@ void mark_creases(EditedMesh& mesh, std::span<const double> spacing, const LineP
   }
   for (const std::uint32_t h : creases)
     if (length[joined.find(mesh.start(h))] >= parameters.shortest)
-      mesh.crease[h] = mesh.crease[mesh.opposite[h]] = 1;
+      mesh.crease[h] = mesh.crease[mesh.opposite[h]] = mark_crease;
 }
 
 bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
@@ -75,7 +75,7 @@ bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LinePa
   bool enough = true;
   for (std::uint32_t h = 0; h < edges; ++h) {
     const std::uint32_t g = mesh.opposite[h];
-    if (!mesh.exists(h / 3) || !mesh.is_line(h) || (g != no_index && g < h)) continue;
+    if (!mesh.exists(h / 3) || !mesh.is_crease_or_boundary(h) || (g != no_index && g < h)) continue;
     const std::uint32_t v = mesh.start(h), w = mesh.end(h);
     if (v >= spacing.size() || w >= spacing.size()) continue;  // cut before
     const Vector3 a = mesh.position[v], b = mesh.position[w];
