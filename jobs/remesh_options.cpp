@@ -19,7 +19,9 @@ void add_mesh_options(Command mesh, RemeshOptions& options) {
            "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none")
       .range(1.0, 180.0);
   table.add(mesh, "fit", "--fit", parameters.fit,
-            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface");
+            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
+            "and onto "
+            "creases beside them");
 }
 
 }  // namespace

@@ -72,6 +72,8 @@ struct EditedMesh {
   // Turns the edge inside the quadrilateral of its two triangles; h, no boundary, then ends at its old apex.
   // The caller has made sure that its two apexes are no neighbours.
   void flip(std::uint32_t h);
+  // Takes the triangle of the boundary edge of h away, whose apex is inside: it is at the boundary then.
+  void remove_at_boundary(std::uint32_t h);
   // Moves v along the edge of h to the other end of it, so that the triangles beside it vanish. The caller
   // has made sure that the topology stays.
   void collapse(std::uint32_t h, std::uint32_t v);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/remesh/attach_samples.h"
 #include "kernels/remesh/delaunay_flips.h"
 #include "kernels/remesh/edited_mesh.h"
 #include "kernels/remesh/insert_samples.h"
@@ -190,6 +191,9 @@ class Remesher {
     const Component& component = surface_.components[part.component];
     EditedMesh& mesh = part.mesh;
     const std::uint32_t originals = part.originals;
+    part.places.assign(mesh.position.begin() + originals, mesh.position.begin() + part.inserted);
+    const double attached =
+        attach_samples(mesh, originals, part.inserted, part.moved_to, parameters_.attaching);
     std::vector<std::uint32_t> moved_to = part.moved_to;
     const auto end_of = [&](std::uint32_t v) {
       while (v < originals && moved_to[v] != v) {
@@ -219,9 +223,8 @@ class Remesher {
       centroid.vertex = points[corners[0]].vertex;
       points.push_back(centroid);
     }
-    part.places.assign(mesh.position.begin() + originals, mesh.position.begin() + part.inserted);
     part.report.largest_shift =
-        fit_samples(mesh, originals, part.inserted, points, parameters_.fitting, cancel_);
+        std::max(attached, fit_samples(mesh, originals, part.inserted, points, parameters_.fitting, cancel_));
   }
 
   void collect(Part& part) const {

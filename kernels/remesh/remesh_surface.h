@@ -7,6 +7,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "kernels/remesh/attach_samples.h"
 #include "kernels/remesh/fit_samples.h"
 #include "kernels/remesh/surface_lines.h"
 
@@ -14,7 +15,8 @@ namespace meander {
 
 struct RemeshParameters {
   LineParameters lines;
-  bool fit = false;  // flips and heights that bring the mesh nearer to the surface
+  bool fit = false;            // flips and heights that bring the mesh nearer to the surface
+  AttachParameters attaching;  // of fit: samples beside lines move onto them
   FitParameters fitting;
 };
 

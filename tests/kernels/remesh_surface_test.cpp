@@ -1,4 +1,5 @@
 // Meshes of samples: topology, boundaries, creases, degenerate input, determinism.
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -236,6 +237,62 @@ TEST_CASE("remesh: fitting brings the mesh nearer to the surface and moves no sa
   CHECK(fitted.mesh.report.largest_shift <= 0.2 + 1e-12);
   check_result(remeshed(cube(), 100, fit), true);
   check_result(remeshed(grid_plane(9, 9), 40, fit), true);
+}
+
+namespace {
+
+// The least angles of the triangles, degrees, ascending.
+std::vector<double> least_angles(const RemeshedSurface& mesh) {
+  std::vector<double> angles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    double least = 180;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = [&](std::size_t i) {
+        const std::uint32_t v = mesh.triangles[t + (k + i) % 3];
+        return Vector3{mesh.x[v], mesh.y[v], mesh.z[v]};
+      };
+      const Vector3 u = at(1) - at(0), v = at(2) - at(0);
+      least = std::min(least, std::atan2(norm(cross(u, v)), dot(u, v)) * 180 / 3.14159265358979);
+    }
+    angles.push_back(least);
+  }
+  std::sort(angles.begin(), angles.end());
+  return angles;
+}
+
+}  // namespace
+
+TEST_CASE("remesh: fitting moves samples beside lines onto them, and the lines stay") {
+  RemeshParameters fit;
+  fit.fit = true;
+  for (const std::uint32_t n : {100u, 1500u}) {
+    INFO(n << " samples");
+    const Remeshed box = remeshed(cube(), n, fit, SequenceKind::spaced);
+    const Remeshed plain = remeshed(cube(), n, {}, SequenceKind::spaced);
+    check_result(box, true);
+    const double unit = box.model.surface.unit;
+    CHECK(volume_of(box.mesh) * unit * unit * unit == Approx(8).epsilon(1e-5));
+    CHECK(box.mesh.report.line_vertices < plain.mesh.report.line_vertices);
+    const std::vector<double> angles = least_angles(box.mesh), before = least_angles(plain.mesh);
+    CHECK(angles[angles.size() / 100] > before[before.size() / 100]);
+    CHECK(angles[angles.size() / 100] > 6);
+    CHECK(angles[angles.size() / 2] > 34);  // flat faces stay Delaunay
+    CHECK(box.mesh.report.largest_shift <= 0.2);
+    const Remeshed sheet = remeshed(grid_plane(30, 30), n, fit, SequenceKind::spaced);
+    check_result(sheet, true);
+    const PreparedMesh again = prepare_mesh(as_file(sheet.mesh));
+    CHECK(again.total_area * again.unit * again.unit == Approx(sheet.model.surface.total_area).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("remesh: fitted smooth surfaces keep their angles") {
+  RemeshParameters fit;
+  fit.fit = true;
+  for (const PolygonMesh& mesh : {icosphere(5), torus(80, 40)}) {
+    const std::vector<double> angles = least_angles(remeshed(mesh, 700, fit, SequenceKind::spaced).mesh);
+    CHECK(angles[angles.size() / 2] > 30);
+    CHECK(angles[angles.size() / 100] > 12);
+  }
 }
 
 TEST_CASE("remesh: arrays that do not fit are refused, and a deadline is kept") {
