@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "kernels/core/nearest_on_triangle.h"
 #include "kernels/remesh/delaunay_flips.h"
-#include "kernels/remesh/nearest_on_triangle.h"
 
 namespace meander {
 
@@ -94,7 +94,7 @@ class Fitter {
       v = next;
     }
     near_[i] = v;
-    place_[i].squared = 1e300;
+    place_[i] = {};
     const auto look = [&](std::uint32_t t) {
       const TrianglePlace place = place_on(t, p);
       if (place.squared < place_[i].squared) {
