@@ -13,6 +13,12 @@ namespace meander {
 // What keeps an edge from being flipped.
 enum EdgeMark : std::uint8_t { mark_crease = 1, mark_kept = 2 };
 
+// A vertex that was put on an edge, between two others.
+struct CutVertex {
+  std::uint32_t vertex, first, second;
+  double share;  // of the second; the first has the rest
+};
+
 // An oriented 2-manifold with boundary as flat half-edges, numbered as those of PreparedMesh: half-edge
 // h = 3 t + k of triangle t starts at vertex[h]. Removed triangles have no_index for their vertices, removed
 // vertices for their half-edge; numbers of the others never change. Two edges may join the same two vertices,
@@ -24,6 +30,7 @@ struct EditedMesh {
   std::vector<std::uint32_t> vertex;    // 3 T
   std::vector<std::uint32_t> opposite;  // 3 T, no_index at a boundary
   std::vector<std::uint8_t> crease;     // 3 T: EdgeMark (the same on both sides)
+  std::vector<CutVertex> cuts;          // ascending by vertex
 
   std::uint32_t start(std::uint32_t h) const { return vertex[h]; }
   std::uint32_t end(std::uint32_t h) const { return vertex[next_half_edge(h)]; }

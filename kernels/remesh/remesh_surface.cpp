@@ -30,6 +30,7 @@ struct Part {
   std::span<const std::uint32_t> samples;  // numbers, by triangle and rank
   std::vector<Vector3> extra;              // positions of vertices that are no samples
   std::vector<std::uint32_t> origin;       // of those
+  std::vector<BetweenVertices> between;    // of those; new vertices are numbered from N on
   EditedMesh mesh;
   std::uint32_t originals = 0, inserted = 0;  // vertices of the surface, and with the samples
   std::vector<std::uint32_t> moved_to;        // of those of the surface
@@ -246,6 +247,12 @@ class Remesher {
         ++(on_line ? part.report.line_vertices : part.report.kept_vertices);
       }
     }
+    for (const CutVertex& cut : mesh.cuts) {
+      if (number[cut.vertex] == no_index) continue;
+      const auto number_of = [&](std::uint32_t v) { return v < originals ? first + v : number[v]; };
+      part.between.push_back({number[cut.vertex], number_of(cut.first), number_of(cut.second),
+                              cut.first < originals, cut.second < originals, cut.share});
+    }
     for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
       if (!mesh.exists(t)) continue;
       for (std::uint32_t k = 0; k < 3; ++k) part.triangles.push_back(number[mesh.vertex[3 * t + k]]);
@@ -291,7 +298,14 @@ class Remesher {
       const auto offset = static_cast<std::uint32_t>(whole.origin.size());
       for (const Vector3 at : part.extra) add(at);
       whole.origin.insert(whole.origin.end(), part.origin.begin(), part.origin.end());
-      for (const std::uint32_t v : part.triangles) whole.triangles.push_back(v < n ? v : v + offset);
+      const auto number_of = [&](std::uint32_t v) { return v < n ? v : v + offset; };
+      for (const std::uint32_t v : part.triangles) whole.triangles.push_back(number_of(v));
+      for (BetweenVertices cut : part.between) {
+        cut.vertex = number_of(cut.vertex);
+        if (!cut.first_of_surface) cut.first = number_of(cut.first);
+        if (!cut.second_of_surface) cut.second = number_of(cut.second);
+        whole.between.push_back(cut);
+      }
       const RemeshReport& r = part.report;
       sum.components += r.components;
       sum.boundary_loops += r.boundary_loops;

@@ -47,10 +47,19 @@ struct RemeshReport {
   double largest_shift = 0;              // of a sample by fitting, over the mean edge around it
 };
 
+// Where a vertex of an edge stands: between two vertices of the surface or of the new mesh.
+struct BetweenVertices {
+  std::uint32_t vertex = 0;  // of the new mesh
+  std::uint32_t first = 0, second = 0;
+  bool first_of_surface = false, second_of_surface = false;  // else of the new mesh, and less than `vertex`
+  double share = 0;                                          // of the second; the first has the rest
+};
+
 struct RemeshedSurface {
   std::vector<double> x, y, z;  // V: the N samples in their order, then the other vertices; working units
   std::vector<std::uint32_t> triangles;  // 3 F, oriented as the surface
   std::vector<std::uint32_t> origin;     // V - N: the vertex of the surface, no_index on an edge of a line
+  std::vector<BetweenVertices> between;  // the vertices whose origin is no_index, ascending
   RemeshReport report;
 };
 
