@@ -36,8 +36,8 @@ struct Part {
   std::vector<std::uint32_t> moved_to;        // of those of the surface
   std::vector<std::uint8_t> on_line;          // of those: 1 on boundaries and creases
   std::vector<std::uint8_t> kept;             // of those: 1 where they stay, or empty
-  std::vector<Vector3> places;                // of the samples before they were fitted
-  std::vector<std::uint32_t> triangles;       // samples as their numbers, others from N on
+  std::vector<Vector3> places;           // of the samples before they were fitted; at last, where they are
+  std::vector<std::uint32_t> triangles;  // samples as their numbers, others from N on
   RemeshReport report;
 };
 
@@ -82,12 +82,14 @@ class Remesher {
       parts.emplace_back().component = c;
       parts.back().samples = std::span(order_).subspan(begin, at - begin);
     }
-    parallel_tasks(parts.size(), [&](std::size_t i) { remesh(parts[i]); });
-    repair(parts, whole.report);
     parallel_tasks(parts.size(), [&](std::size_t i) {
-      collect(parts[i]);
-      check_topology(parts[i], surface_.components[parts[i].component]);
+      remesh(parts[i]);
+      if (!parameters_.part_crossings) finish(parts[i]);
     });
+    if (parameters_.part_crossings) {
+      repair(parts, whole.report);
+      parallel_tasks(parts.size(), [&](std::size_t i) { finish(parts[i]); });
+    }
     join(parts, whole);
     return whole;
   }
@@ -228,6 +230,16 @@ class Remesher {
         std::max(attached, fit_samples(mesh, originals, part.inserted, points, parameters_.fitting, cancel_));
   }
 
+  // The mesh is gone afterwards.
+  void finish(Part& part) const {
+    collect(part);
+    check_topology(part, surface_.components[part.component]);
+    if (!part.places.empty())
+      part.places.assign(part.mesh.position.begin() + part.originals,
+                         part.mesh.position.begin() + part.inserted);
+    part.mesh = {};
+  }
+
   void collect(Part& part) const {
     const EditedMesh& mesh = part.mesh;
     const std::uint32_t originals = part.originals, inserted = part.inserted;
@@ -290,7 +302,7 @@ class Remesher {
     for (const Part& part : parts) {
       for (std::size_t i = 0; i < part.places.size(); ++i) {
         const std::uint32_t sample = part.samples[i];
-        const Vector3 fitted = part.mesh.position[part.originals + i];
+        const Vector3 fitted = part.places[i];
         whole.x[sample] = fitted.x;
         whole.y[sample] = fitted.y;
         whole.z[sample] = fitted.z;

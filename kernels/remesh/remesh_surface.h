@@ -16,6 +16,7 @@ namespace meander {
 struct RemeshParameters {
   LineParameters lines;
   bool fit = false;            // flips and heights that bring the mesh nearer to the surface
+  bool part_crossings = true;  // look for triangles that cross, count them and take them apart
   AttachParameters attaching;  // of fit: samples beside lines move onto them
   FitParameters fitting;
 };
