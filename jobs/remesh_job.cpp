@@ -14,6 +14,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "io/archive/model_bytes.h"
@@ -93,7 +95,11 @@ class BegunItems final : public RowSink {
 class RemeshJob {
  public:
   RemeshJob(RemeshOptions& options, const StageHook& hook)
-      : options_(options), run_(options.run), folder_(options.run.store), hook_(hook) {}
+      : options_(options),
+        run_(options.run),
+        carried_(carried_columns(options)),
+        folder_(options.run.store),
+        hook_(hook) {}
 
   int run() {
     list_own_files();
@@ -179,7 +185,8 @@ class RemeshJob {
       const LoneResult result = try_item_alone(
           item, parameters, [this] { folder_.leave_lock_to_parent(); },
           [this](GraphStages& list) {
-            add_remesh_stages(list, run_.sample, options_.mesh, [](const PlanItem&, const auto&) {});
+            add_remesh_stages(list, run_.sample, options_.mesh, carried_,
+                              [](const PlanItem&, const auto&, const auto&) {});
             if (hook_) hook_(list);
           });
       if (!result.crashed) continue;
@@ -244,12 +251,13 @@ class RemeshJob {
 
   GraphStages stages(const EmbreeDevice* device) {
     GraphStages list = sampling_stages(run_.sample, device);
-    add_remesh_stages(list, run_.sample, options_.mesh,
-                      [this](const PlanItem& item, const RemeshedSurface& made) {
+    add_remesh_stages(list, run_.sample, options_.mesh, carried_,
+                      [this](const PlanItem& item, const RemeshedSurface& made, const CarriedValues& values) {
                         fs::create_directories(target(item.row).parent_path());
-                        write_mesh(target(item.row), options_.format, made.x, made.y, made.z, made.triangles);
+                        write_mesh(target(item.row), options_.format, made.x, made.y, made.z, made.triangles,
+                                   values.view());
                         const std::lock_guard lock(made_mutex_);
-                        made_[item.row] = made.report;
+                        made_[item.row] = {made.report, lacking_text(values, carried_)};
                       });
     if (hook_) hook_(list);
     for (GraphStage& stage : list)
@@ -293,7 +301,7 @@ class RemeshJob {
       const GraphParameters parameters = graph_parameters(run_);
       const std::uint64_t bytes =
           reserve_memory(items, run_.sample, run_.threads, [this](const MeshEstimate& mesh) {
-            return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit);
+            return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit, carried_);
           });
       Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);
       if (items.size() < inputs_.items.size())
@@ -328,10 +336,10 @@ class RemeshJob {
     if (record.status == Status::ok) {
       {
         const std::lock_guard lock(made_mutex_);
-        record.mesh = made_.at(item.plan.row);
+        std::tie(record.mesh, record.lacks) = made_.at(item.plan.row);
         made_.erase(item.plan.row);
       }
-      record.message = remesh_message(record.mesh);
+      record.message = remesh_message(record.mesh, record.lacks);
       record.file = names_[item.plan.row];
       record.samples = header_.samples;
     } else if (is_own(item.plan.row)) {  // of earlier parameters, or of a file that has changed since
@@ -363,7 +371,7 @@ class RemeshJob {
   void print_summary() const {
     std::map<Status, std::uint64_t> by_status;
     RemeshReport sum;
-    std::uint64_t incomplete = 0, much_lost = 0;
+    std::uint64_t incomplete = 0, much_lost = 0, crossed = 0, lacking = 0;
     for (const auto& [id, record] : table_.records) {
       if (vanished_.contains(id)) continue;
       ++by_status[record.status];
@@ -371,12 +379,16 @@ class RemeshJob {
       sum.faces += record.mesh.faces;
       sum.line_vertices += record.mesh.line_vertices;
       sum.kept_vertices += record.mesh.kept_vertices;
+      sum.crossings += record.mesh.crossings;
+      sum.input_crossings += record.mesh.input_crossings;
+      crossed += record.mesh.crossings > 0;
+      lacking += !record.lacks.empty();
       sum.dropped_components += record.mesh.dropped_components;
       sum.dropped_share = std::max(sum.dropped_share, record.mesh.dropped_share);
       incomplete += record.mesh.dropped_components > 0;
       much_lost += record.mesh.dropped_share > much_of_area;
     }
-    if (run_.json) return print_json(by_status, sum, incomplete, much_lost);
+    if (run_.json) return print_json(by_status, sum, incomplete, much_lost, lacking);
     fmt::print("{}: {}, {} samples each\n", folder_.path().string(), counted(items(), "model", "models"),
                header_.samples);
     for (const auto& [status, count] : by_status) fmt::print("  {:<20}{:>10}\n", name_of(status), count);
@@ -390,6 +402,12 @@ class RemeshJob {
           "  {} models lost more than {:.0f} % of their area with them, at most {:.0f} %: give more "
           "samples\n",
           much_lost, 100 * much_of_area, 100 * sum.dropped_share);
+    if (sum.crossings > 0)
+      fmt::print("  {} of triangles cross in {} that do not in the input (see remesh.csv)\n",
+                 counted(sum.crossings, "pair", "pairs"), counted(crossed, "model", "models"));
+    if (lacking > 0)
+      fmt::print("  {} {} not all that the vertices should carry (see `lacks` in remesh.csv)\n",
+                 counted(lacking, "model", "models"), lacking == 1 ? "has" : "have");
     if (!vanished_.empty())
       fmt::print("  {} of an earlier run {} no input any more; their rows and meshes were left\n",
                  counted(vanished_.size(), "item", "items"), vanished_.size() == 1 ? "has" : "have");
@@ -398,7 +416,7 @@ class RemeshJob {
   }
 
   void print_json(const std::map<Status, std::uint64_t>& by_status, const RemeshReport& sum,
-                  std::uint64_t incomplete, std::uint64_t much_lost) const {
+                  std::uint64_t incomplete, std::uint64_t much_lost, std::uint64_t lacking) const {
     JsonWriter json;
     json.begin_object();
     json.member("folder", escape_id(folder_.path().string()));
@@ -413,10 +431,13 @@ class RemeshJob {
     json.member("faces", sum.faces);
     json.member("line_vertices", sum.line_vertices);
     json.member("kept_vertices", sum.kept_vertices);
+    json.member("crossings", sum.crossings);
+    json.member("input_crossings", sum.input_crossings);
     json.member("dropped_components", sum.dropped_components);
     json.member("models_with_dropped_components", incomplete);
     json.member("models_with_much_area_dropped", much_lost);
     json.member("largest_dropped_share", sum.dropped_share);
+    json.member("models_that_lack_values", lacking);
     json.member("vanished", std::uint64_t{vanished_.size()});
     write_notes(json, inputs_.notes);
     json.end_object();
@@ -425,6 +446,7 @@ class RemeshJob {
 
   RemeshOptions& options_;
   RunOptions& run_;
+  const CarriedColumns carried_;
   RemeshFolder folder_;
   const StageHook& hook_;
   Inputs inputs_;
@@ -439,7 +461,7 @@ class RemeshJob {
   double seconds_ = 0;
   std::atomic<bool>* stop_ = nullptr;
   std::mutex made_mutex_;
-  std::map<std::uint64_t, RemeshReport> made_;  // written, not yet recorded; by row
+  std::map<std::uint64_t, std::pair<RemeshReport, std::string>> made_;  // written, not yet recorded; by row
   std::exception_ptr output_error_;
 };
 

@@ -19,7 +19,9 @@ void add_mesh_options(Command mesh, RemeshOptions& options) {
            "Edges with this angle or more between their triangles stay edges, 1 to 180 degrees; 180: none")
       .range(1.0, 180.0);
   table.add(mesh, "fit", "--fit", parameters.fit,
-            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface");
+            "Flip edges and move the samples along their normals, so that the mesh is nearer to the surface, "
+            "and onto "
+            "creases beside them");
 }
 
 }  // namespace
@@ -37,6 +39,7 @@ void add_remesh_command(Command& program, RemeshOptions& options) {
   options.run.sample.place.sequence = SequenceKind::spaced;
   options.run.compression = Compression::none;
   add_mesh_options(command.under("Mesh"), options);
+  add_value_options(command.under("Mesh"), options.run, options.texts, "Write", "at the vertices");
   add_point_options(command.under("Points"), options.run, options.texts);
   Command collection = command.under("Collection");
   add_list_options(collection, options.run.collect);
@@ -51,7 +54,17 @@ void resolve_remesh_options(RemeshOptions& options) {
   if (options.run.sample.place.normalize != NormalizeKind::none)
     throw UsageError("--normalize: meshes have the coordinates of their files");
   if (reads_textures(options.run.sample.density.kind))
-    throw UsageError("--density texture: remeshing does not read the images of models");
+    throw UsageError("--density texture: remeshing places no samples by the images of models");
+  const CarriedColumns carried = carried_columns(options);
+  if (const std::string problem = written_values_problem(options.format, carried.colors, carried.texcoord,
+                                                         attribute_properties(carried.attributes));
+      !problem.empty())
+    throw UsageError("--format, --attribute: " + problem);
+}
+
+CarriedColumns carried_columns(const RemeshOptions& options) {
+  const SampleParameters& sample = options.run.sample;
+  return {sample.colors, sample.texcoord, sample.attributes};
 }
 
 const char* extension_of(MeshFormat format) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "io/mesh/mesh_reader.h"
+#include "jobs/carried_values.h"
 #include "jobs/run_options.h"
 #include "kernels/remesh/remesh_surface.h"
 
@@ -20,6 +21,9 @@ struct RemeshOptions {
 void add_remesh_command(Command& program, RemeshOptions& options);
 // Throws UsageError with every problem at once.
 void resolve_remesh_options(RemeshOptions& options);
+
+// What --colors, --attribute and --texcoord ask for.
+CarriedColumns carried_columns(const RemeshOptions& options);
 
 // The extension of the files that are written, with its dot.
 const char* extension_of(MeshFormat format);

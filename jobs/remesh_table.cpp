@@ -43,7 +43,9 @@ constexpr Column columns[] = {
     of_mesh<&RemeshReport::euler>("euler"),
     of_mesh<&RemeshReport::dropped_components>("dropped_components"),
     of_mesh<&RemeshReport::coincident_samples>("coincident_samples"),
-    of_mesh<&RemeshReport::coarse_lines>("coarse_lines")};
+    of_mesh<&RemeshReport::coarse_lines>("coarse_lines"),
+    of_mesh<&RemeshReport::crossings>("crossings"),
+    of_mesh<&RemeshReport::input_crossings>("input_crossings")};
 
 struct Fraction {
   const char* name;
@@ -63,6 +65,7 @@ RemeshRecord record_of(const JsonObject& json, const std::string& source) {
   record.status = static_cast<Status>(at - status_names.begin());
   record.message = json.text("message").value_or("");
   record.file = json.text("file").value_or("");
+  record.lacks = json.text("lacks").value_or("");
   for (const Column& column : columns) column.set(record, json.integer(column.name).value_or(0));
   for (const Fraction& fraction : fractions) {
     const auto found = json.members().find(fraction.name);
@@ -77,6 +80,7 @@ void write_record(JsonWriter& json, RemeshRecord record) {
   json.member("status", name_of(record.status));
   json.member("message", record.message);
   json.member("file", record.file);
+  if (!record.lacks.empty()) json.member("lacks", record.lacks);
   if (record.status == Status::ok)
     for (const Column& column : columns) json.member(column.name, column.get(record));
   for (const Fraction& fraction : fractions) json.member(fraction.name, fraction.in(record));
@@ -91,7 +95,7 @@ std::string counted(std::uint64_t count, std::string_view one, std::string_view 
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
-std::string remesh_message(const RemeshReport& report) {
+std::string remesh_message(const RemeshReport& report, const std::string& lacks) {
   std::string message;
   const auto add = [&](const std::string& sentence) { message += (message.empty() ? "" : "; ") + sentence; };
   if (report.dropped_components > 0)
@@ -101,7 +105,7 @@ std::string remesh_message(const RemeshReport& report) {
                     report.dropped_components == 1 ? "has" : "have",
                     report.dropped_components == 1 ? "was" : "were", 100 * report.dropped_share));
   if (report.kept_vertices > 0)
-    add(fmt::format("{} beside the samples stayed: none of the removals tried keeps the topology",
+    add(fmt::format("{} beside the samples stayed: without them the topology changes or triangles cross",
                     counted(report.kept_vertices, "vertex", "vertices")));
   if (report.coincident_samples > 0)
     add(fmt::format("{} at places where others are",
@@ -111,6 +115,12 @@ std::string remesh_message(const RemeshReport& report) {
         "boundaries and creases of {} have longer edges than asked: they would need more than four "
         "times the vertices of all the rest",
         counted(report.coarse_lines, "component", "components")));
+  if (report.crossings > 0)
+    add(fmt::format("{} of triangles cross that do not in the input: more samples may part them",
+                    counted(report.crossings, "pair", "pairs")));
+  if (!lacks.empty())
+    add(fmt::format("the model has no {} at some or all vertices: colours are light grey there, numbers NaN",
+                    lacks));
   return message;
 }
 
@@ -139,12 +149,12 @@ std::string json_of(const RemeshTable& table) {
 
 std::string csv_of(const RemeshTable& table) {
   Table csv;
-  for (const char* name : {"id", "status", "message", "file"}) csv.columns.push_back({name});
+  for (const char* name : {"id", "status", "message", "file", "lacks"}) csv.columns.push_back({name});
   for (const Column& column : columns) csv.columns.push_back({column.name});
   for (const Fraction& fraction : fractions) csv.columns.push_back({fraction.name});
   for (auto [id, record] : table.records) {
     std::vector<TableCell>& row = csv.rows.emplace_back();
-    row = {id, std::string(name_of(record.status)), record.message, record.file};
+    row = {id, std::string(name_of(record.status)), record.message, record.file, record.lacks};
     const bool ok = record.status == Status::ok;
     for (const Column& column : columns) row.push_back(ok ? TableCell(column.get(record)) : TableCell());
     for (const Fraction& fraction : fractions) row.emplace_back(fraction.in(record));

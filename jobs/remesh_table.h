@@ -24,6 +24,7 @@ struct RemeshRecord {
   Status status = Status::internal;
   std::string message;  // why it failed; of a mesh what a user should know of it, or nothing
   std::string file;     // the mesh, relative to DIR; empty where there is none
+  std::string lacks;  // what vertices should carry and the model has not, or not everywhere; words of options
   std::uint32_t samples = 0;
   RemeshReport mesh;
   double seconds = 0;  // from the item's admission to its row; depends on the machine
@@ -41,8 +42,9 @@ struct RemeshTable {
 // "1 mesh", "2 meshes": the number and the noun that fits it.
 std::string counted(std::uint64_t count, std::string_view one, std::string_view many);
 
-// What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed.
-std::string remesh_message(const RemeshReport& report);
+// What a user should know of a mesh: components without a sample, samples at one place, vertices that stayed,
+// triangles that cross, values that it lacks.
+std::string remesh_message(const RemeshReport& report, const std::string& lacks);
 
 // Both files, as text.
 std::string json_of(const RemeshTable& table);

@@ -79,27 +79,7 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   add_descriptor_shape_options(collection, table, texts.descriptor_shape, describe);
   table.add(collection, "certify", "--certify", options.certify,
             "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
-  collection.add_flag(
-      "--colors", options.sample.colors,
-      "Store the colours of the models at the points (/rgb): of vertices, faces, materials or textures");
-  table.compute(
-      "colors", "--colors", [&options] { return options.sample.colors; },
-      [&options] { return options.sample.colors; });
-  collection
-      .add_option(
-          "--attribute", texts.attributes,
-          "Store an attribute of the models at the points (/attributes/NAME), NAME:2, NAME:3 or NAME:4 "
-          "a vector; of vertices interpolated, of faces that of the face. Repeat it for several")
-      .separator(',')
-      .one_at_a_time();
-  table.compute(
-      "attributes", "--attribute", [&options] { return text_of(options.sample.attributes); },
-      [&options] { return !options.sample.attributes.empty(); });
-  collection.add_flag("--texcoord", options.sample.texcoord,
-                      "Store the texture coordinates of the models at the points (/texcoord)");
-  table.compute(
-      "texcoord", "--texcoord", [&options] { return options.sample.texcoord; },
-      [&options] { return options.sample.texcoord; });
+  add_value_options(collection, options, texts, "Store", "at the points");
   add_store_columns_option(collection, RowKind::meshes, texts.stored);
   table.compute(
       "store", "--store", [&options] { return stored_words(columns_of(options)); },
@@ -192,6 +172,35 @@ void resolve_retry(RunOptions& options, const RunOptionTexts& texts, std::vector
 }
 
 }  // namespace
+
+void add_value_options(Command command, RunOptions& options, RunOptionTexts& texts, const std::string& verb,
+                       const std::string& where) {
+  ParameterTable& table = texts.table;
+  const bool stores = verb == "Store";
+  command.add_flag("--colors", options.sample.colors,
+                   fmt::format("{} the colours of the models {}{}: of vertices, faces, materials or textures",
+                               verb, where, stores ? " (/rgb)" : ""));
+  table.compute(
+      "colors", "--colors", [&options] { return options.sample.colors; },
+      [&options] { return options.sample.colors; });
+  command
+      .add_option(
+          "--attribute", texts.attributes,
+          fmt::format("{} an attribute of the models {}{}, NAME:2, NAME:3 or NAME:4 "
+                      "a vector; of vertices interpolated, of faces that of the face. Repeat it for several",
+                      verb, where, stores ? " (/attributes/NAME)" : ""))
+      .separator(',')
+      .one_at_a_time();
+  table.compute(
+      "attributes", "--attribute", [&options] { return text_of(options.sample.attributes); },
+      [&options] { return !options.sample.attributes.empty(); });
+  command.add_flag("--texcoord", options.sample.texcoord,
+                   fmt::format("{} the texture coordinates of the models {}{}", verb, where,
+                               stores ? " (/texcoord)" : ""));
+  table.compute(
+      "texcoord", "--texcoord", [&options] { return options.sample.texcoord; },
+      [&options] { return options.sample.texcoord; });
+}
 
 void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts) {
   ParameterTable& table = texts.table;

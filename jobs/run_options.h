@@ -71,6 +71,10 @@ struct RunOptionTexts {
 
 // Options that other commands share. What samples are: their number, method, density, sequence and order.
 void add_point_options(Command points, RunOptions& options, RunOptionTexts& texts);
+// --colors, --attribute and --texcoord: what samples take over from the models. Their help begins with
+// `verb`, and `where` says of what.
+void add_value_options(Command command, RunOptions& options, RunOptionTexts& texts, const std::string& verb,
+                       const std::string& where);
 // Threads, memory, time and failures.
 void add_budget_options(Command running, RunOptions& options, RunOptionTexts& texts);
 // --progress and --json.

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "kernels/analyse/bounds_tree.h"
+#include "kernels/analyse/rotated_box_search.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/core/rotation.h"

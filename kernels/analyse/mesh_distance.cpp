@@ -5,12 +5,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "kernels/analyse/bounds_tree.h"
 #include "kernels/analyse/point_location.h"
 #include "kernels/analyse/unit_frame.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/core/status.h"
+#include "kernels/curve/bounds_tree.h"
 
 namespace meander {
 

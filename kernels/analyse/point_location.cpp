@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "kernels/analyse/unit_frame.h"
+#include "kernels/core/nearest_on_triangle.h"
 #include "kernels/core/parallel.h"
 #include "kernels/locate/embree_adapter.h"
 
@@ -19,63 +20,14 @@ constexpr std::size_t query_block = 256;
 constexpr double farthest_query = 1e15;  // working units: beyond, float squares could overflow
 
 // The nearest point of one triangle, in working units.
-struct Candidate {
-  double squared = std::numeric_limits<double>::infinity();
+struct Candidate : TrianglePlace {
   std::uint32_t triangle = 0;
-  double weight1 = 0, weight2 = 0;
-  Vector3 point;
 
   // Order of preference; no two triangles are equal in it.
   bool better_than(const Candidate& other) const {
     return squared < other.squared || (squared == other.squared && triangle < other.triangle);
   }
 };
-
-// The nearest point of the segment a b: weight of b, exact at the ends.
-double nearest_on_segment(Vector3 p, Vector3 a, Vector3 b, Vector3& point) {
-  const Vector3 edge = b - a;
-  const double length = dot(edge, edge), along = dot(p - a, edge);
-  if (!(along > 0)) {
-    point = a;
-    return 0;
-  }
-  if (along >= length) {
-    point = b;
-    return 1;
-  }
-  point = a + (along / length) * edge;
-  return along / length;
-}
-
-// Every candidate is a point of the triangle whatever rounding did to its weights, so that the distance found
-// is never too small. Flat and needle-like triangles, whose plane is uncertain, fall back on their edges.
-Candidate nearest_on_triangle(Vector3 p, Vector3 a, Vector3 b, Vector3 c) {
-  Candidate best;
-  const auto offer = [&](Vector3 point, double weight1, double weight2) {
-    const Vector3 offset = p - point;
-    const double squared = dot(offset, offset);
-    if (squared < best.squared) best = {squared, 0, weight1, weight2, point};
-  };
-  const Vector3 ab = b - a, ac = c - a, ap = p - a;
-  const double bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
-  const double pb = dot(ap, ab), pc = dot(ap, ac);
-  const double area = bb * cc - bc * bc;
-  if (area > 1e-14 * bb * cc) {
-    const double v = (cc * pb - bc * pc) / area, w = (bb * pc - bc * pb) / area;
-    if (v >= 0 && w >= 0 && v + w <= 1) {
-      offer(a + v * ab + w * ac, v, w);
-      if (area > 1e-6 * bb * cc) return best;
-    }
-  }
-  Vector3 point;
-  const double on_ab = nearest_on_segment(p, a, b, point);
-  offer(point, on_ab, 0);
-  const double on_bc = nearest_on_segment(p, b, c, point);
-  offer(point, 1 - on_bc, on_bc);
-  const double on_ac = nearest_on_segment(p, a, c, point);
-  offer(point, 0, on_ac);
-  return best;
-}
 
 float rounded_down(double value) {
   const auto f = static_cast<float>(value);
@@ -104,10 +56,7 @@ struct SurfaceLocator::Scene {
     return {at[0], at[1], at[2]};
   }
   Candidate nearest_on(std::uint32_t triangle, Vector3 p) const {
-    Candidate candidate =
-        nearest_on_triangle(p, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
-    candidate.triangle = triangle;
-    return candidate;
+    return {nearest_on_triangle(p, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)), triangle};
   }
 };
 

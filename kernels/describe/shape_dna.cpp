@@ -117,6 +117,7 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
   const ChosenSamples chosen = choose(mesh, samples);
   RemeshParameters parameters;
   parameters.lines.crease_angle = 180;
+  parameters.part_crossings = false;  // the spectrum is that of the surface, not of its place in space
   const RemeshedSurface remeshed = remesh_surface(
       mesh, {chosen.triangle, chosen.weights, chosen.position, chosen.rank}, {}, parameters, cancel);
   if (remeshed.x.size() > shape_dna_most_vertices)

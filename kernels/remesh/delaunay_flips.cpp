@@ -13,6 +13,14 @@ constexpr double margin = 1e-9;         // of the sum of angles: four vertices o
 
 }  // namespace
 
+double least_angle_cosine(Vector3 a, Vector3 b, Vector3 c) {
+  const auto cosine = [](Vector3 u, Vector3 v) {
+    const double l = norm(u) * norm(v);
+    return l > 0 ? dot(u, v) / l : 1.0;
+  };
+  return std::max({cosine(b - a, c - a), cosine(a - b, c - b), cosine(a - c, b - c)});
+}
+
 bool can_flip_in_topology(const EditedMesh& mesh, std::uint32_t h) {
   if (mesh.is_line(h)) return false;
   const std::uint32_t c = mesh.apex(h), d = mesh.apex(mesh.opposite[h]);

@@ -17,6 +17,9 @@ bool can_flip_in_topology(const EditedMesh& mesh, std::uint32_t h);
 // quadrilateral, and the edge gets no sharper than 60 degrees unless it was sharper before.
 bool can_flip(const EditedMesh& mesh, std::uint32_t h);
 
+// The largest cosine of an angle of a triangle: that of its least angle. 1 without area.
+double least_angle_cosine(Vector3 a, Vector3 b, Vector3 c);
+
 // Whether the angles opposite to the edge are more than pi in all.
 bool is_longer_diagonal(const EditedMesh& mesh, std::uint32_t h);
 

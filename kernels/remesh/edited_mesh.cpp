@@ -101,6 +101,15 @@ void EditedMesh::flip(std::uint32_t h) {
   if (out[d] == g2) out[d] = h;
 }
 
+void EditedMesh::remove_at_boundary(std::uint32_t h) {
+  const std::uint32_t beyond_n = opposite[next_half_edge(h)], beyond_p = opposite[previous_half_edge(h)];
+  const std::uint32_t a = start(h), c = apex(h);
+  opposite[beyond_n] = opposite[beyond_p] = no_index;
+  out[a] = beyond_p;
+  out[c] = beyond_n;
+  for (std::uint32_t k = 0; k < 3; ++k) vertex[3 * std::size_t{h / 3} + k] = no_index;
+}
+
 std::uint32_t EditedMesh::close_triangle(std::uint32_t h) {
   const std::uint32_t n = next_half_edge(h), p = previous_half_edge(h);
   const std::uint32_t beyond_n = opposite[n], beyond_p = opposite[p], c = vertex[p];

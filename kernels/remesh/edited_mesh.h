@@ -10,6 +10,15 @@
 
 namespace meander {
 
+// What keeps an edge from being flipped.
+enum EdgeMark : std::uint8_t { mark_crease = 1, mark_kept = 2 };
+
+// A vertex that was put on an edge, between two others.
+struct CutVertex {
+  std::uint32_t vertex, first, second;
+  double share;  // of the second; the first has the rest
+};
+
 // An oriented 2-manifold with boundary as flat half-edges, numbered as those of PreparedMesh: half-edge
 // h = 3 t + k of triangle t starts at vertex[h]. Removed triangles have no_index for their vertices, removed
 // vertices for their half-edge; numbers of the others never change. Two edges may join the same two vertices,
@@ -20,7 +29,8 @@ struct EditedMesh {
       out;  // W: a half-edge that starts there; of a boundary vertex that of the boundary
   std::vector<std::uint32_t> vertex;    // 3 T
   std::vector<std::uint32_t> opposite;  // 3 T, no_index at a boundary
-  std::vector<std::uint8_t> crease;     // 3 T: 1 where the edge is not to be flipped (the same on both sides)
+  std::vector<std::uint8_t> crease;     // 3 T: EdgeMark (the same on both sides)
+  std::vector<CutVertex> cuts;          // ascending by vertex
 
   std::uint32_t start(std::uint32_t h) const { return vertex[h]; }
   std::uint32_t end(std::uint32_t h) const { return vertex[next_half_edge(h)]; }
@@ -28,7 +38,11 @@ struct EditedMesh {
   bool exists(std::uint32_t triangle) const { return vertex[3 * std::size_t{triangle}] != no_index; }
   bool is_boundary_edge(std::uint32_t h) const { return opposite[h] == no_index; }
   bool is_boundary_vertex(std::uint32_t v) const { return opposite[out[v]] == no_index; }
+  // Not to be flipped.
   bool is_line(std::uint32_t h) const { return crease[h] != 0 || opposite[h] == no_index; }
+  bool is_crease_or_boundary(std::uint32_t h) const {
+    return (crease[h] & mark_crease) != 0 || opposite[h] == no_index;
+  }
   std::size_t triangle_count() const { return vertex.size() / 3; }
   // Twice the area along the normal.
   Vector3 area_vector(std::uint32_t triangle) const;
@@ -65,6 +79,8 @@ struct EditedMesh {
   // Turns the edge inside the quadrilateral of its two triangles; h, no boundary, then ends at its old apex.
   // The caller has made sure that its two apexes are no neighbours.
   void flip(std::uint32_t h);
+  // Takes the triangle of the boundary edge of h away, whose apex is inside: it is at the boundary then.
+  void remove_at_boundary(std::uint32_t h);
   // Moves v along the edge of h to the other end of it, so that the triangles beside it vanish. The caller
   // has made sure that the topology stays.
   void collapse(std::uint32_t h, std::uint32_t v);

@@ -6,16 +6,18 @@
 #include <numbers>
 #include <vector>
 
+#include "kernels/core/nearest_on_triangle.h"
 #include "kernels/remesh/delaunay_flips.h"
-#include "kernels/remesh/nearest_on_triangle.h"
 
 namespace meander {
 
 namespace {
 
 constexpr int longest_walk = 64;          // from vertex to vertex, to the one nearest to a point
-constexpr double worthwhile_flip = 0.98;  // squared distance after over before
-constexpr double edge_weight = 0.5;       // of the middle of an edge over the points around it
+constexpr double worthwhile_flip = 0.98;  // squared distance after over before,
+constexpr double nearer_flip = 1e-3;  // and how much nearer in the mean square, over the edge: flat places
+                                      // stay Delaunay
+constexpr double edge_weight = 0.5;   // of the middle of an edge over the points around it
 constexpr int flip_passes = 3, solver_steps = 40;
 constexpr double solved = 1e-5;  // residual over that of the start
 constexpr std::uint32_t fits_between_checks = 4096;
@@ -92,7 +94,7 @@ class Fitter {
       v = next;
     }
     near_[i] = v;
-    place_[i].squared = 1e300;
+    place_[i] = {};
     const auto look = [&](std::uint32_t t) {
       const TrianglePlace place = place_on(t, p);
       if (place.squared < place_[i].squared) {
@@ -124,15 +126,6 @@ class Fitter {
     first_of_[t] = point;
   }
 
-  // The largest cosine of an angle of a triangle: that of its least angle.
-  static double least_angle_cosine(Vector3 a, Vector3 b, Vector3 c) {
-    const auto cosine = [](Vector3 u, Vector3 v) {
-      const double l = norm(u) * norm(v);
-      return l > 0 ? dot(u, v) / l : 1.0;
-    };
-    return std::max({cosine(b - a, c - a), cosine(a - b, c - b), cosine(a - c, b - c)});
-  }
-
   bool keeps_angles(Vector3 a, Vector3 b, Vector3 c, Vector3 d) const {
     const double after = std::max(least_angle_cosine(d, b, c), least_angle_cosine(c, a, d));
     return after <= least_ || after <= std::max(least_angle_cosine(a, b, c), least_angle_cosine(b, a, d));
@@ -161,14 +154,17 @@ class Fitter {
       for (std::uint32_t p = first_of_[of]; p != no_index; p = next_[p]) members_.push_back(p);
     double before = edge_weight * off_surface(0.5 * (a + b)),
            after = edge_weight * off_surface(0.5 * (c + d));
+    double area = 0;
     for (const std::uint32_t p : members_) {
       const Vector3 q = points_[p].position;
+      area += points_[p].weight;
       before += points_[p].weight *
                 std::min(nearest_on_triangle(q, a, b, c).squared, nearest_on_triangle(q, b, a, d).squared);
       after += points_[p].weight *
                std::min(nearest_on_triangle(q, d, b, c).squared, nearest_on_triangle(q, c, a, d).squared);
     }
-    if (!(after < worthwhile_flip * before) || !can_flip(mesh_, h)) return false;
+    const double enough = nearer_flip * nearer_flip * dot(b - a, b - a) * area;
+    if (!(after < worthwhile_flip * before - enough) || !can_flip(mesh_, h)) return false;
     mesh_.flip(h);
     first_of_[t] = first_of_[u] = no_index;
     for (const std::uint32_t p : members_) {

@@ -14,7 +14,7 @@ struct FitParameters {
   double largest_shift = 0.2;  // of a vertex along its normal, over the mean edge around it; 0..1
   std::uint32_t rounds = 3;    // of flips and heights; 0..16
   double stiffness = 0.02;     // weight of a vertex's height over that of the points around it; > 0
-  double least_angle = 12;     // degrees: flips make no angle smaller, unless one was smaller before
+  double least_angle = 16;     // degrees: flips make no angle smaller, unless one was smaller before
 };
 
 // A place on the surface to be matched.

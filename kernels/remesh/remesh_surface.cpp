@@ -7,17 +7,22 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/remesh/attach_samples.h"
 #include "kernels/remesh/delaunay_flips.h"
 #include "kernels/remesh/edited_mesh.h"
 #include "kernels/remesh/insert_samples.h"
 #include "kernels/remesh/remove_vertices.h"
+#include "kernels/remesh/repair_crossings.h"
 
 namespace meander {
 
 namespace {
 
 constexpr double hexagonal = 1.1547005383792515;  // area of a square of the spacing over that of a sample
-constexpr double most_line_vertices = 4;          // added on long lines, over samples and vertices
+// How far around triangles that cross vertices are kept, over their longest edge, when a component is
+// remeshed once more.
+constexpr std::array<double, 3> kept_reach = {0.5, 1, 2};
+constexpr double most_line_vertices = 4;  // added on long lines, over samples and vertices
 
 // One component on its way, with what it needs of the whole.
 struct Part {
@@ -25,8 +30,14 @@ struct Part {
   std::span<const std::uint32_t> samples;  // numbers, by triangle and rank
   std::vector<Vector3> extra;              // positions of vertices that are no samples
   std::vector<std::uint32_t> origin;       // of those
-  std::vector<Vector3> fitted;             // of the samples, where they were moved
-  std::vector<std::uint32_t> triangles;    // samples as their numbers, others from N on
+  std::vector<BetweenVertices> between;    // of those; new vertices are numbered from N on
+  EditedMesh mesh;
+  std::uint32_t originals = 0, inserted = 0;  // vertices of the surface, and with the samples
+  std::vector<std::uint32_t> moved_to;        // of those of the surface
+  std::vector<std::uint8_t> on_line;          // of those: 1 on boundaries and creases
+  std::vector<std::uint8_t> kept;             // of those: 1 where they stay, or empty
+  std::vector<Vector3> places;           // of the samples before they were fitted; at last, where they are
+  std::vector<std::uint32_t> triangles;  // samples as their numbers, others from N on
   RemeshReport report;
 };
 
@@ -71,7 +82,14 @@ class Remesher {
       parts.emplace_back().component = c;
       parts.back().samples = std::span(order_).subspan(begin, at - begin);
     }
-    parallel_tasks(parts.size(), [&](std::size_t i) { remesh(parts[i]); });
+    parallel_tasks(parts.size(), [&](std::size_t i) {
+      remesh(parts[i]);
+      if (!parameters_.part_crossings) finish(parts[i]);
+    });
+    if (parameters_.part_crossings) {
+      repair(parts, whole.report);
+      parallel_tasks(parts.size(), [&](std::size_t i) { finish(parts[i]); });
+    }
     join(parts, whole);
     return whole;
   }
@@ -115,26 +133,71 @@ class Remesher {
 
   void remesh(Part& part) const {
     const Component& component = surface_.components[part.component];
-    EditedMesh mesh = edited_component(surface_, component);
+    EditedMesh& mesh = part.mesh;
+    mesh = edited_component(surface_, component);
     const std::vector<double> spacing = spacing_of(component);
-    const auto originals = static_cast<std::uint32_t>(spacing.size());
+    part.originals = static_cast<std::uint32_t>(spacing.size());
     mark_creases(mesh, spacing, parameters_.lines);
+    part.on_line.assign(part.originals, 0);
+    for (std::uint32_t h = 0; h < mesh.vertex.size(); ++h)
+      if (mesh.is_line(h)) part.on_line[mesh.start(h)] = part.on_line[mesh.end(h)] = 1;
+    mark_kept_edges(mesh, part.kept);
     insert(mesh, part);
-    const auto inserted = static_cast<std::uint32_t>(mesh.position.size());
-    const std::vector<std::uint32_t> moved_to = remove_vertices(mesh, spacing, parameters_.lines, cancel_);
-    const auto most_cuts = static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(inserted));
+    part.inserted = static_cast<std::uint32_t>(mesh.position.size());
+    part.moved_to = remove_vertices(mesh, spacing, parameters_.lines, part.kept, cancel_);
+    const auto most_cuts =
+        static_cast<std::uint32_t>(most_line_vertices * static_cast<double>(part.inserted));
     part.report.coarse_lines = !split_lines(mesh, spacing, parameters_.lines, most_cuts);
     flip_all_to_delaunay(mesh);
-    if (parameters_.fit) fit(mesh, part, moved_to, inserted);
+    if (parameters_.fit) fit(part);
     split_double_edges(mesh);
-    collect(mesh, part, originals, inserted);
-    check_topology(part, component);
+  }
+
+  // Components that crossings are left in are remeshed with vertices of the surface kept there.
+  void repair(std::vector<Part>& parts, RemeshReport& report) const {
+    for (std::size_t attempt = 0;; ++attempt) {
+      std::vector<RepairedPart> repaired;
+      for (Part& part : parts) repaired.push_back({&part.mesh, part.moved_to, part.on_line, part.places});
+      const bool last = attempt == kept_reach.size();
+      const CrossingReport found =
+          repair_crossings(repaired, surface_, last ? 0 : kept_reach[attempt], cancel_);
+      report.crossings = found.left;
+      report.input_crossings = found.of_input;
+      if (found.left == 0 || last) return;
+      std::vector<Part*> again;
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        if (keep(parts[i], found.around[i])) again.push_back(&parts[i]);
+      }
+      parallel_tasks(again.size(), [&](std::size_t i) { remesh(*again[i]); });
+    }
+  }
+
+  // False where all of them are kept already.
+  static bool keep(Part& part, std::span<const std::uint32_t> vertices) {
+    part.kept.resize(part.originals, 0);
+    bool more = false;
+    for (const std::uint32_t v : vertices) {
+      more = more || part.kept[v] == 0;
+      part.kept[v] = 1;
+    }
+    return more;
+  }
+
+  // The edges between vertices that are kept.
+  static void mark_kept_edges(EditedMesh& mesh, std::span<const std::uint8_t> kept) {
+    for (std::uint32_t h = 0; h < mesh.vertex.size() && !kept.empty(); ++h)
+      if (kept[mesh.start(h)] != 0 && kept[mesh.end(h)] != 0) mesh.crease[h] |= mark_kept;
   }
 
   // To the vertices and the centroids of the surface.
-  void fit(EditedMesh& mesh, Part& part, std::vector<std::uint32_t> moved_to, std::uint32_t inserted) const {
+  void fit(Part& part) const {
     const Component& component = surface_.components[part.component];
-    const auto originals = static_cast<std::uint32_t>(moved_to.size());
+    EditedMesh& mesh = part.mesh;
+    const std::uint32_t originals = part.originals;
+    part.places.assign(mesh.position.begin() + originals, mesh.position.begin() + part.inserted);
+    const double attached =
+        attach_samples(mesh, originals, part.inserted, part.moved_to, parameters_.attaching);
+    std::vector<std::uint32_t> moved_to = part.moved_to;
     const auto end_of = [&](std::uint32_t v) {
       while (v < originals && moved_to[v] != v) {
         const std::uint32_t next = moved_to[v];
@@ -163,11 +226,23 @@ class Remesher {
       centroid.vertex = points[corners[0]].vertex;
       points.push_back(centroid);
     }
-    part.report.largest_shift = fit_samples(mesh, originals, inserted, points, parameters_.fitting, cancel_);
-    part.fitted.assign(mesh.position.begin() + originals, mesh.position.begin() + inserted);
+    part.report.largest_shift =
+        std::max(attached, fit_samples(mesh, originals, part.inserted, points, parameters_.fitting, cancel_));
   }
 
-  void collect(const EditedMesh& mesh, Part& part, std::uint32_t originals, std::uint32_t inserted) const {
+  // The mesh is gone afterwards.
+  void finish(Part& part) const {
+    collect(part);
+    check_topology(part, surface_.components[part.component]);
+    if (!part.places.empty())
+      part.places.assign(part.mesh.position.begin() + part.originals,
+                         part.mesh.position.begin() + part.inserted);
+    part.mesh = {};
+  }
+
+  void collect(Part& part) const {
+    const EditedMesh& mesh = part.mesh;
+    const std::uint32_t originals = part.originals, inserted = part.inserted;
     const auto count = static_cast<std::uint32_t>(samples_.triangle.size());
     const std::uint32_t first = surface_.components[part.component].vertex_begin;
     std::vector<std::uint32_t> number(mesh.position.size(), no_index);
@@ -179,9 +254,16 @@ class Remesher {
         part.extra.push_back(mesh.position[v]);
         part.origin.push_back(v < originals ? first + v : no_index);
         bool on_line = false;
-        mesh.for_neighbours(v, [&](std::uint32_t, std::uint32_t h) { on_line = on_line || mesh.is_line(h); });
+        mesh.for_neighbours(
+            v, [&](std::uint32_t, std::uint32_t h) { on_line = on_line || mesh.is_crease_or_boundary(h); });
         ++(on_line ? part.report.line_vertices : part.report.kept_vertices);
       }
+    }
+    for (const CutVertex& cut : mesh.cuts) {
+      if (number[cut.vertex] == no_index) continue;
+      const auto number_of = [&](std::uint32_t v) { return v < originals ? first + v : number[v]; };
+      part.between.push_back({number[cut.vertex], number_of(cut.first), number_of(cut.second),
+                              cut.first < originals, cut.second < originals, cut.share});
     }
     for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
       if (!mesh.exists(t)) continue;
@@ -218,16 +300,24 @@ class Remesher {
     for (std::uint32_t i = 0; i < n; ++i) add(sample_position(i));
     RemeshReport& sum = whole.report;
     for (const Part& part : parts) {
-      for (std::size_t i = 0; i < part.fitted.size(); ++i) {
+      for (std::size_t i = 0; i < part.places.size(); ++i) {
         const std::uint32_t sample = part.samples[i];
-        whole.x[sample] = part.fitted[i].x;
-        whole.y[sample] = part.fitted[i].y;
-        whole.z[sample] = part.fitted[i].z;
+        const Vector3 fitted = part.places[i];
+        whole.x[sample] = fitted.x;
+        whole.y[sample] = fitted.y;
+        whole.z[sample] = fitted.z;
       }
       const auto offset = static_cast<std::uint32_t>(whole.origin.size());
       for (const Vector3 at : part.extra) add(at);
       whole.origin.insert(whole.origin.end(), part.origin.begin(), part.origin.end());
-      for (const std::uint32_t v : part.triangles) whole.triangles.push_back(v < n ? v : v + offset);
+      const auto number_of = [&](std::uint32_t v) { return v < n ? v : v + offset; };
+      for (const std::uint32_t v : part.triangles) whole.triangles.push_back(number_of(v));
+      for (BetweenVertices cut : part.between) {
+        cut.vertex = number_of(cut.vertex);
+        if (!cut.first_of_surface) cut.first = number_of(cut.first);
+        if (!cut.second_of_surface) cut.second = number_of(cut.second);
+        whole.between.push_back(cut);
+      }
       const RemeshReport& r = part.report;
       sum.components += r.components;
       sum.boundary_loops += r.boundary_loops;

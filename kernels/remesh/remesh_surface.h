@@ -7,6 +7,7 @@
 
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "kernels/remesh/attach_samples.h"
 #include "kernels/remesh/fit_samples.h"
 #include "kernels/remesh/surface_lines.h"
 
@@ -14,7 +15,9 @@ namespace meander {
 
 struct RemeshParameters {
   LineParameters lines;
-  bool fit = false;  // flips and heights that bring the mesh nearer to the surface
+  bool fit = false;            // flips and heights that bring the mesh nearer to the surface
+  bool part_crossings = true;  // look for triangles that cross, count them and take them apart
+  AttachParameters attaching;  // of fit: samples beside lines move onto them
   FitParameters fitting;
 };
 
@@ -33,19 +36,31 @@ struct RemeshReport {
   std::int64_t euler = 0;                            // vertices - edges + faces: that of the surface, without
                                                      // the components that were dropped
   std::uint32_t line_vertices = 0;                   // vertices on boundaries and creases that are no samples
-  std::uint32_t kept_vertices = 0;                   // other vertices of the surface: the topology needs them
-  std::uint32_t dropped_components = 0;              // of the surface: they have no sample
-  double dropped_share = 0;                          // of the area: that of those components
-  std::uint32_t coincident_samples = 0;              // at places of the surface where others are
-  std::uint32_t coarse_lines = 0;                    // components whose lines have longer edges than asked:
-                                                     // they would need more vertices than all the rest
-  double largest_shift = 0;                          // of a sample by fitting, over the mean edge around it
+  std::uint32_t kept_vertices = 0;       // other vertices of the surface: the topology needs them,
+                                         // or without them triangles cross
+  std::uint32_t dropped_components = 0;  // of the surface: they have no sample
+  double dropped_share = 0;              // of the area: that of those components
+  std::uint32_t coincident_samples = 0;  // at places of the surface where others are
+  std::uint32_t coarse_lines = 0;        // components whose lines have longer edges than asked:
+                                         // they would need more vertices than all the rest
+  std::uint64_t crossings = 0;           // pairs of triangles without a common vertex that cross
+  std::uint64_t input_crossings = 0;     // further ones, where triangles of the surface cross
+  double largest_shift = 0;              // of a sample by fitting, over the mean edge around it
+};
+
+// Where a vertex of an edge stands: between two vertices of the surface or of the new mesh.
+struct BetweenVertices {
+  std::uint32_t vertex = 0;  // of the new mesh
+  std::uint32_t first = 0, second = 0;
+  bool first_of_surface = false, second_of_surface = false;  // else of the new mesh, and less than `vertex`
+  double share = 0;                                          // of the second; the first has the rest
 };
 
 struct RemeshedSurface {
   std::vector<double> x, y, z;  // V: the N samples in their order, then the other vertices; working units
   std::vector<std::uint32_t> triangles;  // 3 F, oriented as the surface
   std::vector<std::uint32_t> origin;     // V - N: the vertex of the surface, no_index on an edge of a line
+  std::vector<BetweenVertices> between;  // the vertices whose origin is no_index, ascending
   RemeshReport report;
 };
 

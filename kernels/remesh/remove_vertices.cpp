@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/remesh/delaunay_flips.h"
+#include "kernels/remesh/link_condition.h"
 
 namespace meander {
 
@@ -37,14 +38,14 @@ class Remover {
         cancel_(cancel),
         drift_(spacing.size(), 0),
         moved_to_(spacing.size()),
-        locked_(mesh.position.size(), 0),
-        mark_(mesh.position.size(), 0) {
+        locked_(mesh.position.size(), 0) {
     std::iota(moved_to_.begin(), moved_to_.end(), std::uint32_t{0});
   }
 
-  std::vector<std::uint32_t> run() {
+  std::vector<std::uint32_t> run(std::span<const std::uint8_t> kept) {
     std::vector<std::uint32_t> waiting;
-    for (std::uint32_t v = 0; v < spacing_.size(); ++v) waiting.push_back(v);
+    for (std::uint32_t v = 0; v < spacing_.size(); ++v)
+      if (kept.empty() || kept[v] == 0) waiting.push_back(v);
     for (const Level& level : levels) {
       level_ = level;
       for (int round = 0; round < level.rounds && !waiting.empty(); ++round) {
@@ -110,7 +111,7 @@ class Remover {
                      [](const Target& a, const Target& b) { return a.shape > b.shape; });
     for (const Target& target : targets_) {
       if (target.shape < level_.least_shape) return false;
-      if (!keeps_topology(v, target)) continue;
+      if (!link_.holds(mesh_, target.edge, v)) continue;
       remove(v, target);
       return true;
     }
@@ -183,32 +184,6 @@ class Remover {
     return worst;
   }
 
-  // The link condition: v and its target have no neighbours in common but the apexes of the edge, and an apex
-  // keeps three edges inside, two at the boundary.
-  bool keeps_topology(std::uint32_t v, const Target& target) {
-    const std::uint32_t w = target.vertex, g = mesh_.opposite[target.edge];
-    if (g != no_index && boundary_ && mesh_.is_boundary_vertex(w)) return false;
-    ++stamp_;
-    mesh_.for_neighbours(w, [&](std::uint32_t u, std::uint32_t) { mark_[u] = stamp_; });
-    std::uint32_t common = 0, twice = 0;
-    mesh_.for_neighbours(v, [&](std::uint32_t u, std::uint32_t) {
-      common += mark_[u] == stamp_;
-      twice += u == w;
-    });
-    if (twice != 1 || common != (g == no_index ? 1u : 2u)) return false;
-    if (!keeps_apex(target.edge)) return false;
-    return g == no_index || keeps_apex(g);
-  }
-
-  bool keeps_apex(std::uint32_t h) const {
-    const std::uint32_t c = mesh_.apex(h);
-    if (mesh_.opposite[next_half_edge(h)] == no_index && mesh_.opposite[previous_half_edge(h)] == no_index)
-      return false;
-    std::uint32_t neighbours = 0;
-    mesh_.for_neighbours(c, [&](std::uint32_t, std::uint32_t) { ++neighbours; });
-    return neighbours > (mesh_.is_boundary_vertex(c) ? 2u : 3u);
-  }
-
   void remove(std::uint32_t v, const Target& target) {
     const std::uint32_t w = target.vertex;
     mesh_.for_neighbours(v, [&](std::uint32_t u, std::uint32_t) { locked_[u] = round_; });
@@ -250,19 +225,21 @@ class Remover {
   const LineParameters& lines_;
   const CancelToken& cancel_;
   std::vector<double> drift_;  // W: how far lines may have moved around each vertex
-  std::vector<std::uint32_t> moved_to_, locked_, mark_;
+  std::vector<std::uint32_t> moved_to_, locked_;
+  LinkCondition link_;
   std::vector<std::uint32_t> corners_, edges_;
   std::vector<Target> targets_, line_ends_;
   Level level_ = levels.front();
-  std::uint32_t round_ = 0, stamp_ = 0;
+  std::uint32_t round_ = 0;
   bool boundary_ = false;
 };
 
 }  // namespace
 
 std::vector<std::uint32_t> remove_vertices(EditedMesh& mesh, std::span<const double> spacing,
-                                           const LineParameters& lines, const CancelToken& cancel) {
-  return Remover(mesh, spacing, lines, cancel).run();
+                                           const LineParameters& lines, std::span<const std::uint8_t> kept,
+                                           const CancelToken& cancel) {
+  return Remover(mesh, spacing, lines, cancel).run(kept);
 }
 
 }  // namespace meander

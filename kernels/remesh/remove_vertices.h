@@ -20,9 +20,11 @@ namespace meander {
 // LineParameters (split_lines comes later, with cuts between what is left). Vertices that cannot go without
 // changing the topology stay.
 //   spacing: W lengths, of the samples around each vertex
+//   kept: W, 1 for vertices that are to stay; or empty
 // Returns W vertices, a neighbour for each that went, itself for one that stayed. Bounded rounds; O(T log (W
 // / samples)) in practice, 2 us a vertex. Throws what `cancel` throws.
 std::vector<std::uint32_t> remove_vertices(EditedMesh& mesh, std::span<const double> spacing,
-                                           const LineParameters& lines, const CancelToken& cancel = {});
+                                           const LineParameters& lines, std::span<const std::uint8_t> kept,
+                                           const CancelToken& cancel = {});
 
 }  // namespace meander

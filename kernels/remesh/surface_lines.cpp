@@ -65,7 +65,7 @@ void mark_creases(EditedMesh& mesh, std::span<const double> spacing, const LineP
   }
   for (const std::uint32_t h : creases)
     if (length[joined.find(mesh.start(h))] >= parameters.shortest)
-      mesh.crease[h] = mesh.crease[mesh.opposite[h]] = 1;
+      mesh.crease[h] = mesh.crease[mesh.opposite[h]] = mark_crease;
 }
 
 bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters,
@@ -75,7 +75,7 @@ bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LinePa
   bool enough = true;
   for (std::uint32_t h = 0; h < edges; ++h) {
     const std::uint32_t g = mesh.opposite[h];
-    if (!mesh.exists(h / 3) || !mesh.is_line(h) || (g != no_index && g < h)) continue;
+    if (!mesh.exists(h / 3) || !mesh.is_crease_or_boundary(h) || (g != no_index && g < h)) continue;
     const std::uint32_t v = mesh.start(h), w = mesh.end(h);
     if (v >= spacing.size() || w >= spacing.size()) continue;  // cut before
     const Vector3 a = mesh.position[v], b = mesh.position[w];
@@ -83,8 +83,11 @@ bool split_lines(EditedMesh& mesh, std::span<const double> spacing, const LinePa
     enough = enough && parts <= 1.0 + (most - cuts);
     const auto wanted = static_cast<std::uint32_t>(std::clamp(parts, 1.0, 1.0 + (most - cuts)));
     // From the far end, so that h stays the first part.
-    for (std::uint32_t k = wanted; k-- > 1; ++cuts)
-      mesh.split_edge(h, mesh.add_vertex(a + (static_cast<double>(k) / wanted) * (b - a)));
+    for (std::uint32_t k = wanted; k-- > 1; ++cuts) {
+      const double share = static_cast<double>(k) / wanted;
+      mesh.cuts.push_back({mesh.add_vertex(a + share * (b - a)), v, w, share});
+      mesh.split_edge(h, mesh.cuts.back().vertex);
+    }
   }
   return enough;
 }
@@ -105,9 +108,12 @@ void split_double_edges(EditedMesh& mesh) {
   });
   // A cut leaves the half-edge its number, and all other edges their ends.
   for (std::size_t i = 1; i < edges.size(); ++i)
-    if (edges[i] == edges[i - 1])
-      mesh.split_edge(edges[i].half_edge,
-                      mesh.add_vertex(0.5 * (mesh.position[edges[i].low] + mesh.position[edges[i].high])));
+    if (edges[i] == edges[i - 1]) {
+      const auto [low, high, h] = edges[i];
+      mesh.cuts.push_back(
+          {mesh.add_vertex(0.5 * (mesh.position[low] + mesh.position[high])), low, high, 0.5});
+      mesh.split_edge(h, mesh.cuts.back().vertex);
+    }
 }
 
 }  // namespace meander

@@ -24,11 +24,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-PolygonMesh mesh_of(const fs::path& path) {
+PolygonMesh mesh_of(const fs::path& path, bool colors = false) {
   MeshFormat format{};
   REQUIRE(mesh_format_of(path, format));
   const MappedFile file(path);
-  return read_mesh(file.bytes(), format);
+  MeshSurroundings around;
+  around.colors = colors;
+  return read_mesh(file.bytes(), format, {}, around);
 }
 
 // The items of the table: id -> its object.
@@ -287,6 +289,144 @@ TEST_CASE("remesh job: options that have no meaning here are refused") {
   CHECK(remesh({model, "-o", out, "--crease-angle", "0"}).exit_code == 2);
   CHECK(remesh({model, "-o", out, "--certify"}).exit_code == 2);
   CHECK(!fs::exists(out));
+}
+
+namespace {
+
+// A sheet of 9 x 9 vertices over the unit square with a wave, and what it has at (x, y).
+std::string painted_sheet(bool as_obj) {
+  std::string vertices, coordinates, faces;
+  const auto number = [](double value) { return std::to_string(value) + " "; };
+  for (int j = 0; j < 9; ++j)
+    for (int i = 0; i < 9; ++i) {
+      const double x = i / 8., y = j / 8.;
+      vertices += (as_obj ? "v " : "") + number(x) + number(y) + number(0);
+      if (as_obj)
+        vertices += number(x) + number(y) + number(0.2) + "\n";
+      else
+        vertices += std::to_string(i * 255 / 8) + " 51 " + std::to_string(j * 255 / 8) + " " +
+                    number(x + 2 * y) + number(-x) + number(3 * y) + "\n";
+      coordinates += "vt " + number(2 * x) + number(1 - y) + "\n";
+    }
+  const int first = as_obj ? 1 : 0;
+  for (int j = 0; j < 8; ++j)
+    for (int i = 0; i < 8; ++i) {
+      const int a = first + 9 * j + i;
+      for (const auto& [p, q, r] : {std::array{a, a + 1, a + 10}, std::array{a, a + 10, a + 9}}) {
+        faces += as_obj ? "f" : "3";
+        for (const int v : {p, q, r})
+          faces += " " + std::to_string(v) + (as_obj ? "/" + std::to_string(v) : "");
+        faces += "\n";
+      }
+    }
+  if (as_obj) return vertices + coordinates + faces;
+  return "ply\nformat ascii 1.0\nelement vertex 81\nproperty float x\nproperty float y\nproperty float z\n"
+         "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float heat\n"
+         "property float flow_0\nproperty float flow_1\nelement face 128\n"
+         "property list uchar int vertex_indices\nend_header\n" +
+         vertices + faces;
+}
+
+const std::vector<double>& attribute_of(const PolygonMesh& mesh, const std::string& name) {
+  for (const ScalarAttribute& attribute : mesh.vertex_attributes)
+    if (attribute.name == name) return attribute.values;
+  FAIL("no attribute " << name);
+  static const std::vector<double> none;
+  return none;
+}
+
+}  // namespace
+
+TEST_CASE("remesh job: colours, attributes and texture coordinates are those of the surface") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "models");
+  std::ofstream(scratch / "models" / "a.ply") << painted_sheet(false);
+  std::ofstream(scratch / "models" / "b.obj") << painted_sheet(true);
+  for (const bool fit : {false, true}) {
+    const fs::path out = scratch / (fit ? "fitted" : "plain");
+    std::vector<std::string> arguments = {(scratch / "models" / "a.ply").string(),
+                                          "-o",
+                                          out.string(),
+                                          "-n",
+                                          "60",
+                                          "--colors",
+                                          "--attribute",
+                                          "heat,flow:2"};
+    if (fit) arguments.emplace_back("--fit");
+    REQUIRE(remesh(arguments).exit_code == 0);
+    const PolygonMesh mesh = mesh_of(out / "a.ply", true);
+    REQUIRE(mesh.x.size() > 64);  // with vertices on the boundary
+    REQUIRE(mesh.colors.vertex.size() == 3 * mesh.x.size());
+    const std::vector<double>&heat = attribute_of(mesh, "heat"), &across = attribute_of(mesh, "flow_0"),
+          &along = attribute_of(mesh, "flow_1");
+    // Fitting moves samples by a part of the spacing; they keep what they had.
+    const double apart = fit ? 0.1 : 1e-5;
+    for (std::size_t v = 0; v < mesh.x.size(); ++v) {
+      REQUIRE(std::abs(heat[v] - (mesh.x[v] + 2 * mesh.y[v])) < 3 * apart);
+      REQUIRE(std::abs(across[v] + mesh.x[v]) < apart);
+      REQUIRE(std::abs(along[v] - 3 * mesh.y[v]) < 3 * apart);
+      REQUIRE(std::abs(mesh.colors.vertex[3 * v] - mesh.x[v]) < apart + 0.006);
+      REQUIRE(std::abs(mesh.colors.vertex[3 * v + 1] - 0.2) < 1e-6);
+      REQUIRE(std::abs(mesh.colors.vertex[3 * v + 2] - mesh.y[v]) < apart + 0.006);
+    }
+    CHECK(items_of(out).at("a.ply").text("lacks").value_or("") == "");
+  }
+  // Corners of the input have the values that they have there.
+  const PolygonMesh plain = mesh_of(scratch / "plain" / "a.ply");
+  for (std::size_t v = 0; v < plain.x.size(); ++v)
+    if (plain.x[v] == 1 && plain.y[v] == 1) CHECK(attribute_of(plain, "heat")[v] == 3);
+
+  const std::string textured = (scratch / "models" / "b.obj").string();
+  REQUIRE(remesh({textured, "-o", (scratch / "st").string(), "-n", "60", "--texcoord"}).exit_code == 0);
+  const PolygonMesh with = mesh_of(scratch / "st" / "b.ply");
+  for (std::size_t v = 0; v < with.x.size(); ++v) {
+    REQUIRE(std::abs(attribute_of(with, "s")[v] - 2 * with.x[v]) < 1e-5);
+    REQUIRE(std::abs(attribute_of(with, "t")[v] - (1 - with.y[v])) < 1e-5);
+  }
+  REQUIRE(remesh({textured, "-o", (scratch / "obj").string(), "-n", "60", "--texcoord", "--colors",
+                  "--format", "obj"})
+              .exit_code == 0);
+  // Sampled again, they are still there.
+  const std::string store = (scratch / "s.h5").string();
+  REQUIRE(meander_with({"run", (scratch / "obj" / "b.obj").string(), "-o", store, "-n", "20", "--texcoord",
+                        "--colors"})
+              .exit_code == 0);
+  CHECK_FALSE(contains(meander_with({"info", store, "b.obj"}).out, "lacks"));
+  const PolygonMesh again = mesh_of(scratch / "obj" / "b.obj", true);
+  REQUIRE(again.colors.vertex.size() == 3 * again.x.size());
+  for (std::size_t v = 0; v < again.x.size(); ++v)
+    REQUIRE(std::abs(again.colors.vertex[3 * v] - again.x[v]) < 0.006);
+  REQUIRE(remesh({textured, "-o", (scratch / "off").string(), "-n", "60", "--colors", "--format", "off"})
+              .exit_code == 0);
+  CHECK(mesh_of(scratch / "off" / "b.off", true).colors.vertex == again.colors.vertex);
+}
+
+TEST_CASE("remesh job: what a model has not is told, what a format cannot hold is refused") {
+  const ScratchFolder scratch;
+  make_models(scratch / "models");
+  const std::string models = (scratch / "models").string();
+  const ProcessResult made = remesh({models, "-o", (scratch / "out").string(), "-n", "40", "--colors",
+                                     "--texcoord", "--attribute", "heat"});
+  REQUIRE(made.exit_code == 0);
+  CHECK(contains(made.out, "4 models have not all that the vertices should carry"));
+  for (const auto& [id, item] : items_of(scratch / "out")) {
+    CHECK(item.text("lacks").value_or("") == "colors,heat,texcoord");
+    CHECK(contains(item.text("message").value_or(""), "colors,heat,texcoord"));
+  }
+  for (const std::vector<std::string>& wrong :
+       std::vector<std::vector<std::string>>{{"--format", "off", "--texcoord"},
+                                             {"--format", "off", "--attribute", "heat"},
+                                             {"--format", "obj", "--attribute", "heat"},
+                                             {"--attribute", "x"},
+                                             {"--attribute", "two words"},
+                                             {"--colors", "--attribute", "red"},
+                                             {"--attribute", "a_1,a:2"}}) {
+    std::vector<std::string> arguments = {models, "-o", (scratch / "no").string()};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    INFO(wrong.back());
+    CHECK(remesh(arguments).exit_code == 2);
+    CHECK_FALSE(fs::exists(scratch / "no"));
+  }
 }
 
 TEST_CASE("remesh job: killed at any moment it leaves whole files, and the same command goes on") {

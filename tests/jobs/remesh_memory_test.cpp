@@ -25,9 +25,15 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
   for (const char* name : {"ball.off", "plate.off", "soup.off"})
     for (const std::uint32_t samples : {100u, 20000u})
       for (const bool fit : {false, true}) {
+        // Values are carried in the one or in the other, so that both are measured.
+        const CarriedColumns carried =
+            fit ? CarriedColumns{} : CarriedColumns{true, true, {{"a", 1}, {"b", 4}}};
         INFO(name << ", " << samples << " samples" << (fit ? ", fitted" : ""));
         SampleParameters parameters;
         parameters.place.sequence = SequenceKind::spaced;
+        parameters.colors = carried.colors;
+        parameters.texcoord = carried.texcoord;
+        parameters.attributes = carried.attributes;
         set_samples(parameters, samples);
         RemeshParameters wanted;
         wanted.fit = fit;
@@ -38,10 +44,12 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
         graph.sample = parameters;
         bool made = false;
         GraphStages stages = sampling_stages(parameters, nullptr);
-        add_remesh_stages(stages, parameters, wanted, [&](const PlanItem&, const RemeshedSurface& mesh) {
-          write_mesh(scratch / "out.ply", MeshFormat::ply, mesh.x, mesh.y, mesh.z, mesh.triangles);
-          made = true;
-        });
+        add_remesh_stages(stages, parameters, wanted, carried,
+                          [&](const PlanItem&, const RemeshedSurface& mesh, const CarriedValues& values) {
+                            write_mesh(scratch / "out.ply", MeshFormat::ply, mesh.x, mesh.y, mesh.z,
+                                       mesh.triangles, values.view());
+                            made = true;
+                          });
         const std::int64_t before = allocated_bytes();
         reset_peak();
         run_item_alone(plan, graph, stages, [](std::string_view) {});
@@ -49,6 +57,6 @@ TEST_CASE("remesh memory: no model takes more than is reserved for it") {
         const MeshEstimate mesh = peek_mesh(plan.path, plan.format);
         CHECK(made);
         CHECK(static_cast<std::uint64_t>(taken) <=
-              estimate_bytes(mesh, parameters, 1) + remesh_bytes(mesh, samples, fit));
+              estimate_bytes(mesh, parameters, 1) + remesh_bytes(mesh, samples, fit, carried));
       }
 }

@@ -1,33 +1,15 @@
-// Items in space sorted along the 3-D Hilbert curve, with bounding boxes over runs of them, for questions
-// about rotated boxes.
+// Questions about rotated boxes to a tree of bounding boxes.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
 
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/curve/bounds_tree.h"
 
 namespace meander {
-
-// n items along the curve: position p holds item order[p]. Level 0 has one node per `leaf` positions, each
-// higher level one node per `fan` nodes below; a node is six doubles, the centre and the half-extent of the
-// axis-parallel box around its items.
-struct BoundsTree {
-  static constexpr std::size_t leaf = 16;
-  static constexpr std::size_t fan = 4;
-  std::vector<std::uint32_t> order;
-  std::vector<std::vector<double>> levels;
-
-  std::size_t count() const { return order.size(); }
-};
-
-// low, high: 3 n corners of the items' own boxes (the same span twice for points); finite, n < 2^32.
-// O(n log n). Deterministic.
-BoundsTree build_bounds_tree(std::span<const double> low, std::span<const double> high);
 
 enum class Overlap : std::uint8_t { outside, inside, partial };
 

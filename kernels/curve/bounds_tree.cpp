@@ -1,4 +1,4 @@
-#include "kernels/analyse/bounds_tree.h"
+#include "kernels/curve/bounds_tree.h"
 
 #include <array>
 #include <limits>
@@ -12,12 +12,12 @@ namespace meander {
 namespace {
 
 // Centre and longest half side of the box around everything; the half side is 1 for a single point.
-struct Frame {
+struct CubeFrame {
   Vector3 centre;
   double half = 1;
 };
 
-Frame frame_of(std::span<const double> low, std::span<const double> high) {
+CubeFrame cube_frame_of(std::span<const double> low, std::span<const double> high) {
   std::array<double, 3> least, most;
   least.fill(std::numeric_limits<double>::infinity());
   most.fill(-std::numeric_limits<double>::infinity());
@@ -26,7 +26,7 @@ Frame frame_of(std::span<const double> low, std::span<const double> high) {
       least[k] = std::min(least[k], low[i + k]);
       most[k] = std::max(most[k], high[i + k]);
     }
-  Frame frame;
+  CubeFrame frame;
   frame.centre = {0.5 * (least[0] + most[0]), 0.5 * (least[1] + most[1]), 0.5 * (least[2] + most[2])};
   frame.half = 0.5 * std::max({most[0] - least[0], most[1] - least[1], most[2] - least[2]});
   if (!(frame.half > 0)) frame.half = 1;
@@ -35,7 +35,7 @@ Frame frame_of(std::span<const double> low, std::span<const double> high) {
 
 std::vector<std::uint32_t> hilbert_order(std::span<const double> low, std::span<const double> high) {
   const std::size_t count = low.size() / 3;
-  const Frame frame = frame_of(low, high);
+  const CubeFrame frame = cube_frame_of(low, high);
   const double scale = 1 / frame.half;
   std::vector<KeyIndex> keys(count), scratch;
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {

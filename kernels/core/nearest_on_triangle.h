@@ -1,0 +1,62 @@
+// The point of a triangle nearest to another one.
+#pragma once
+
+#include <limits>
+
+#include "kernels/core/vector3.h"
+
+namespace meander {
+
+struct TrianglePlace {
+  double squared = std::numeric_limits<double>::infinity();  // distance
+  double weight1 = 0, weight2 = 0;                           // barycentric weights of corners 1 and 2
+  Vector3 point;
+};
+
+// The nearest point of the segment a b: weight of b, exact at the ends.
+inline double nearest_on_segment(Vector3 p, Vector3 a, Vector3 b, Vector3& point) {
+  const Vector3 edge = b - a;
+  const double length = dot(edge, edge), along = dot(p - a, edge);
+  if (!(along > 0)) {
+    point = a;
+    return 0;
+  }
+  if (along >= length) {
+    point = b;
+    return 1;
+  }
+  point = a + (along / length) * edge;
+  return along / length;
+}
+
+// Every candidate is a point of the triangle whatever rounding did to its weights, so that the distance found
+// is never too small. Flat and needle-like triangles, whose plane is uncertain, fall back on their edges.
+inline TrianglePlace nearest_on_triangle(Vector3 p, Vector3 a, Vector3 b, Vector3 c) {
+  TrianglePlace best;
+  const auto offer = [&](Vector3 point, double weight1, double weight2) {
+    const Vector3 offset = p - point;
+    const double squared = dot(offset, offset);
+    if (squared < best.squared) best = {squared, weight1, weight2, point};
+  };
+  const Vector3 ab = b - a, ac = c - a, ap = p - a;
+  const double bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
+  const double pb = dot(ap, ab), pc = dot(ap, ac);
+  const double area = bb * cc - bc * bc;
+  if (area > 1e-14 * bb * cc) {
+    const double v = (cc * pb - bc * pc) / area, w = (bb * pc - bc * pb) / area;
+    if (v >= 0 && w >= 0 && v + w <= 1) {
+      offer(a + v * ab + w * ac, v, w);
+      if (area > 1e-6 * bb * cc) return best;
+    }
+  }
+  Vector3 point;
+  const double on_ab = nearest_on_segment(p, a, b, point);
+  offer(point, on_ab, 0);
+  const double on_bc = nearest_on_segment(p, b, c, point);
+  offer(point, 1 - on_bc, on_bc);
+  const double on_ac = nearest_on_segment(p, a, c, point);
+  offer(point, 0, on_ac);
+  return best;
+}
+
+}  // namespace meander

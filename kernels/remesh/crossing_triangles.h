@@ -1,0 +1,121 @@
+// Triangles in space that run through each other.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/parallel.h"
+#include "kernels/core/vector3.h"
+#include "kernels/curve/bounds_tree.h"
+
+namespace meander {
+
+using TriangleCorners = std::array<Vector3, 3>;
+using TriangleVertices = std::array<std::uint32_t, 3>;
+
+// Whether an edge of one passes through the inside of the other: signs of volumes in double, so that
+// triangles that touch, or lie in one plane, may count or not.
+bool triangles_cross(const TriangleCorners& a, const TriangleCorners& b);
+
+inline bool share_a_vertex(const TriangleVertices& a, const TriangleVertices& b) {
+  for (const std::uint32_t v : a)
+    if (v == b[0] || v == b[1] || v == b[2]) return true;
+  return false;
+}
+
+// The same of triangles that may have vertices in common: those with one cross where the edge of one opposite
+// to it passes through the other, those with an edge in common where they are folded onto each other.
+bool triangles_overlap(const TriangleVertices& a, const TriangleCorners& at_a, const TriangleVertices& b,
+                       const TriangleCorners& at_b);
+
+// An axis-parallel box.
+struct SpaceBox {
+  std::array<double, 3> low, high;
+  bool meets(const SpaceBox& other) const {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (low[k] > other.high[k] || other.low[k] > high[k]) return false;
+    return true;
+  }
+};
+SpaceBox box_of(const TriangleCorners& triangle);
+// What both have; only of boxes that meet.
+SpaceBox common_box(const SpaceBox& a, const SpaceBox& b);
+
+// Boxes to ask for those near another one. 48 bytes an item and a tree over them.
+class BoxSearch {
+ public:
+  BoxSearch() = default;
+  // box(i): finite, of the items 0 .. count - 1. O(n log n), deterministic.
+  template <class Box>
+  BoxSearch(std::size_t count, const Box& box) : low_(3 * count), high_(3 * count) {
+    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const SpaceBox b = box(i);
+        std::copy(b.low.begin(), b.low.end(), low_.begin() + static_cast<std::ptrdiff_t>(3 * i));
+        std::copy(b.high.begin(), b.high.end(), high_.begin() + static_cast<std::ptrdiff_t>(3 * i));
+      }
+    });
+    tree_ = build_bounds_tree(low_, high_);
+  }
+
+  // Calls visit(item) for the items whose boxes meet this one, in an order of their own.
+  template <class Visit>
+  void visit_meeting(const SpaceBox& box, const Visit& visit) const {
+    visit_near(tree_, box.low.data(), box.high.data(), [&](std::uint32_t item) {
+      const double* low = low_.data() + 3 * std::size_t{item};
+      const double* high = high_.data() + 3 * std::size_t{item};
+      if (low[0] <= box.high[0] && box.low[0] <= high[0] && low[1] <= box.high[1] && box.low[1] <= high[1] &&
+          low[2] <= box.high[2] && box.low[2] <= high[2])
+        visit(item);
+    });
+  }
+
+ private:
+  std::vector<double> low_, high_;
+  BoundsTree tree_;
+};
+
+struct TrianglePair {
+  std::uint32_t first, second;  // first < second
+};
+
+// Pairs of items, ascending by their first one, and of each first one at most `most`; with how many there are
+// in all.
+struct CrossingPairs {
+  std::vector<TrianglePair> pairs;
+  std::uint64_t count = 0;
+};
+// Those of the items 0 .. count - 1 whose boxes meet and for which cross(t, u) says so. Calls check() now and
+// then. O(n log n + pairs of boxes that meet), parallel in fixed blocks; deterministic.
+template <class Box, class Cross, class Check>
+CrossingPairs crossing_pairs(const BoxSearch& boxes, std::size_t count, std::size_t most, const Box& box,
+                             const Cross& cross, const Check& check) {
+  constexpr std::size_t block = 256;
+  std::vector<CrossingPairs> found((count + block - 1) / block);
+  parallel_blocks(count, block, [&](std::size_t begin, std::size_t end) {
+    check();
+    CrossingPairs& here = found[begin / block];
+    std::vector<std::uint32_t> others;
+    for (auto t = static_cast<std::uint32_t>(begin); t < end; ++t) {
+      others.clear();
+      boxes.visit_meeting(box(t), [&](std::uint32_t u) {
+        if (u > t && cross(t, u)) others.push_back(u);
+      });
+      here.count += others.size();
+      std::sort(others.begin(), others.end());
+      if (others.size() > most) others.resize(most);
+      for (const std::uint32_t u : others) here.pairs.push_back({t, u});
+    }
+  });
+  CrossingPairs all;
+  for (const CrossingPairs& part : found) {
+    all.count += part.count;
+    all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+  }
+  return all;
+}
+
+}  // namespace meander

@@ -1,0 +1,136 @@
+// Triangles that cross: found as by looking at all pairs, and parted in remeshed surfaces.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "kernels/core/random.h"
+#include "kernels/remesh/crossing_triangles.h"
+#include "kernels/remesh/remesh_surface.h"
+#include "kernels/remeshed_mesh.h"
+#include "support/test_meshes.h"
+#include "support/threads.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+// By looking at all pairs.
+template <class Vertices, class Corners>
+std::uint64_t crossings_of_all(std::size_t count, const Vertices& vertices, const Corners& corners) {
+  std::vector<SpaceBox> boxes;
+  for (std::size_t t = 0; t < count; ++t) boxes.push_back(box_of(corners(t)));
+  std::uint64_t found = 0;
+  for (std::size_t t = 0; t < count; ++t)
+    for (std::size_t u = t + 1; u < count; ++u)
+      found += boxes[t].meets(boxes[u]) && !share_a_vertex(vertices(t), vertices(u)) &&
+               triangles_cross(corners(t), corners(u));
+  return found;
+}
+
+std::uint64_t crossings_of(const RemeshedSurface& mesh) {
+  const auto vertices = [&](std::size_t t) {
+    return TriangleVertices{mesh.triangles[3 * t], mesh.triangles[3 * t + 1], mesh.triangles[3 * t + 2]};
+  };
+  const auto at = [&](std::uint32_t v) { return Vector3{mesh.x[v], mesh.y[v], mesh.z[v]}; };
+  return crossings_of_all(mesh.triangles.size() / 3, vertices, [&](std::size_t t) {
+    const TriangleVertices v = vertices(t);
+    return TriangleCorners{at(v[0]), at(v[1]), at(v[2])};
+  });
+}
+
+// The outside and the inside of a ball with a hollow.
+PolygonMesh shell(double thickness) {
+  PolygonMesh inside = moved(icosphere(4), 1 - thickness, 0, 0, 0);
+  for (std::size_t c = 0; c < inside.corners.size(); c += 3)
+    std::swap(inside.corners[c], inside.corners[c + 1]);
+  return merged(icosphere(4), inside);
+}
+
+}  // namespace
+
+TEST_CASE("crossings: triangles cross where an edge of one goes through the inside of the other") {
+  const TriangleCorners flat = {Vector3{-1, -1, 0}, Vector3{1, -1, 0}, Vector3{0, 1, 0}};
+  const TriangleCorners through = {Vector3{0, 0, -1}, Vector3{0, 0, 1}, Vector3{0, 5, 0}};
+  const TriangleCorners above = {Vector3{0, 0, 0.1}, Vector3{0, 0, 1}, Vector3{0, 5, 0.1}};
+  CHECK(triangles_cross(flat, through));
+  CHECK(triangles_cross(through, flat));
+  CHECK_FALSE(triangles_cross(flat, above));
+  // With a common vertex: the edge opposite to it goes through, or does not.
+  const TriangleCorners turned = {Vector3{-1, -1, 0}, Vector3{0.5, 0, -1}, Vector3{0.5, 0, 1}};
+  const TriangleCorners aside = {Vector3{-1, -1, 0}, Vector3{5, 0, -1}, Vector3{5, 0, 1}};
+  CHECK(triangles_overlap({0, 1, 2}, flat, {0, 3, 4}, turned) ==
+        triangles_overlap({0, 3, 4}, turned, {0, 1, 2}, flat));
+  CHECK(triangles_overlap({0, 1, 2}, flat, {0, 3, 4},
+                          {Vector3{-1, -1, 0}, Vector3{0, -0.5, -1}, Vector3{0, -0.5, 1}}));
+  CHECK_FALSE(
+      triangles_overlap({0, 1, 2}, flat, {0, 3, 4}, {aside[0], Vector3{-5, 0, -1}, Vector3{-5, 0, 1}}));
+  // With a common edge: folded onto each other, or beside each other.
+  CHECK(triangles_overlap({0, 1, 2}, flat, {1, 0, 3}, {flat[1], flat[0], Vector3{0, 1, 1e-3}}));
+  CHECK_FALSE(triangles_overlap({0, 1, 2}, flat, {1, 0, 3}, {flat[1], flat[0], Vector3{0, -3, 0}}));
+}
+
+TEST_CASE("crossings: pairs are those of all with all") {
+  const RandomKey key = make_random_key(11, {});
+  std::vector<TriangleCorners> soup;
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    const auto point = [&](std::uint32_t k) {
+      const auto [a, b] = random_pair(key, Stream::test_shapes, i, 2 * k);
+      const double c = random_pair(key, Stream::test_shapes, i, 2 * k + 1).first;
+      return Vector3{2 * a - 1, 2 * b - 1, 2 * c - 1};
+    };
+    const Vector3 centre = point(0);
+    soup.push_back({centre, centre + 0.4 * point(1), centre + 0.4 * point(2)});
+  }
+  const auto vertices = [](std::size_t t) {
+    const auto first = static_cast<std::uint32_t>(3 * t);
+    return TriangleVertices{first, first + 1, first + 2};
+  };
+  const std::uint64_t expected =
+      crossings_of_all(soup.size(), vertices, [&](std::size_t t) { return soup[t]; });
+  REQUIRE(expected > 20);
+  const auto box = [&](std::size_t t) { return box_of(soup[t]); };
+  const auto cross = [&](std::size_t t, std::size_t u) { return triangles_cross(soup[t], soup[u]); };
+  const BoxSearch boxes(soup.size(), box);
+  const CrossingPairs all = crossing_pairs(boxes, soup.size(), 400, box, cross, [] {});
+  CHECK(all.count == expected);
+  CHECK(all.pairs.size() == expected);
+  const CrossingPairs few = crossing_pairs(boxes, soup.size(), 1, box, cross, [] {});
+  CHECK(few.count == expected);
+  CHECK(few.pairs.size() < expected);
+}
+
+TEST_CASE("crossings: the two sides of a thin shell are parted") {
+  for (const bool fit : {false, true})
+    for (const double thickness : {0.02, 0.005})
+      for (const std::uint32_t n : {60u, 300u}) {
+        INFO(n << " samples, thickness " << thickness << (fit ? ", fitted" : ""));
+        RemeshParameters wanted;
+        wanted.fit = fit;
+        const Remeshed result = remeshed(shell(thickness), n, wanted, SequenceKind::spaced);
+        check_result(result, fit);
+        CHECK(crossings_of(result.mesh) == 0);
+        CHECK(result.mesh.report.crossings == 0);
+        CHECK(result.mesh.report.input_crossings == 0);
+        CHECK(result.mesh.report.components == 2);
+        if (n == 60 && thickness < 0.01) CHECK(result.mesh.report.kept_vertices > 0);
+      }
+}
+
+TEST_CASE("crossings: those of the surface itself are told apart") {
+  const PolygonMesh crossed = merged(icosphere(4), moved(icosphere(4), 1, 1.1, 0.2, 0.1));
+  const Remeshed result = remeshed(crossed, 600, {}, SequenceKind::spaced);
+  check_result(result);
+  CHECK(result.mesh.report.input_crossings > 10);
+  CHECK(result.mesh.report.crossings == 0);
+  CHECK(crossings_of(result.mesh) == result.mesh.report.input_crossings);
+}
+
+TEST_CASE("crossings: parted in the same way for every number of threads") {
+  RemeshParameters fit;
+  fit.fit = true;
+  const Remeshed one = on_threads(1, [&] { return remeshed(shell(0.005), 100, fit); });
+  const Remeshed four = on_threads(4, [&] { return remeshed(shell(0.005), 100, fit); });
+  CHECK(one.mesh.triangles == four.mesh.triangles);
+  CHECK(one.mesh.x == four.mesh.x);
+  CHECK(one.mesh.report.kept_vertices == four.mesh.report.kept_vertices);
+}
