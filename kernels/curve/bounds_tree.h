@@ -26,31 +26,34 @@ struct BoundsTree {
 // O(n log n). Deterministic.
 BoundsTree build_bounds_tree(std::span<const double> low, std::span<const double> high);
 
-// Calls visit(item) for the items of all leaves whose box meets the box from low to high: some of them lie
-// outside it. low, high: three numbers each. O(log n + what it visits).
+// Calls visit(item) for the items of all leaves whose box meets the box from low to high, some of which lie
+// outside it, until it returns false. low, high: three numbers each. False where it was stopped. O(log n +
+// what it visits).
 template <class Visit>
-void visit_near(const BoundsTree& tree, const double* low, const double* high, const Visit& visit,
+bool visit_near(const BoundsTree& tree, const double* low, const double* high, const Visit& visit,
                 std::size_t level, std::size_t node) {
   const double* of = tree.levels[level].data() + 6 * node;
   // The node's centre and half-extent are rounded.
   for (std::size_t k = 0; k < 3; ++k) {
     const double reach = of[3 + k] + 1e-15 * (std::abs(of[k]) + of[3 + k]);
-    if (of[k] - reach > high[k] || of[k] + reach < low[k]) return;
+    if (of[k] - reach > high[k] || of[k] + reach < low[k]) return true;
   }
   if (level > 0) {
     const std::size_t below = tree.levels[level - 1].size() / 6;
     for (std::size_t child = BoundsTree::fan * node; child < BoundsTree::fan * (node + 1) && child < below;
          ++child)
-      visit_near(tree, low, high, visit, level - 1, child);
-    return;
+      if (!visit_near(tree, low, high, visit, level - 1, child)) return false;
+    return true;
   }
   const std::size_t end = std::min(tree.count(), BoundsTree::leaf * (node + 1));
-  for (std::size_t p = BoundsTree::leaf * node; p < end; ++p) visit(tree.order[p]);
+  for (std::size_t p = BoundsTree::leaf * node; p < end; ++p)
+    if (!visit(tree.order[p])) return false;
+  return true;
 }
 
 template <class Visit>
-void visit_near(const BoundsTree& tree, const double* low, const double* high, const Visit& visit) {
-  if (tree.count() > 0) visit_near(tree, low, high, visit, tree.levels.size() - 1, 0);
+bool visit_near(const BoundsTree& tree, const double* low, const double* high, const Visit& visit) {
+  return tree.count() == 0 || visit_near(tree, low, high, visit, tree.levels.size() - 1, 0);
 }
 
 }  // namespace meander

@@ -65,15 +65,23 @@ class BoxSearch {
   template <class Visit>
   void visit_meeting(const SpaceBox& box, const Visit& visit) const {
     visit_near(tree_, box.low.data(), box.high.data(), [&](std::uint32_t item) {
-      const double* low = low_.data() + 3 * std::size_t{item};
-      const double* high = high_.data() + 3 * std::size_t{item};
-      if (low[0] <= box.high[0] && box.low[0] <= high[0] && low[1] <= box.high[1] && box.low[1] <= high[1] &&
-          low[2] <= box.high[2] && box.low[2] <= high[2])
-        visit(item);
+      if (meets(item, box)) visit(item);
+      return true;
     });
+  }
+  bool meets_any(const SpaceBox& box) const {
+    return !visit_near(tree_, box.low.data(), box.high.data(),
+                       [&](std::uint32_t item) { return !meets(item, box); });
   }
 
  private:
+  bool meets(std::uint32_t item, const SpaceBox& box) const {
+    const double* low = low_.data() + 3 * std::size_t{item};
+    const double* high = high_.data() + 3 * std::size_t{item};
+    return low[0] <= box.high[0] && box.low[0] <= high[0] && low[1] <= box.high[1] && box.low[1] <= high[1] &&
+           low[2] <= box.high[2] && box.low[2] <= high[2];
+  }
+
   std::vector<double> low_, high_;
   BoundsTree tree_;
 };

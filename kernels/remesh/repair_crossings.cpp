@@ -14,9 +14,10 @@ namespace meander {
 namespace {
 
 constexpr int most_rounds = 12;
-constexpr std::size_t most_found = 16;       // pairs looked at of one triangle
-constexpr std::size_t most_repaired = 4096;  // pairs in a round
-constexpr std::size_t most_fresh = 1024;     // triangles beside the tree
+constexpr std::size_t most_found = 16;               // pairs looked at of one triangle
+constexpr std::size_t most_repaired = 4096;          // pairs in a round
+constexpr std::size_t most_repaired_of_input = 256;  // of those where the surface crosses itself
+constexpr std::size_t most_fresh = 1024;             // triangles beside the tree
 constexpr std::uint64_t added_per_pair = 4, added_at_least = 16;
 constexpr std::ptrdiff_t least_gain = -2;  // crossings fewer by a vertex that returns
 constexpr double input_reach = 0.5;        // how far from a crossing of the surface, over the longest edge
@@ -51,7 +52,11 @@ class CrossingRepair {
     look_at_all();
     std::vector<TrianglePair> found = pairs_of_all();
     if (found.empty()) return report_;
-    find_crossings_of_surface();
+    report_.around.resize(parts_.size());
+    if (!find_crossings_of_surface()) {
+      report_.of_input = found.size() + not_listed_;
+      return report_;
+    }
     std::vector<CrossingPair> pairs;
     for (const TrianglePair& pair : found)
       pairs.push_back(described(slots_[pair.first], slots_[pair.second]));
@@ -59,7 +64,10 @@ class CrossingRepair {
     bool changed = false;
     for (int round = 0; round < most_rounds && !pairs.empty(); ++round) {
       changed_.clear();
-      for (std::size_t i = 0; i < pairs.size() && i < most_repaired; ++i) {
+      std::size_t tried = 0, tried_of_input = 0;
+      for (std::size_t i = 0; i < pairs.size() && tried < most_repaired; ++i) {
+        if (pairs[i].of_input && ++tried_of_input > most_repaired_of_input) continue;
+        ++tried;
         cancel_.check();
         if (fresh_.size() > most_fresh) look_at_all();
         repair(pairs[i], report_.added < most_added);
@@ -72,7 +80,6 @@ class CrossingRepair {
       look_at_all();
       found = pairs_of_all();
     }
-    report_.around.resize(parts_.size());
     for (const TrianglePair& pair : found) {
       const CrossingPair left = described(slots_[pair.first], slots_[pair.second]);
       ++(left.of_input ? report_.of_input : report_.left);
@@ -130,7 +137,8 @@ class CrossingRepair {
     return std::move(found.pairs);
   }
 
-  void find_crossings_of_surface() {
+  // False where there are more than triangles: what crosses everywhere cannot be parted.
+  bool find_crossings_of_surface() {
     const auto vertices = [&](std::size_t t) {
       return TriangleVertices{surface_.triangles[3 * t], surface_.triangles[3 * t + 1],
                               surface_.triangles[3 * t + 2]};
@@ -147,9 +155,11 @@ class CrossingRepair {
     };
     const CrossingPairs found =
         crossing_pairs(BoxSearch(count, box), count, most_found, box, overlap, [&] { cancel_.check(); });
+    if (found.count > count) return false;
     input_ = BoxSearch(found.pairs.size(), [&](std::size_t i) {
       return common_box(box_of(corners(found.pairs[i].first)), box_of(corners(found.pairs[i].second)));
     });
+    return true;
   }
 
   // Around the place where they cross, within their longest edge times `reach`.
@@ -168,10 +178,7 @@ class CrossingRepair {
 
   // Near a place where triangles of the surface cross.
   bool is_of_input(const Trial& a, const Trial& b) const {
-    const SpaceBox box = place_of(a, b, input_reach);
-    bool found = false;
-    input_.visit_meeting(box, [&](std::uint32_t) { found = true; });
-    return found;
+    return input_.meets_any(place_of(a, b, input_reach));
   }
 
   void touch(Slot slot) {
