@@ -347,14 +347,14 @@ void draw_splats_beside_models(FigureSet& figures) {
 
 void draw_view_detail(FigureSet& figures) {
   figures.begin("Figure 11: detail for a view");
-  Table table{
-      {{"mesh"}, {"samples"}, {"fewest"}, {"most"}, {"behind %", 1}, {"stay %, median", 1}, {"worst", 1}},
-      {}};
+  Table table{{{"mesh"}, {"samples"}, {"fewest"}, {"most"}, {"behind %", 1}, {"stay %", 1}, {"worst", 1}},
+              {}};
   for (const FigureMesh& mesh : figures.meshes)
     figures.attempt(mesh.name, [&] { draw_one_view(figures, mesh, table); });
-  figures.table("figure11_turning",
-                "A turn in steps of two degrees: samples of a view, and how many of them the next one keeps",
-                table);
+  figures.table(
+      "figure11_turning",
+      "A turn in steps of two degrees: samples of a view, and how many of them the next one keeps (median)",
+      table);
   figures.text("Measured",
                "Weight 0.1 + 0.9 (1 - |n.v|)^4, on the back (1 - |n.v| / 0.35)^2 as far as n.v = -0.35 and "
                "nothing beyond, the number by the projected area. Every "
