@@ -106,6 +106,7 @@ class SameAsTheProgram(WithMeshes):
         (["--sequence", "spaced", "--spacing", "fast"], dict(sequence="spaced", spacing="fast")),
         (["--method", "anisotropic", "--normalize", "unit-sphere"],
          dict(method="anisotropic", normalize="unit-sphere")),
+        (["--topology", "none"], dict(topology=False)),
         (["--curved", "--curve", "hilbert", "--method", "direct"], dict(curved=True, curve="hilbert", method="direct")),
     ]
 

@@ -69,23 +69,23 @@ def sample(vertices: Any, faces: Optional[ArrayLike] = None, n: int = 2048, *, s
            density_at: Optional[Literal["vertices", "faces"]] = None, order: Order = "progressive",
            normalize: Normalize = "none", spacing: Spacing = "default", curve: Optional[Curve] = None,
            curved: bool = False, density_floor: float = 0.02, density_exponent: float = 1.0,
-           normals: Optional[ArrayLike] = None, describe: Union[str, Sequence[str]] = (), bins: int = 32,
-           content: Content = None, check: bool = True, threads: int = 0,
+           normals: Optional[ArrayLike] = None, topology: bool = True, describe: Union[str, Sequence[str]] = (),
+           bins: int = 32, content: Content = None, check: bool = True, threads: int = 0,
            timeout: Optional[float] = None) -> Samples: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["raise"] = "raise",
                 seed: int = 1, method: Method = "auto", sequence: Sequence_ = "shifted", density: str = "uniform",
                 order: Order = "progressive", normalize: Normalize = "none", spacing: Spacing = "default",
                 curve: Optional[Curve] = None, curved: bool = False, density_floor: float = 0.02,
-                density_exponent: float = 1.0, describe: Union[str, Sequence[str]] = (), bins: int = 32,
-                check: bool = True, timeout: Optional[float] = None) -> List[Samples]: ...
+                density_exponent: float = 1.0, topology: bool = True, describe: Union[str, Sequence[str]] = (),
+                bins: int = 32, check: bool = True, timeout: Optional[float] = None) -> List[Samples]: ...
 @overload
 def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, errors: Literal["return"],
                 seed: int = 1, method: Method = "auto", sequence: Sequence_ = "shifted", density: str = "uniform",
                 order: Order = "progressive", normalize: Normalize = "none", spacing: Spacing = "default",
                 curve: Optional[Curve] = None, curved: bool = False, density_floor: float = 0.02,
-                density_exponent: float = 1.0, describe: Union[str, Sequence[str]] = (), bins: int = 32,
-                check: bool = True, timeout: Optional[float] = None) -> List[Union[Samples, Exception]]: ...
+                density_exponent: float = 1.0, topology: bool = True, describe: Union[str, Sequence[str]] = (),
+                bins: int = 32, check: bool = True, timeout: Optional[float] = None) -> List[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
