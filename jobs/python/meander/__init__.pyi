@@ -85,7 +85,8 @@ def sample_many(meshes: Iterable[Any], n: int = 2048, *, threads: int = 0, error
                 order: Order = "progressive", normalize: Normalize = "none", spacing: Spacing = "default",
                 curve: Optional[Curve] = None, curved: bool = False, density_floor: float = 0.02,
                 density_exponent: float = 1.0, topology: bool = True, describe: Union[str, Sequence[str]] = (),
-                bins: int = 32, check: bool = True, timeout: Optional[float] = None) -> List[Union[Samples, Exception]]: ...
+                bins: int = 32, check: bool = True,
+                timeout: Optional[float] = None) -> List[Union[Samples, Exception]]: ...
 def describe(vertices: Any, faces: Optional[ArrayLike] = None, descriptors: Union[str, Sequence[str]] = "pairs", *,
              n: int = 1024, seed: int = 1, bins: int = 32, content: Content = None, check: bool = True,
              threads: int = 0, timeout: Optional[float] = None) -> Dict[str, NDArray[numpy.float32]]: ...
