@@ -46,7 +46,7 @@ constexpr double bytes_per_element = 120;  // element, two sort arrays, result
 // grow.
 constexpr double bytes_per_balanced_piece = 160, bytes_per_balanced_sample = 190, bytes_per_entry = 30;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
-constexpr double samples_per_block = 128, bytes_per_block_item = 50;
+constexpr double samples_per_block = 64, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
 constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
 constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums

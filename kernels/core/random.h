@@ -35,6 +35,7 @@ enum class Stream : std::uint32_t {
   stratum_retry = 7,   // what else a density needs for them,
   stratum_start = 8,   // and the place that the sample starts at
   cell_axes = 9,       // the axes that cells of spaced samples are cut along
+  digital_shift = 10,  // the shift of the net that samples in cells form
   test_shapes = 16,    // random shapes that point sets are measured with; no sample depends on them
   tangent_frame = 24,  // directions of tangent frames on surfaces, in measures
   surface_probe = 25,  // points at which the distance between two surfaces is measured

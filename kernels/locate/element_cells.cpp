@@ -69,7 +69,8 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   const ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
                              source.group};
   ElementCells result;
-  result.cells = balanced_order(pieces.point, static_cast<std::uint32_t>(cells), traits, cancel, strata);
+  result.cells =
+      balanced_order(std::move(pieces.point), static_cast<std::uint32_t>(cells), traits, cancel, strata);
   result.triangle = std::move(pieces.triangle);
   result.path = std::move(pieces.path);
   result.vertex = std::move(pieces.vertex);

@@ -59,14 +59,15 @@ class PlacedPieces {
     triangle.reserve(pieces);
     path.reserve(pieces);
     if (keep_vertices_) vertex.reserve(2 * pieces);
-    if (split_limit_ > 0) split.reserve(pieces);
   }
   void append(const PlacedPieces& next) {
+    if (next.has_splits_) begin_splits();
     point.insert(point.end(), next.point.begin(), next.point.end());
     triangle.insert(triangle.end(), next.triangle.begin(), next.triangle.end());
     path.insert(path.end(), next.path.begin(), next.path.end());
     vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
     split.insert(split.end(), next.split.begin(), next.split.end());
+    if (has_splits_) split.resize(point.size());
   }
 
   void operator()(std::size_t t, const TriangleSource& source, const WorkPiece& piece, double mass) {
@@ -85,33 +86,42 @@ class PlacedPieces {
   }
 
   void operator()(std::size_t t, const PlainPiece& piece, double mass) {
+    if (split_limit_ > 0 && mass > split_limit_) begin_splits();
     add(t, centroid(piece.corner), piece.path, mass);
-    if (split_limit_ > 0) split.push_back(split_of(piece, mass, split_limit_));
+    if (has_splits_) split.back() = split_of(piece, mass, split_limit_);
   }
 
   // Whole triangles that are not split.
   double whole_limit() const { return split_limit_ > 0 ? split_limit_ : INFINITY; }
   void operator()(std::size_t t, const std::array<Vector3, 3>& corners, double mass) {
     add(t, centroid(corners), 1, mass);
-    if (split_limit_ > 0) split.emplace_back();
   }
 
   std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
-  std::vector<ElementSplit> split;
+  std::vector<ElementSplit> split;  // by piece, or empty: none is split, as of meshes with small triangles
 
  private:
+  // Room for the split of a piece that will be added, and for those of all pieces before it.
+  void begin_splits() {
+    if (has_splits_) return;
+    has_splits_ = true;
+    split.reserve(point.capacity());
+    split.resize(point.size());
+  }
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
     point.push_back({{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
     triangle.push_back(static_cast<std::uint32_t>(t));
     path.push_back(piece_path);
+    if (has_splits_) split.emplace_back();
   }
 
   const ChartPlaces* places_;
   RandomKey key_;
   bool keep_vertices_;
   double split_limit_;
+  bool has_splits_ = false;
 };
 
 // The most that an element may weigh. Throws ItemError(zero_density) when the total mass is zero.

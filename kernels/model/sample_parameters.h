@@ -34,7 +34,7 @@ inline constexpr double tensor_elements_per_sample = 16;
 // and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
 // the time that the elements take.
 constexpr double balanced_elements_per_sample(std::uint32_t samples) {
-  return samples <= most_whole_samples ? 16 : 4;
+  return samples <= most_whole_samples ? 12 : 4;
 }
 
 // The least number of elements per sample over a coarse mesh, whose charts have no rays to say which

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -17,7 +18,7 @@ namespace meander {
 namespace {
 
 // Nodes of at most this many leaves take split elements by halves, and by all parts.
-constexpr std::uint32_t halved_leaves = 128, block_leaves = 32;
+constexpr std::uint32_t halved_leaves = 64, block_leaves = 16;
 constexpr int all_parts = 2;  // levels of splits
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;
@@ -45,13 +46,19 @@ struct Scratch {
 struct Leaf {
   std::uint32_t block = 0, count = 0;
   std::size_t first = 0;
+  CutHistory history;
 };
 
 class Bisection {
  public:
   Bisection(std::span<const MassPoint> elements, std::uint32_t n, std::uint64_t shares,
             const ElementTraits& traits, const CancelToken& cancel)
-      : n_(n), shares_(shares), elements_(elements), traits_(traits), cancel_(cancel) {
+      : n_(n),
+        shares_(shares),
+        count_(elements.size()),
+        elements_(elements),
+        traits_(traits),
+        cancel_(cancel) {
     double total = 0;
     for (const MassPoint& e : elements) total += e.mass;
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
@@ -73,17 +80,23 @@ class Bisection {
       front_[e] = part_item(e, 1);
       total_ += front_[e].mass;
     }
-    back_.resize(elements.size() + n);
     leaves_.resize(n);
-    blocks_.resize(n);
+    blocks_.resize(std::size_t{n} + 2);
     centre_.resize(2 * std::size_t{n});
     low_leaves_.resize(2 * std::size_t{n});
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
   BalancedCells cells() {
+    back_.resize(front_.size());  // the elements may be gone by now
     Scratch scratch;
-    bisect({0, 0, n_, front_.data(), back_.data(), elements_.size(), 0, 0}, scratch);
+    bisect({0, 0, n_, front_.data(), back_.data(), count_, 0, 0, {}}, scratch);
+    if (traits_.split.empty()) {
+      blocks_[n_] = std::move(front_);
+      blocks_[n_ + 1] = std::move(back_);
+    }
+    front_ = std::vector<NodeItem>();
+    back_ = std::vector<NodeItem>();
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -94,7 +107,7 @@ class Bisection {
 
   // A node: its number in depth-first order, its first leaf and number of leaves, its items, the place in the
   // other buffer where its halves' go, the level to which splits are taken apart, and, once that is the last,
-  // the block that the items of leaves are kept in.
+  // the block that the items of leaves are kept in; the cuts above.
   struct Node {
     std::size_t number;
     std::uint32_t first, leaves;
@@ -102,6 +115,7 @@ class Bisection {
     std::size_t count;
     int level;
     std::uint32_t block;
+    CutHistory history;
   };
 
   std::uint64_t units(const MassPoint& e) const {
@@ -139,11 +153,12 @@ class Bisection {
     return leaves <= halved_leaves && !traits_.split.empty() ? 1 : 0;
   }
 
-  // The node with parts of its items instead. What a cut above has divided stays as it is.
+  // The node with parts of its items instead. What a cut above has divided stays as it is. The elements are
+  // gone where there are no splits.
   void take_apart(Node node, int level, Scratch& scratch) {
     node.level = level;
     if (traits_.split.empty()) {
-      bisect_block(node, node.count + node.leaves, scratch);
+      bisect(node, scratch);
       return;
     }
     Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
@@ -170,16 +185,10 @@ class Bisection {
     node.count = static_cast<std::size_t>(to - buffers.front.data());
     node.items = buffers.front.data();
     node.other = buffers.back.data();
-    if (level == all_parts)
-      bisect_block(node, room, scratch);
-    else
-      bisect(node, scratch);
-  }
-
-  // A node whose leaves, of at most `entries` items, are kept together.
-  void bisect_block(Node node, std::size_t entries, Scratch& scratch) {
-    node.block = node.first;
-    blocks_[node.block].reserve(entries);
+    if (level == all_parts) {  // its leaves are kept together
+      node.block = node.first;
+      blocks_[node.block].reserve(room);
+    }
     bisect(node, scratch);
   }
 
@@ -195,7 +204,7 @@ class Bisection {
       return;
     }
     const ItemExtent extent = largest_extent(items);
-    std::uint32_t low_leaves = node.leaves / 2;
+    std::uint32_t low_leaves = lower_leaves(node.leaves, node.history, extent.axis);
     const bool by_coordinate = find_coordinates(node, items, extent, scratch, low_leaves);
     const std::uint32_t high_leaves = node.leaves - low_leaves;
     const std::uint64_t target = boundary(node.first + low_leaves) - boundary(node.first);
@@ -210,10 +219,15 @@ class Bisection {
                             items, [&, axis = extent.axis](std::size_t i) { return items[i].at[axis]; },
                             extent, target, to, end, scratch.divide);
     NodeItem* const high_items = end - high;
+    CutHistory below = node.history, above = node.history;
+    if (!by_coordinate) {
+      below.cut(extent.axis, false);
+      above.cut(extent.axis, true);
+    }
     const Node children[2] = {
-        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.block},
+        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.block, below},
         {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
-         node.items + (high_items - to), high, node.level, node.block}};
+         node.items + (high_items - to), high, node.level, node.block, above}};
     if (node.count > parallel_node && node.level < all_parts) {
       parallel_tasks(2, [&](std::size_t i) {
         Scratch own;
@@ -338,8 +352,16 @@ class Bisection {
       for (const NodeItem& item : items)
         if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
     }
+    if (traits_.split.empty()) {  // the items stay where they are
+      const bool in_front = std::less_equal<>()(front_.data(), node.items) &&
+                            std::less<>()(node.items, front_.data() + front_.size());
+      const std::vector<NodeItem>& buffer = in_front ? front_ : back_;
+      leaves_[node.first] = {in_front ? n_ : n_ + 1, static_cast<std::uint32_t>(items.size()),
+                             static_cast<std::size_t>(node.items - buffer.data()), node.history};
+      return;
+    }
     std::vector<NodeItem>& kept = blocks_[node.block];
-    leaves_[node.first] = {node.block, static_cast<std::uint32_t>(items.size()), kept.size()};
+    leaves_[node.first] = {node.block, static_cast<std::uint32_t>(items.size()), kept.size(), node.history};
     kept.insert(kept.end(), items.begin(), items.end());
   }
 
@@ -399,7 +421,9 @@ class Bisection {
       cancel_.check();
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        cells.cell[r] = {leaf.block, leaf.count, leaf.first, direction(r), path_[r].leaf};
+        cells.cell[r] = {leaf.block,   leaf.count,    leaf.first,
+                         direction(r), path_[r].leaf, centre_[path_[r].node],
+                         leaf.history};
       }
     });
     cells.block = std::move(blocks_);
@@ -431,15 +455,17 @@ class Bisection {
 
   std::uint32_t n_;
   std::uint64_t shares_;
+  std::size_t count_;
   std::span<const MassPoint> elements_;
   const ElementTraits& traits_;
   const CancelToken& cancel_;
   std::uint64_t total_ = 0;
   std::array<double, 2> to_units_{}, from_units_{};  // factors, in turn
   std::vector<NodeItem> front_, back_;               // a node's items are in one, its halves' in the other
-  std::vector<std::vector<NodeItem>> blocks_;        // by first leaf: the items of a block's leaves
-  std::vector<Leaf> leaves_;                         // by place in the tree
-  std::vector<Point> centre_;                        // by node, as the next two
+  std::vector<std::vector<NodeItem>> blocks_;        // by first leaf: the items of a block's leaves; at n and
+  // n + 1 all, where none are taken apart
+  std::vector<Leaf> leaves_;   // by place in the tree
+  std::vector<Point> centre_;  // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
   std::vector<Step> path_;
@@ -456,12 +482,28 @@ void lay_out(std::span<const CellEntry> entries, const Point& d, std::vector<std
 
 }  // namespace
 
-BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
-                             const ElementTraits& traits, const CancelToken& cancel, std::uint64_t shares) {
-  if (shares == 0) shares = n;
+namespace {
+
+std::uint64_t checked_shares(std::uint64_t shares, std::uint32_t n) {
+  if (shares == 0) return n;
   if (shares < n || shares > std::numeric_limits<std::uint32_t>::max())
     throw std::invalid_argument("balanced_order: shares are fewer than cells, or more than 2^32 - 1");
-  return Bisection(elements, n, shares, traits, cancel).cells();
+  return shares;
+}
+
+}  // namespace
+
+BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
+                             const ElementTraits& traits, const CancelToken& cancel, std::uint64_t shares) {
+  return Bisection(elements, n, checked_shares(shares, n), traits, cancel).cells();
+}
+
+BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n, const ElementTraits& traits,
+                             const CancelToken& cancel, std::uint64_t shares) {
+  std::vector<MassPoint> own = std::move(elements);
+  Bisection bisection(own, n, checked_shares(shares, n), traits, cancel);
+  if (traits.split.empty()) own = std::vector<MassPoint>();  // only splits are made of them from here on
+  return bisection.cells();
 }
 
 const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double share,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
+#include "kernels/order/cut_history.h"
 
 namespace meander {
 
@@ -52,12 +53,14 @@ struct Cell {
   std::size_t first;
   std::array<float, 3> direction;  // 0: the entries are in order
   std::uint32_t leaf;              // its number in the tree
+  std::array<float, 3> centre;     // of its mass
+  CutHistory history;
 };
 
 // The cells in the order of the path. At most n - 1 more entries than all parts.
 struct BalancedCells {
   std::vector<Cell> cell;                     // n
-  std::vector<std::vector<CellEntry>> block;  // each filled by one task
+  std::vector<std::vector<CellEntry>> block;  // some empty
   std::array<double, 2> unit{};               // of masses: factors, as their product may be out of range
   std::span<const CellEntry> entries(const Cell& c) const {
     return std::span(block[c.block]).subspan(c.first, c.entries);
@@ -81,6 +84,9 @@ struct BalancedCells {
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {},
                              std::uint64_t shares = 0);
+// The same; frees the elements as soon as they are not needed any more.
+BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n, const ElementTraits& traits,
+                             const CancelToken& cancel, std::uint64_t shares);
 
 // The entry that holds `share` (in [0, 1]) of a cell's mass along the direction of the path, never one
 // without mass; entries follow each other by their centroids, those in one place by number. `scratch` is

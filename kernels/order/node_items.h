@@ -113,12 +113,13 @@ std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, cons
         row.push_back(row_entry(at(i), i));
         continue;
       }
-      // To both ends, of which one moves on: which side it is cannot be predicted. Between the two there is
-      // always room.
+      // To both ends, of which one moves on: which side it is cannot be predicted, so that no compiler may
+      // make a branch of it. Between the two there is always room.
       *low = items[i];
       *high = items[i];
-      low += bin < crossing;
-      high -= bin > crossing;
+      const std::ptrdiff_t is_below = (bin - crossing) >> 31;  // -1 or 0
+      low -= is_below;
+      high += ~is_below;
     }
   }
   std::sort(row.begin(), row.end());

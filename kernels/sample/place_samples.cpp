@@ -9,6 +9,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/locate/element_cells.h"
 #include "kernels/locate/surface_regions.h"
+#include "kernels/sample/cell_net.h"
 #include "kernels/sample/mesh_strata.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/sequence.h"
@@ -226,6 +227,33 @@ RankElements elements_at(const ElementCells& cells, std::span<const double> posi
   return found;
 }
 
+// The same where the samples of cells form a net: the cells from rank `first` on.
+void elements_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bool vertices,
+                     RankElements& found, const CancelToken& cancel) {
+  const DigitalShift shift = digital_shift(key);
+  parallel_blocks(cells.count(), sum_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    CellNetScratch scratch;
+    for (std::size_t c = begin; c < end; ++c) {
+      const double choice = random_pair(key, Stream::sequence, first + c).first;
+      const CellEntry& entry = entry_in_net(cells.cells, cells.cells.cell[c], shift, choice, scratch);
+      found.set(first + c, cells.triangle[entry.element()], cells.path_of(entry));
+      if (vertices)
+        found.set_vertex(first + c, &cells.vertex[2 * std::size_t{entry.element()}], cells.cells.mass(entry));
+    }
+  });
+}
+
+RankElements elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                             bool vertices, const CancelToken& cancel) {
+  RankElements found(regions.parameters.samples, vertices);
+  parallel_tasks(regions.count(), [&](std::size_t region) {
+    elements_in_net(region_cells(regions, source, region, cancel), regions.first_stratum[region], key,
+                    vertices, found, cancel);
+  });
+  return found;
+}
+
 // Regions have whole strata: positions in strata, less those before, are those in the region.
 RankElements elements_at(const SurfaceRegions& regions, const ElementSource& source,
                          std::span<const double> position, bool vertices, const CancelToken& cancel) {
@@ -412,6 +440,9 @@ CellStrata strata_of(const ElementCells& cells, const MeasuredMesh& surface, con
   return {cells, surface, density, key, metric};
 }
 
+// Samples of cells form a net in place of a shifted set along the path.
+bool forms_net(const PlaceParameters& parameters) { return parameters.sequence == SequenceKind::shifted; }
+
 template <class Order>
 Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                        const Order& order, RandomKey key, const PlaceParameters& parameters,
@@ -449,6 +480,15 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
                       const MetricAt& metric) {
+  if (forms_net(parameters) && cells.count() > 0) {
+    RankElements elements(parameters.samples, parameters.place == PlaceKind::vertex);
+    elements_in_net(cells, 0, key, parameters.place == PlaceKind::vertex, elements, cancel);
+    std::vector<std::uint32_t> order;
+    if (parameters.order == OrderKind::progressive)
+      order = cell_net_order(cells.cells.cell, digital_shift(key));
+    return place(Placer{file, surface, density, elements, key, parameters, frame}, std::move(order), {},
+                 repairs, cancel);
+  }
   return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);
 }
 
@@ -458,9 +498,13 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const CancelToken& cancel) {
   if (regions.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   const ElementSource source(surface, density, charts, {}, regions.group, regions.parameters.order, key);
+  const bool vertices = parameters.place == PlaceKind::vertex;
+  if (forms_net(parameters) && regions.parameters.order == ElementOrder::balanced) {
+    const RankElements elements = elements_in_net(regions, source, key, vertices, cancel);
+    return place(Placer{file, surface, density, elements, key, parameters, frame}, {}, {}, repairs, cancel);
+  }
   SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
-  const RankElements elements =
-      elements_at(regions, source, sequence.position, parameters.place == PlaceKind::vertex, cancel);
+  const RankElements elements = elements_at(regions, source, sequence.position, vertices, cancel);
   sequence.position = std::vector<double>();
   return place(Placer{file, surface, density, elements, key, parameters, frame},
                std::move(sequence.rank_of_index), {}, repairs, cancel);

@@ -274,7 +274,9 @@ TEST_CASE("figures: spaced samples by every measure, the same for one thread and
     CHECK(value("spaced", "rho") > 0.62);
     CHECK(value("spaced best", "rho") > value("spaced", "rho"));
     CHECK(value("spaced", "rho") > value("spaced fast", "rho"));
-    CHECK(value("spaced", "error") < value("shifted", "error"));
+    CHECK(value("spaced", "error") < value("stratified", "error"));
+    // On the square the shifted samples are a digital net, which has about the error of spaced ones.
+    if (std::string(surface) != "unit-square") CHECK(value("spaced", "error") < value("shifted", "error"));
     CHECK(value("shifted", "error") < value("sample elimination", "error"));
     CHECK(value("sample elimination", "error") < 0.7 * value("random", "error"));
     CHECK(value("shifted", "mean distance / hexagonal") < value("spaced", "mean distance / hexagonal"));

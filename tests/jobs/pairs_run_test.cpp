@@ -115,8 +115,9 @@ TEST_CASE("pairs: a model turned inside out keeps its descriptor, and classes ar
   const StoreReader store(base.path("s.h5")), turned(base.path("t.h5"));
   REQUIRE(read_file(base.path("in/ring/b.off")) != read_file(base.path("turned/ring/b.off")));
   const std::vector<float> ring = values_of(store, "ring/b.off", "pairs");
-  // Not 0: the polygons have their corners in another order, and so the samples lie elsewhere.
-  CHECK(l1(ring, values_of(turned, "ring/b.off", "pairs")) < 0.5);
+  // Not 0: the polygons have their corners in another order, and so the samples lie elsewhere. Two sets of
+  // 300 samples of this ring differ by 0.3 to 0.75.
+  CHECK(l1(ring, values_of(turned, "ring/b.off", "pairs")) < 1);
   CHECK(l1(ring, values_of(store, "ball/a.off", "pairs")) > 2);
   for (const char* name : {"s.h5", "t.h5"})
     for (const char* descriptor : {"pairs", "pairs-unsigned"}) {

@@ -1,0 +1,42 @@
+// The cuts above a cell of balanced bisection: which side of each it lies on (docs/METHODS.md 7.7).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace meander {
+
+// The last 16 cuts across coordinate axes, and how many there were across each. Cuts between sheets or groups
+// are not among them.
+struct CutHistory {
+  std::uint32_t side = 0;            // bit k: the upper side of the last cut but k
+  std::uint32_t axis = 0xFFFFFFFFu;  // 2 bits a cut, likewise; 3: no such cut
+  std::array<std::uint8_t, 3> cuts{};
+
+  static constexpr int remembered = 16;
+
+  void cut(std::size_t across, bool upper) {
+    side = side << 1 | (upper ? 1u : 0u);
+    axis = axis << 2 | static_cast<std::uint32_t>(across);
+    ++cuts[across];
+  }
+  // The sides of the cuts across the other two axes, the last one in bit 0.
+  std::uint32_t sides_across_others(std::size_t than) const {
+    std::uint32_t sides = 0;
+    for (int k = remembered - 1; k >= 0; --k) {
+      const std::uint32_t across = axis >> (2 * k) & 3u;
+      if (across != than && across != 3u) sides = sides << 1 | (side >> k & 1u);
+    }
+    return sides;
+  }
+};
+
+// The leaves that the lower half of a node gets: half of them, and the one left over where the last but one
+// of the other cuts has it on the upper side. So halves of one leaf lie on either side of their siblings in
+// turn.
+inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history, std::size_t axis) {
+  return leaves / 2 + (leaves & history.sides_across_others(axis) >> 1 & 1u);
+}
+
+}  // namespace meander

@@ -1,0 +1,45 @@
+// Where in their cells the samples of the sequence `shifted` lie: a digital net over the tree of balanced
+// bisection, under one random shift (docs/METHODS.md 7.7).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/random.h"
+#include "kernels/order/balanced_order.h"
+
+namespace meander {
+
+// The digital shift that all samples of a set share: bit k of axis a is added to the k-th binary digit of a
+// sample along a, counted from the root of the tree.
+struct DigitalShift {
+  std::array<std::uint64_t, 3> bits{};
+  std::uint32_t digit(std::size_t axis, std::size_t number) const {
+    return static_cast<std::uint32_t>(bits[axis] >> (number % 64) & 1u);
+  }
+};
+// Uniform. Pure in the key.
+DigitalShift digital_shift(RandomKey key);
+
+// Arrays of one thread, reused from cell to cell.
+struct CellNetScratch {
+  std::vector<std::uint64_t> mass;        // by entry: what is left of it
+  std::vector<std::uint64_t> row, other;  // entries by a coordinate
+};
+
+// The entry that the sample of the cell lies in. Two digits of the net say which quarter of the cell's mass
+// along its largest extent; along the second largest, the share of that quarter has two digits of the net and
+// then those of `choice` in [0, 1). Over all shifts and choices every entry is selected with the probability
+// of its share of the mass. Returns a reference into `cells`. Pure. O(P) expected for P entries.
+const CellEntry& entry_in_net(const BalancedCells& cells, const Cell& cell, const DigitalShift& shift,
+                              double choice, CellNetScratch& scratch);
+
+// order[i] = rank of the cell of the i-th sample of the file: a permutation whose first 2^k ranks have one in
+// each of 2^k nodes of the tree, as progressive_order has in blocks of ranks; but which leaf stands for a
+// node follows from the digits of the net instead of one mask for all. O(n log n), 100 bytes a cell.
+std::vector<std::uint32_t> cell_net_order(std::span<const Cell> cells, const DigitalShift& shift);
+
+}  // namespace meander

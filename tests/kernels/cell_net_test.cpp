@@ -1,0 +1,147 @@
+// The net that samples of the default sequence form in the cells of balanced bisection: one sample in every
+// elementary interval of a flat square, every entry as often as its share of the mass asks for, and an order
+// whose prefixes have one sample in every node of the tree.
+#include "kernels/sample/cell_net.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "kernels/locate/element_cells.h"
+#include "kernels/mesh/prepare_mesh.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+// The centres of a grid of side x side points of equal mass in the unit square.
+std::vector<MassPoint> square_grid(std::uint32_t side) {
+  std::vector<MassPoint> points;
+  for (std::uint32_t i = 0; i < side; ++i)
+    for (std::uint32_t j = 0; j < side; ++j)
+      points.push_back({{(static_cast<float>(i) + 0.5f) / static_cast<float>(side),
+                         (static_cast<float>(j) + 0.5f) / static_cast<float>(side), 0},
+                        1});
+  return points;
+}
+
+// The entries that a set of samples lies in, by rank.
+std::vector<CellEntry> net_of(const BalancedCells& cells, std::uint64_t seed) {
+  const RandomKey key = make_random_key(seed, {});
+  const DigitalShift shift = digital_shift(key);
+  CellNetScratch scratch;
+  std::vector<CellEntry> net;
+  for (std::size_t c = 0; c < cells.cell.size(); ++c)
+    net.push_back(
+        entry_in_net(cells, cells.cell[c], shift, random_pair(key, Stream::sequence, c).first, scratch));
+  return net;
+}
+
+}  // namespace
+
+TEST_CASE("cell net: one sample in every elementary interval of a flat square") {
+  // 4^k samples, and intervals of that area from 4 times as wide as the cells to 4 times as high.
+  for (const std::uint32_t k : {2u, 3u, 4u}) {
+    const std::uint32_t side = 1u << k, n = side * side;
+    const BalancedCells cells = balanced_order(square_grid(8 * side), n);
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const std::vector<CellEntry> net = net_of(cells, seed);
+      for (int stretch = -2; stretch <= 2; ++stretch) {
+        const auto columns = static_cast<float>(std::ldexp(side, stretch)),
+                   rows = static_cast<float>(std::ldexp(side, -stretch));
+        std::set<std::pair<int, int>> intervals;
+        for (const CellEntry& entry : net)
+          intervals.insert({static_cast<int>(entry.at[0] * columns), static_cast<int>(entry.at[1] * rows)});
+        INFO(n << " samples, " << columns << " x " << rows << " intervals, seed " << seed);
+        CHECK(intervals.size() == n);
+      }
+    }
+  }
+}
+
+TEST_CASE("cell net: every entry is selected as often as its share of the mass asks for") {
+  // Cells of entries of masses 1 to 16, in all three axes; chi-square over all of them, 2000 shifts.
+  constexpr RandomKey key{{7, 11}};
+  std::vector<MassPoint> points;
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    const UnitPair xy = random_pair(key, Stream::test_shapes, i),
+                   zm = random_pair(key, Stream::test_shapes, i, 1);
+    points.push_back(
+        {{static_cast<float>(xy.first), static_cast<float>(xy.second), static_cast<float>(zm.first)},
+         std::exp2(4 * zm.second)});
+  }
+  const BalancedCells cells = balanced_order(points, 20);
+  constexpr int sets = 2000;
+  std::vector<double> count(points.size()), expected(points.size());
+  std::uint64_t cell_mass = 0;
+  for (const CellEntry& entry : cells.entries(cells.cell[0])) cell_mass += entry.mass;
+  for (const Cell& cell : cells.cell)
+    for (const CellEntry& entry : cells.entries(cell))
+      expected[entry.element()] += sets * static_cast<double>(entry.mass) / static_cast<double>(cell_mass);
+  for (std::uint64_t seed = 0; seed < sets; ++seed)
+    for (const CellEntry& entry : net_of(cells, seed)) ++count[entry.element()];
+  double chi_square = 0;
+  for (std::size_t e = 0; e < points.size(); ++e)
+    chi_square += (count[e] - expected[e]) * (count[e] - expected[e]) / expected[e];
+  // 380 degrees of freedom: 4 standard deviations are 110.
+  INFO("chi-square " << chi_square);
+  CHECK(chi_square < 380 + 110);
+  CHECK(chi_square > 380 - 110);
+}
+
+TEST_CASE("cell net: prefixes of powers of two have one sample in every node of the tree") {
+  for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u, 1000u, 1024u}) {
+    const BalancedCells cells = balanced_order(square_grid(100), n);
+    const DigitalShift shift = digital_shift(make_random_key(n, {}));
+    const std::vector<std::uint32_t> order = cell_net_order(cells.cell, shift);
+    REQUIRE(order.size() == n);
+    std::vector<std::uint32_t> sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    for (std::uint32_t r = 0; r < n; ++r) REQUIRE(sorted[r] == r);
+    // Nodes of one level hold floor or ceil of n / 2^level leaves: their number in the tree says which.
+    for (std::uint32_t prefix = 1; prefix <= n; prefix *= 2) {
+      std::vector<std::uint32_t> leaves;
+      for (std::uint32_t i = 0; i < prefix; ++i) leaves.push_back(cells.cell[order[i]].leaf);
+      std::sort(leaves.begin(), leaves.end());
+      // One in every node: the k-th smallest cannot be before the k-th node, which begins at least at
+      // k floor(n / prefix), nor behind its end.
+      for (std::uint32_t k = 0; k < prefix; ++k) {
+        REQUIRE(leaves[k] >= k * (n / prefix));
+        REQUIRE(leaves[k] < (k + 1) * ((n + prefix - 1) / prefix));
+      }
+    }
+  }
+}
+
+TEST_CASE("cell net: every prefix is spread over the surface") {
+  // Between powers of two a node of the level has one sample or two, and nodes with two are everywhere: of
+  // any 16 nodes that follow each other in the tree as many as of all, but for a few.
+  constexpr std::uint32_t n = 1024, level = 256;
+  const BalancedCells cells = balanced_order(square_grid(128), n);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const std::vector<std::uint32_t> order =
+        cell_net_order(cells.cell, digital_shift(make_random_key(seed, {})));
+    for (std::uint32_t length = level; length <= n; length += 37) {
+      std::array<int, 16> held{};
+      for (std::uint32_t i = 0; i < length; ++i) ++held[cells.cell[order[i]].leaf / 64];
+      for (const int count : held) CHECK(std::abs(count - length / 16.0) <= 1.0);
+    }
+  }
+}
+
+TEST_CASE("cell net: cells without extent, of one entry and of entries without mass") {
+  std::vector<MassPoint> points(40, {{0.25f, 0.5f, -0.5f}, 1});
+  for (std::size_t i = 0; i < points.size(); i += 2) points[i].mass = 0;
+  for (const std::uint32_t n : {1u, 5u, 100u}) {
+    const BalancedCells cells = balanced_order(points, n);
+    for (std::uint64_t seed = 0; seed < 50; ++seed)
+      for (const CellEntry& entry : net_of(cells, seed)) REQUIRE(entry.mass > 0);
+    CHECK(cell_net_order(cells.cell, digital_shift(make_random_key(1, {}))).size() == n);
+  }
+}
