@@ -42,9 +42,10 @@ constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, a
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;  // element, two sort arrays, result
-// Balanced order: pieces, two arrays of items; leaves, nodes and their path; entries of cells while they
-// grow.
-constexpr double bytes_per_balanced_piece = 160, bytes_per_balanced_sample = 190, bytes_per_entry = 30;
+// Balanced order: pieces, two arrays of items; leaves, nodes, their path and cells. Split pieces: their
+// parts, and entries of cells while they grow.
+constexpr double bytes_per_balanced_piece = 110, bytes_per_balanced_sample = 230;
+constexpr double bytes_per_split_piece = 160, bytes_per_entry = 30;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
 constexpr double samples_per_block = 64, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
@@ -91,11 +92,12 @@ double geodesic_bytes(double triangles, double unknowns, const SampleParameters&
 // about a hundred vectors, of all components at most as many vertices as are allowed.
 double shape_dna_bytes(double triangles) {
   constexpr double bytes_per_remeshed_triangle = 120, basis_vectors = 110;
-  constexpr double vertices = shape_dna_most_vertices;
+  constexpr double vertices = shape_dna_most_vertices, vertices_per_triangle = 3;  // of soups
   return triangles * bytes_per_remeshed_triangle +
-         std::min(vertices, shape_dna_samples + triangles) *
+         std::min(vertices, shape_dna_samples + vertices_per_triangle * triangles) *
              (bytes_per_chart_triangle * 2 + basis_vectors * sizeof(double)) +
-         factor_entries(std::min(vertices, shape_dna_samples + triangles)) * bytes_per_factor_entry;
+         factor_entries(std::min(vertices, shape_dna_samples + vertices_per_triangle * triangles)) *
+             bytes_per_factor_entry;
 }
 
 // Of one sample, while it is placed.
@@ -142,9 +144,10 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
-    const double pieces = is_split ? of_triangles + (count - of_triangles) / split_parts : count;
+    if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
+    const double pieces = of_triangles + (count - of_triangles) / split_parts;
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);
-    return pieces * bytes_per_balanced_piece + count * bytes_per_entry +
+    return pieces * bytes_per_split_piece + count * bytes_per_entry +
            in_blocks * (pieces + count) * bytes_per_block_item + of_samples * bytes_per_balanced_sample;
   };
   double elements = 0;

@@ -73,14 +73,14 @@ struct BalancedCells {
 // mass, down to cells of one share. The path takes the half first that makes it shorter, seen from where it
 // comes from and where it goes on to, and the elements of a cell follow the direction in which it passes. A
 // node that is a thin stack of sheets is cut between sheets instead: by the side that they face, then by
-// height. Nodes of at most 128 shares take their elements by halves, those of at most 32 by all parts; what a
+// height. Nodes of at most 64 shares take their elements by halves, those of at most 16 by all parts; what a
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 100 bytes an element and 190 a sample, most of them at the peak, and 24 an
-// entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29 elements.
-// `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds those from
-// floor(k shares / n) to floor((k + 1) shares / n).
+// levels more for its parts; 80 bytes an element (120 where some are split) and 230 a sample at the peak, and
+// 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29
+// elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
+// those from floor(k shares / n) to floor((k + 1) shares / n).
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {},
                              std::uint64_t shares = 0);
