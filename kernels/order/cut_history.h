@@ -32,11 +32,13 @@ struct CutHistory {
   }
 };
 
-// The leaves that the lower half of a node gets: half of them, and the one left over where the last but one
-// of the other cuts has it on the upper side. So halves of one leaf lie on either side of their siblings in
-// turn.
-inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history, std::size_t axis) {
-  return leaves / 2 + (leaves & history.sides_across_others(axis) >> 1 & 1u);
+// The leaves that the lower half of a node gets: half of them, and of an odd number the one left over or not,
+// by a hash of the cuts above. So halves of one leaf lie now on this side of their siblings, now on that.
+inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history) {
+  std::uint32_t hash = history.side * 0x9E3779B1u ^ leaves * 0x85EBCA6Bu;
+  hash = (hash ^ hash >> 15) * 0x2C1B3C6Du;
+  hash = (hash ^ hash >> 12) * 0x297A2D39u;
+  return leaves / 2 + (leaves & hash >> 31);
 }
 
 }  // namespace meander

@@ -196,13 +196,9 @@ struct Node {
 // Its halves: the one that the sample which represents it lies in, and the other one.
 std::array<Node, 2> halves_of(const Node& node, const CentreSums& centres, const DigitalShift& shift) {
   const std::uint32_t end = node.first + node.leaves;
-  std::uint32_t middle = node.first + node.leaves / 2;
-  std::array<double, 3> way = centres.way(node.first, middle, end);
+  const std::uint32_t middle = node.first + lower_leaves(node.leaves, node.history);
+  const std::array<double, 3> way = centres.way(node.first, middle, end);
   const std::size_t axis = longest(way);
-  if (const std::uint32_t lower = lower_leaves(node.leaves, node.history, axis); lower != node.leaves / 2) {
-    middle = node.first + lower;
-    way = centres.way(node.first, middle, end);
-  }
   const bool ascends = way[axis] >= 0;
   const bool upper = (net_digit(node.history.sides_across_others(axis), 0) ^
                       shift.digit(axis, node.history.cuts[axis])) != 0;

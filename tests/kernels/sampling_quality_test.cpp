@@ -3,6 +3,7 @@
 // with the full number of seeds are slow.
 
 #include <array>
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -100,9 +101,10 @@ double rms_ratio(ChartedModel& model, std::span<const RotatedBox> boxes, std::ui
 }
 
 // For every length: root mean square of the ratios of the first points of sets of n points, over that of
-// fresh sets of that length with other seeds.
+// fresh sets of that length with other seeds, of the same or another sequence.
 void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std::uint32_t n,
-                    std::uint64_t seeds, double powers_within, double all_within) {
+                    std::uint64_t seeds, double powers_within, double all_within,
+                    SequenceKind of_fresh = SequenceKind::shifted) {
   std::vector<std::uint32_t> lengths;
   for (std::uint32_t length = 128; length < n; length *= 2) lengths.push_back(length);
   const std::size_t powers = lengths.size();
@@ -114,12 +116,14 @@ void check_prefixes(ChartedModel& model, std::span<const RotatedBox> boxes, std:
     for (std::size_t i = 0; i < lengths.size(); ++i)
       squares[i] += std::pow(box_error_ratio(boxes, std::span(points).first(3 * lengths[i])), 2);
   }
+  model.parameters.place.sequence = of_fresh;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     const double prefix = std::sqrt(squares[i] / static_cast<double>(seeds));
     const double fresh = rms_ratio(model, boxes, lengths[i], seeds, 1000);
     INFO("the first " << lengths[i] << " of " << n << ": " << prefix << ", fresh " << fresh);
     CHECK(prefix <= fresh * (1 + (i < powers ? powers_within : all_within)));
   }
+  model.parameters.place.sequence = SequenceKind::shifted;
 }
 
 std::string label(MethodChoice method) {
@@ -133,7 +137,12 @@ void check_shared_prefixes(MethodChoice method) {
     INFO(file);
     for (const std::uint32_t n : {2048u, 3000u, 100000u}) {
       ChartedModel model = flattened(shared_mesh(file), method, n);
-      check_prefixes(model, boxes_on(model), n, 20, 0.10, 0.30);
+      // Nets (of auto) are best for powers of two, and a prefix of another n cannot be one: it is compared
+      // with random points in as many cells, of which one shift along the path had 0.93 of the error.
+      if (method == MethodChoice::automatic && !std::has_single_bit(n))
+        check_prefixes(model, boxes_on(model), n, 20, 0.02, 0.21, SequenceKind::stratified);
+      else
+        check_prefixes(model, boxes_on(model), n, 20, 0.10, 0.30);
     }
   }
 }
