@@ -32,9 +32,14 @@ struct CutHistory {
   }
 };
 
-// The leaves that the lower half of a node gets: half of them, and of an odd number the one left over or not,
-// by a hash of the cuts above. So halves of one leaf lie now on this side of their siblings, now on that.
-inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history) {
+// The leaves that the lower half of a node gets, of a tree of so many shares: half of them, and of an odd
+// number the one left over or not, so that halves of one leaf lie now on this side of their siblings, now on
+// that. By the last but one of the other cuts, which is best for small sets; by a hash of all cuts, which is
+// best for the prefixes of large ones.
+inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history, std::size_t axis,
+                                  std::uint32_t shares) {
+  constexpr std::uint32_t small_set = 2048;
+  if (shares <= small_set) return leaves / 2 + (leaves & history.sides_across_others(axis) >> 1 & 1u);
   std::uint32_t hash = history.side * 0x9E3779B1u ^ leaves * 0x85EBCA6Bu;
   hash = (hash ^ hash >> 15) * 0x2C1B3C6Du;
   hash = (hash ^ hash >> 12) * 0x297A2D39u;

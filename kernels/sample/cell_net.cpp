@@ -168,6 +168,7 @@ class CentreSums {
       for (std::size_t k = 0; k < 3; ++k)
         sums_[r + 1][k] = sums_[r][k] + static_cast<double>(cells[rank[r]].centre[k]);
   }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(sums_.size() - 1); }
   // From the mean centre of [begin, middle) to that of [middle, end), times their numbers.
   std::array<double, 3> way(std::size_t begin, std::size_t middle, std::size_t end) const {
     const auto first = static_cast<double>(middle - begin), second = static_cast<double>(end - middle);
@@ -196,9 +197,14 @@ struct Node {
 // Its halves: the one that the sample which represents it lies in, and the other one.
 std::array<Node, 2> halves_of(const Node& node, const CentreSums& centres, const DigitalShift& shift) {
   const std::uint32_t end = node.first + node.leaves;
-  const std::uint32_t middle = node.first + lower_leaves(node.leaves, node.history);
-  const std::array<double, 3> way = centres.way(node.first, middle, end);
+  std::uint32_t middle = node.first + node.leaves / 2;
+  std::array<double, 3> way = centres.way(node.first, middle, end);
   const std::size_t axis = longest(way);
+  if (const std::uint32_t lower = lower_leaves(node.leaves, node.history, axis, centres.count());
+      lower != node.leaves / 2) {
+    middle = node.first + lower;
+    way = centres.way(node.first, middle, end);
+  }
   const bool ascends = way[axis] >= 0;
   const bool upper = (net_digit(node.history.sides_across_others(axis), 0) ^
                       shift.digit(axis, node.history.cuts[axis])) != 0;
