@@ -252,6 +252,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
         throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));
     if (options->store.empty()) throw UsageError("--output is required");
     resolve_run_options(*options, *texts, laboratory);
+    options->sample.in_blocks = !options->certify;
     const StageHook whole = [&](GraphStages& stages) {
       if (options->certify) laboratory->add_certificate_stage(stages);
       if (hook) hook(stages);

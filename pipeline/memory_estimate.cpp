@@ -56,9 +56,13 @@ constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edg
 constexpr double bytes_per_spaced_sample = 250, bytes_per_place = 6, bytes_per_neighbour = 4, neighbours = 60;
 constexpr double bytes_per_metric = 60;
 constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encoded row
-// Large sets, whose surface is put in order region by region: their elements and points by rank, and the row;
-// or the row while it is encoded.
-constexpr double bytes_per_region_sample = 110;
+// Large sets, whose surface is put in order region by region: their sites and the row, or the row and its
+// encoded form.
+constexpr double bytes_per_region_sample = 120;
+// The same where the row is made block by block: sites, and hashes of the points or the order in the file;
+// more while a sequence is sorted. Blocks that are made and encoded at a time, one a thread.
+constexpr double bytes_per_site = 26, bytes_per_sorted_site = 34;
+constexpr double bytes_per_block = 16 << 20;
 constexpr double bytes_per_region_piece = 32;  // in vectors that have grown
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
@@ -102,6 +106,10 @@ double shape_dna_bytes(double triangles) {
 
 // Of one sample, while it is placed.
 double placed_bytes(const SampleParameters& parameters) {
+  const SequenceKind sequence = parameters.place.sequence;
+  if (leaves_sites(parameters))
+    return sequence == SequenceKind::owen || sequence == SequenceKind::random ? bytes_per_sorted_site
+                                                                              : bytes_per_site;
   if (places_in_regions(parameters)) return bytes_per_region_sample;
   if (parameters.place.sequence != SequenceKind::spaced) return bytes_per_sample;
   const double places = spacing_parameters(parameters.place.spacing).candidates;
@@ -150,20 +158,23 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     return pieces * bytes_per_split_piece + count * bytes_per_entry +
            in_blocks * (pieces + count) * bytes_per_block_item + of_samples * bytes_per_balanced_sample;
   };
-  double elements = 0;
+  const double placed =
+      samples * placed_bytes(parameters) + (leaves_sites(parameters) ? threads * bytes_per_block : 0.0);
+  double ordering = 0, placing = 0;  // while the order is made; while samples are placed by it
   if (places_in_regions(parameters)) {
-    const double coarse = samples / samples_per_piece;
     const auto region = static_cast<double>(samples_per_region(element_parameters(parameters)));
-    const double at_once = std::min<double>(threads, std::ceil(samples / region));
+    const double regions = std::ceil(samples / region), at_once = std::min<double>(threads, regions);
     const double own_triangles = std::min(triangles, triangles * region / samples + spread * region);
-    elements = elements_of(coarse, triangles, 1) + (triangles + spread * coarse) * bytes_per_region_piece +
-               at_once * elements_of(region, own_triangles, per_sample);
+    const double pieces = triangles + spread * samples / samples_per_piece;
+    ordering = elements_of(regions, pieces, 0);
+    placing =
+        pieces * bytes_per_region_piece + at_once * elements_of(region, own_triangles, per_sample) + placed;
   } else {
-    elements = elements_of(samples, triangles, per_sample);
+    ordering = elements_of(samples, triangles, per_sample);
+    placing = ordering + placed;
   }
-  const double placed = samples * placed_bytes(parameters);
   const double unknowns = std::max(vertices, 0.5 * triangles);
-  double widest = elements + placed;
+  double widest = std::max(ordering, placing);
   if (method.makes_charts) {
     const double chart = triangles * bytes_per_chart_triangle;
     const double flatten =
@@ -172,11 +183,11 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double locate = casts_rays(parameters)
                               ? chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf
                               : chart;
-    widest = std::max({flatten, locate + elements, chart + elements + placed});
+    widest = std::max({flatten, locate + ordering, chart + placing});
   }
   if (parameters.curved) {  // while charts and elements are still there
     const double charts = method.makes_charts ? triangles * bytes_per_chart_triangle : 0;
-    widest = std::max(widest, charts + elements + placed + triangles * bytes_per_creased_triangle);
+    widest = std::max(widest, charts + placing + triangles * bytes_per_creased_triangle);
   }
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::geodesic) != descriptors.end())
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));

@@ -13,6 +13,7 @@
 
 #include "io/archive/model_bytes.h"
 #include "io/mesh/tensor_table.h"
+#include "io/run_error.h"
 #include "io/store/tensor_dataset.h"
 #include "kernels/core/failure.h"
 #include "kernels/core/thread_handoff.h"
@@ -30,6 +31,7 @@ void fail(GraphItem& item, std::string_view stage, Status status, std::string re
   report.status = status;
   report.reason = std::move(reason);
   item.model.row.samples = {};
+  item.model.sites = {};
   item.model.row.descriptors.clear();
   item.failed_in = stage;
 }
@@ -272,9 +274,13 @@ class SamplingGraph {
     NodeStatistics& node = statistics_[statistics_.size() - 2];
     const NodeTimer timer(node);
     const WorkClock clock(item, 0);
-    release_model(item.model);
     item.model.row.label = item.plan->label;
     try {
+      if (item.model.sites.count() > 0) {
+        encode_sites(item);
+        return;
+      }
+      release_model(item.model);
       item.encoded = encode_row(header_, item.plan->row, std::move(item.model.row));
     } catch (...) {
       Failure failure = current_failure("encode_row");
@@ -283,6 +289,39 @@ class SamplingGraph {
     }
     item.model.row.samples = {};
     node.bytes.fetch_add(item.encoded.bytes.size(), std::memory_order_relaxed);
+  }
+
+  // The samples are made and encoded while the row is written.
+  void encode_sites(GraphItem& item) {
+    const Model& model = item.model;
+    item.encoded = encode_row_in_blocks(
+        header_, item.plan->row, model.row.report,
+        [&model, &place = parameters_.sample.place](std::uint64_t begin, std::uint64_t end) {
+          model.cancel.check();
+          return samples_at(model, place, begin, end);
+        });
+  }
+
+  // A failure of what the blocks of a row are made of is the item's; the row then says so.
+  void write(GraphItem& item) {
+    if (!item.encoded.blocks) {
+      sink_.write(std::move(item.encoded));
+      return;
+    }
+    const WorkClock clock(item, parameters_.timeout_seconds);
+    try {
+      sink_.write(std::move(item.encoded));
+      return;
+    } catch (const RunError&) {
+      throw;
+    } catch (const RunCancelled&) {
+      item.dropped = true;
+      return;
+    } catch (...) {
+      Failure failure = current_failure("write_row");
+      fail(item, "write_row", failure.status, std::move(failure.reason));
+    }
+    sink_.write(encode_row(header_, item.plan->row, item.model.row));
   }
 
   Envelope write(Envelope envelope) {
@@ -295,9 +334,9 @@ class SamplingGraph {
         ++result_.dropped;
       } else {
         try {
-          sink_.write(std::move(item.encoded));
-          ++result_.written;
-          finished(item);
+          write(item);
+          ++(item.dropped ? result_.dropped : result_.written);
+          if (!item.dropped) finished(item);
         } catch (...) {
           ++result_.dropped;
           stop_for(std::current_exception());

@@ -88,19 +88,40 @@ void Journals::replay(std::uint64_t shard, std::uint64_t begin, std::uint64_t en
   if (offset < size) truncate_file(file, offset, path(shard));
 }
 
-std::uint64_t Journals::append(std::uint64_t shard, std::span<const std::byte> record) {
+template <class Write>
+std::uint64_t Journals::append_by(std::uint64_t shard, const Write& write) {
   const FileDescriptor& file = open(shard);
   const std::uint64_t offset = sizes_[shard];
   try {
-    write_at(file, record, offset, path(shard));
+    sizes_[shard] += write(file, offset);
   } catch (...) {
     // Room for others; if even this fails, the next record overwrites the torn one or replay cuts it off.
     if (::ftruncate(file.get(), static_cast<off_t>(offset)) != 0) dirty_[shard] = true;
     throw;
   }
-  sizes_[shard] += record.size();
   dirty_[shard] = true;
   return offset;
+}
+
+std::uint64_t Journals::append(std::uint64_t shard, std::span<const std::byte> record) {
+  return append_by(shard, [&](const FileDescriptor& file, std::uint64_t offset) {
+    write_at(file, record, offset, path(shard));
+    return record.size();
+  });
+}
+
+std::uint64_t Journals::append_in_parts(std::uint64_t shard, std::size_t head_bytes,
+                                        const std::function<std::span<const std::byte>()>& next,
+                                        const std::function<std::vector<std::byte>()>& head) {
+  return append_by(shard, [&](const FileDescriptor& file, std::uint64_t offset) {
+    std::uint64_t end = offset + head_bytes;
+    for (std::span<const std::byte> part = next(); !part.empty(); part = next()) {
+      write_at(file, part, end, path(shard));
+      end += part.size();
+    }
+    write_at(file, head(), offset, path(shard));
+    return end - offset;
+  });
 }
 
 std::size_t Journals::read(std::uint64_t shard, std::uint64_t offset, std::span<std::byte> bytes) {

@@ -25,6 +25,13 @@ class Journals {
               const std::function<void(const RecordHeader&, std::uint64_t)>& found);
   // Appends one record in one write; returns its offset. When the disk is full nothing has changed.
   std::uint64_t append(std::uint64_t shard, std::span<const std::byte> record);
+  // Appends a record whose parts are made while it is written: `next` gives one after the other, an empty one
+  // at the end; then `head`, which is written last, what stands before them, head_bytes long. Without it the
+  // record is none, whenever this process is killed. Returns its offset. When anything throws, nothing has
+  // changed.
+  std::uint64_t append_in_parts(std::uint64_t shard, std::size_t head_bytes,
+                                const std::function<std::span<const std::byte>()>& next,
+                                const std::function<std::vector<std::byte>()>& head);
   // Reads up to bytes.size() bytes from `offset` on; returns how many.
   std::size_t read(std::uint64_t shard, std::uint64_t offset, std::span<std::byte> bytes);
   std::uint64_t bytes(std::uint64_t shard) const { return sizes_[shard]; }
@@ -38,6 +45,9 @@ class Journals {
   };
   std::filesystem::path path(std::uint64_t shard) const;
   const FileDescriptor& open(std::uint64_t shard);
+  // Calls write(file, offset) for the end of the journal; returns the offset.
+  template <class Write>
+  std::uint64_t append_by(std::uint64_t shard, const Write& write);
 
   std::filesystem::path folder_;
   std::vector<OpenFile> open_;

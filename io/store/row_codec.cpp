@@ -62,14 +62,28 @@ RecordParts take_head(const StoreHeader& header, Cursor& cursor) {
   return parts;
 }
 
-// The bytes of chunk `part` of one row: the samples from part * chunk.samples on, the tail filled.
-std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& chunk, std::uint32_t part,
-                                    std::span<const std::byte> row) {
-  std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
-  const std::size_t begin = part * bytes.size();
-  const std::size_t count = std::min(bytes.size(), row.size() - begin);
-  std::memcpy(bytes.data(), row.data() + begin, count);
-  write_fill(spec, std::span(bytes).subspan(count));
+// The chunk of these samples of a dataset, after its length.
+void append_chunk(const DatasetSpec& spec, const ChunkShape& chunk, std::span<const std::byte> values,
+                  Compression compression, std::vector<std::byte>& out) {
+  const std::size_t length_at = out.size();
+  append<std::uint32_t>(out, 0);
+  if (values.size() == chunk.samples * value_bytes(spec)) {
+    append_filtered(values, element_size(spec.type), compression, out);
+  } else {  // the last one, whose tail is filled
+    std::vector<std::byte> bytes(values.begin(), values.end());
+    bytes.resize(chunk.samples * value_bytes(spec));
+    write_fill(spec, std::span(bytes).subspan(values.size()));
+    append_filtered(bytes, element_size(spec.type), compression, out);
+  }
+  const auto length = static_cast<std::uint32_t>(out.size() - length_at - 4);
+  std::memcpy(out.data() + length_at, &length, 4);
+}
+
+// Bytes of the samples of a row.
+std::size_t bytes_per_sample(const StoreHeader& header) {
+  std::size_t bytes = 0;
+  for (const DatasetSpec& spec : datasets_of(header.columns))
+    if (spec.role == Role::samples) bytes += value_bytes(spec);
   return bytes;
 }
 
@@ -77,27 +91,19 @@ std::vector<std::byte> chunk_of_row(const DatasetSpec& spec, const ChunkShape& c
 void append_samples(const StoreHeader& header, const Samples& samples, Samples* spent,
                     std::vector<std::byte>& out) {
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-  for (const DatasetSpec& spec : datasets_of(header.columns)) {
-    if (spec.role != Role::samples) continue;
-    const std::span<const std::byte> row = spec.view(samples);
-    if (chunk.rows > 1) {
-      out.insert(out.end(), row.begin(), row.end());
-      if (spent != nullptr) spec.free(*spent);
-      continue;
+  for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
+    for (const DatasetSpec& spec : datasets_of(header.columns)) {
+      if (spec.role != Role::samples) continue;
+      const std::span<const std::byte> row = spec.view(samples);
+      if (chunk.rows > 1) {
+        out.insert(out.end(), row.begin(), row.end());
+      } else {
+        const std::size_t chunk_bytes = chunk.samples * value_bytes(spec), begin = part * chunk_bytes;
+        append_chunk(spec, chunk, row.subspan(begin, std::min(chunk_bytes, row.size() - begin)),
+                     header.compression, out);
+      }
+      if (spent != nullptr && part + 1 == chunk.chunks_per_row) spec.free(*spent);
     }
-    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
-      const std::size_t length_at = out.size();
-      append<std::uint32_t>(out, 0);
-      if (chunk.chunks_per_row == 1)
-        append_filtered(row, element_size(spec.type), header.compression, out);
-      else
-        append_filtered(chunk_of_row(spec, chunk, part, row), element_size(spec.type), header.compression,
-                        out);
-      const auto length = static_cast<std::uint32_t>(out.size() - length_at - 4);
-      std::memcpy(out.data() + length_at, &length, 4);
-    }
-    if (spent != nullptr) spec.free(*spent);
-  }
 }
 
 void append_descriptors(const StoreHeader& header, const Row& row, std::vector<std::byte>& out) {
@@ -109,15 +115,15 @@ void append_descriptors(const StoreHeader& header, const Row& row, std::vector<s
   }
 }
 
-void check_samples(const StoreHeader& header, const Row& row) {
-  const std::size_t expected = row.report.status == Status::ok ? header.samples : 0;
+// Whether all arrays are of that many samples.
+void check_samples(const StoreHeader& header, const Samples& samples, Status status, std::size_t expected) {
   for (const DatasetSpec& spec : datasets_of(header.columns)) {
     if (spec.role != Role::samples) continue;
-    const std::size_t bytes = spec.view(row.samples).size();
+    const std::size_t bytes = spec.view(samples).size();
     if (bytes != expected * value_bytes(spec))
       throw ItemError(Status::internal,
                       fmt::format("{} of a row with status {} has {} bytes instead of {}", spec.path,
-                                  name_of(row.report.status), bytes, expected * value_bytes(spec)));
+                                  name_of(status), bytes, expected * value_bytes(spec)));
   }
 }
 
@@ -145,16 +151,15 @@ void check_descriptors(const StoreHeader& header, const Row& row) {
                         fmt::format("descriptor {} is there twice", row.descriptors[i].name));
 }
 
-void finish_record(const RecordHeader& facts, std::vector<std::byte>& record) {
+// Writes the record header, which the checksum of the payload is a part of, to the front.
+void write_record_header(const RecordHeader& facts, std::span<std::byte> record) {
   std::byte* at = record.data();
   const std::uint32_t status = static_cast<std::uint32_t>(facts.status);
-  const std::uint64_t length = record.size() - record_header_bytes;
-  const std::uint32_t payload_crc = crc32c(std::span<const std::byte>(record).subspan(record_header_bytes));
   std::memcpy(at, &record_magic, 4);
   std::memcpy(at + 4, &status, 4);
   std::memcpy(at + 8, &facts.row, 8);
-  std::memcpy(at + 16, &length, 8);
-  std::memcpy(at + 24, &payload_crc, 4);
+  std::memcpy(at + 16, &facts.payload_bytes, 8);
+  std::memcpy(at + 24, &facts.payload_crc32c, 4);
   const std::uint32_t header_crc = crc32c(std::span<const std::byte>(record).first(28));
   std::memcpy(at + 28, &header_crc, 4);
 }
@@ -163,22 +168,21 @@ Samples decode_samples(const StoreHeader& header, const RecordParts& parts) {
   Samples samples;
   const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
   std::size_t next = 0;
-  for (const DatasetSpec& spec : datasets_of(header.columns)) {
-    if (spec.role != Role::samples) continue;
-    const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
-    const std::span<std::byte> room = spec.room(samples, elements);
-    if (chunk.rows > 1) {
-      std::memcpy(room.data(), parts.samples[next++].data(), room.size());
-      continue;
-    }
-    std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
-    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part) {
+  for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
+    for (const DatasetSpec& spec : datasets_of(header.columns)) {
+      if (spec.role != Role::samples) continue;
+      const std::size_t elements = header.samples * std::max<std::size_t>(spec.width, 1);
+      const std::span<std::byte> room = spec.room(samples, elements);
+      if (chunk.rows > 1) {
+        std::memcpy(room.data(), parts.samples[next++].data(), room.size());
+        continue;
+      }
+      std::vector<std::byte> bytes(chunk.samples * value_bytes(spec));
       if (!unfilter(parts.samples[next++], element_size(spec.type), header.compression, bytes))
         throw ItemError(Status::internal, fmt::format("chunk {} of {} cannot be decoded", part, spec.path));
       const std::size_t begin = part * bytes.size();
       std::memcpy(room.data() + begin, bytes.data(), std::min(bytes.size(), room.size() - begin));
     }
-  }
   return samples;
 }
 
@@ -204,15 +208,11 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
   RecordParts parts = take_head(header, cursor);
   if (parts.status == Status::ok) {
     const ChunkShape chunk = sample_chunk(header.ids.size(), header.samples);
-    for (const DatasetSpec& spec : datasets_of(header.columns)) {
-      if (spec.role != Role::samples) continue;
-      if (chunk.rows > 1) {
-        parts.samples.push_back(cursor.take(header.samples * value_bytes(spec)));
-        continue;
-      }
-      for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
-        parts.samples.push_back(cursor.take(cursor.take_length()));
-    }
+    for (std::uint32_t part = 0; part < chunk.chunks_per_row; ++part)
+      for (const DatasetSpec& spec : datasets_of(header.columns))
+        if (spec.role == Role::samples)
+          parts.samples.push_back(cursor.take(chunk.rows > 1 ? header.samples * value_bytes(spec)
+                                                             : std::size_t{cursor.take_length()}));
   }
   if (!cursor.at_end()) throw ItemError(Status::internal, "a journal record is longer than its parts");
   return parts;
@@ -243,40 +243,98 @@ std::string clean_reason(std::string_view reason) {
 
 namespace {
 
+void check_row(const StoreHeader& header, std::uint64_t row) {
+  if (row >= header.ids.size())
+    throw ItemError(Status::internal, fmt::format("row {} of a store of {} rows", row, header.ids.size()));
+}
+
+// Room for the record header, the item columns, and the reason.
+void append_head(const StoreHeader& header, const ItemReport& report, std::vector<std::byte>& out) {
+  out.resize(record_header_bytes + item_record(header.columns).bytes);
+  for (const auto& [spec, offset] : item_record(header.columns).columns)
+    spec->put_item(report, out.data() + record_header_bytes + offset);
+  const std::string reason = report.status == Status::ok ? std::string() : clean_reason(report.reason);
+  append(out, static_cast<std::uint32_t>(reason.size()));
+  const auto reason_bytes = std::as_bytes(std::span(reason));
+  out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());
+}
+
 EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row& row, Samples* spent) {
-  if (row_number >= header.ids.size())
-    throw ItemError(Status::internal,
-                    fmt::format("row {} of a store of {} rows", row_number, header.ids.size()));
-  check_samples(header, row);
-  check_descriptors(header, row);
+  check_row(header, row_number);
   ItemReport report = row.report;
   const bool ok = report.status == Status::ok;
+  check_samples(header, row.samples, report.status, ok ? header.samples : 0);
+  check_descriptors(header, row);
   report.points_crc32c = ok ? crc32c(std::span<const float>(row.samples.points)) : 0;
 
   EncodedRow encoded;
   encoded.row = row_number;
   std::vector<std::byte>& out = encoded.bytes;
-  std::size_t bytes_per_sample = 2;  // and those of the datasets; filtered chunks are hardly larger
-  for (const DatasetSpec& spec : datasets_of(header.columns))
-    if (spec.role == Role::samples) bytes_per_sample += value_bytes(spec);
+  // Filtered chunks are hardly larger.
   out.reserve(record_header_bytes + payload_head_bytes(header) +
-              (ok ? header.samples * bytes_per_sample + 1024 : 0));
-  out.resize(record_header_bytes + item_record(header.columns).bytes);
-  for (const auto& [spec, offset] : item_record(header.columns).columns)
-    spec->put_item(report, out.data() + record_header_bytes + offset);
-  const std::string reason = ok ? std::string() : clean_reason(report.reason);
-  append(out, static_cast<std::uint32_t>(reason.size()));
-  const auto reason_bytes = std::as_bytes(std::span(reason));
-  out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());
+              (ok ? header.samples * (bytes_per_sample(header) + 2) + 1024 : 0));
+  append_head(header, report, out);
   if (ok) {
     append_descriptors(header, row, out);
     append_samples(header, row.samples, spent, out);
   }
-  finish_record({row_number, 0, 0, report.status}, out);
+  const std::span<const std::byte> payload = std::span<const std::byte>(out).subspan(record_header_bytes);
+  write_record_header({row_number, payload.size(), crc32c(payload), report.status}, out);
   return encoded;
 }
 
 }  // namespace
+
+RecordInParts::RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report)
+    : header_(header), row_(row), report_(report), chunk_(sample_chunk(header.ids.size(), header.samples)) {
+  check_row(header, row);
+  if (chunk_.rows > 1 || !header.descriptors.empty() || report.status != Status::ok)
+    throw ItemError(Status::internal, fmt::format("row {} cannot be encoded in parts", row));
+}
+
+std::uint64_t RecordInParts::begin_of(std::uint32_t part) const {
+  return std::min<std::uint64_t>(std::uint64_t{part} * chunk_.samples, header_.samples);
+}
+
+RecordInParts::Part RecordInParts::encode(std::uint32_t part, const Samples& samples) const {
+  const std::size_t count = end_of(part) - begin_of(part);
+  check_samples(header_, samples, report_.status, count);
+  Part made;
+  made.bytes.reserve(chunk_.samples * (bytes_per_sample(header_) + 2) + 1024);
+  for (const DatasetSpec& spec : datasets_of(header_.columns))
+    if (spec.role == Role::samples)
+      append_chunk(spec, chunk_, spec.view(samples), header_.compression, made.bytes);
+  made.crc32c = crc32c(made.bytes);
+  made.points_crc32c = crc32c(std::span<const float>(samples.points));
+  made.points_bytes = samples.points.size() * sizeof(float);
+  return made;
+}
+
+void RecordInParts::add(const Part& part) {
+  crc32c_ = crc32c_joined(crc32c_, part.crc32c, part.bytes.size());
+  points_crc32c_ = crc32c_joined(points_crc32c_, part.points_crc32c, part.points_bytes);
+  bytes_ += part.bytes.size();
+  ++added_;
+}
+
+std::size_t RecordInParts::head_bytes() const {
+  return record_header_bytes + item_record(header_.columns).bytes + 4;  // no reason
+}
+
+std::vector<std::byte> RecordInParts::head() const {
+  if (added_ != parts())
+    throw ItemError(Status::internal,
+                    fmt::format("row {} has {} parts instead of {}", row_, added_, parts()));
+  ItemReport report = report_;
+  report.points_crc32c = points_crc32c_;
+  std::vector<std::byte> head;
+  append_head(header_, report, head);
+  const std::uint32_t crc = crc32c(std::span<const std::byte>(head).subspan(record_header_bytes));
+  write_record_header({row_, payload_bytes(), crc32c_joined(crc, crc32c_, bytes_), report.status}, head);
+  return head;
+}
+
+std::uint64_t RecordInParts::payload_bytes() const { return head_bytes() - record_header_bytes + bytes_; }
 
 }  // namespace store
 
@@ -286,6 +344,16 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const
 
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row) {
   return store::encode(header, row_number, row, &row.samples);
+}
+
+bool can_write_blocks(const StoreHeader& header) {
+  return store::sample_chunk(header.ids.size(), header.samples).rows == 1 && header.descriptors.empty();
+}
+
+EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
+                                SampleBlocks blocks) {
+  store::RecordInParts(header, row_number, report);  // throws unless it can be
+  return {row_number, {}, std::move(blocks), report};
 }
 
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {

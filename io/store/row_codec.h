@@ -4,8 +4,9 @@
 //   header (32 bytes) | item columns | u32 length + reason | descriptors | samples
 //
 // Descriptors and samples are there when the status is ok: descriptors as raw float32 in the order of the
-// header; samples dataset by dataset, as raw arrays when a chunk holds several rows, else as filtered chunks,
-// each after its u32 length.
+// header; samples dataset by dataset as raw arrays when a chunk holds several rows, else as filtered chunks,
+// each after its u32 length: the first chunk of every dataset, then the second ones, and so on. So a row of
+// many chunks can be written while its samples are made, and taken apart again chunk by chunk.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/store/schema.h"
 #include "io/store/store.h"
 
 namespace meander::store {
@@ -39,12 +41,45 @@ struct RecordParts {
   std::span<const std::byte> items;
   std::string_view reason;
   std::vector<std::span<const std::byte>> descriptors;
-  std::vector<std::span<const std::byte>> samples;  // per dataset, or per chunk of every dataset in turn
+  std::vector<std::span<const std::byte>> samples;  // of every dataset in turn, chunk by chunk
 };
 RecordParts split_record(const StoreHeader& header, std::span<const std::byte> payload);
 // Items, reason and descriptors only: works on the first payload_head_bytes of a payload.
 RecordParts split_record_head(const StoreHeader& header, std::span<const std::byte> payload);
 std::size_t payload_head_bytes(const StoreHeader& header);  // an upper bound
+
+// The record of a row that is ok, whose samples are encoded part by part (see EncodedRow): one chunk of every
+// dataset a part. The header must outlive it.
+class RecordInParts {
+ public:
+  // Throws ItemError(internal) when chunks hold several rows, or there are descriptors.
+  RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report);
+  std::uint32_t parts() const { return chunk_.chunks_per_row; }
+  // The samples [begin, end) of a part.
+  std::uint64_t begin_of(std::uint32_t part) const;
+  std::uint64_t end_of(std::uint32_t part) const { return begin_of(part + 1); }
+  struct Part {
+    std::vector<std::byte> bytes;
+    std::uint32_t crc32c = 0, points_crc32c = 0;
+    std::uint64_t points_bytes = 0;
+  };
+  // Pure: parts may be encoded in any order, by any thread. Throws ItemError(internal) when the arrays have
+  // other lengths.
+  Part encode(std::uint32_t part, const Samples& samples) const;
+  // Takes note of the next part, in order.
+  void add(const Part& part);
+  std::size_t head_bytes() const;       // of what stands before the parts
+  std::vector<std::byte> head() const;  // once all are added
+  std::uint64_t payload_bytes() const;  // likewise
+
+ private:
+  const StoreHeader& header_;
+  std::uint64_t row_;
+  ItemReport report_;
+  ChunkShape chunk_;
+  std::uint32_t added_ = 0, crc32c_ = 0, points_crc32c_ = 0;
+  std::uint64_t bytes_ = 0;
+};
 
 // One line of valid UTF-8 of at most longest_reason bytes.
 std::string clean_reason(std::string_view reason);

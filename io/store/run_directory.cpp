@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
 #include "io/store/store_merge.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -155,15 +157,53 @@ struct RunDirectory::State {
     if (suspects.size() < rows.size()) begun->replace(suspects);
   }
 
+  void append(const EncodedRow& encoded) {
+    const auto record = read_record_header(encoded.bytes);
+    if (!record || record->row != encoded.row ||
+        record->payload_bytes != encoded.bytes.size() - record_header_bytes)
+      throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
+    offset[encoded.row] = journals.append(encoded.row / shard_rows, encoded.bytes);
+    length[encoded.row] = record->payload_bytes;
+    mark_done(encoded.row, record->status);
+  }
+
+  // Some parts are made at a time, as many as there are threads, and then written.
+  void append_blocks(const EncodedRow& encoded) {
+    RecordInParts record(header, encoded.row, *encoded.report);
+    std::vector<RecordInParts::Part> made;
+    std::size_t written = 0;  // of those
+    std::uint32_t next = 0;
+    const auto next_part = [&]() -> std::span<const std::byte> {
+      if (written == made.size()) {
+        const auto at_once = static_cast<std::uint32_t>(oneapi::tbb::this_task_arena::max_concurrency());
+        made.clear();
+        made.resize(std::min(at_once, record.parts() - next));
+        written = 0;
+        parallel_tasks(made.size(), [&](std::size_t i) {
+          const std::uint32_t part = next + static_cast<std::uint32_t>(i);
+          made[i] = record.encode(part, encoded.blocks(record.begin_of(part), record.end_of(part)));
+        });
+        next += static_cast<std::uint32_t>(made.size());
+        if (made.empty()) return {};
+      }
+      record.add(made[written]);
+      return made[written++].bytes;
+    };
+    offset[encoded.row] = journals.append_in_parts(encoded.row / shard_rows, record.head_bytes(), next_part,
+                                                   [&] { return record.head(); });
+    length[encoded.row] = record.payload_bytes();
+    mark_done(encoded.row, encoded.report->status);
+  }
+
   void seal(std::uint64_t shard) {
     const fs::path temporary = with_suffix(shard_path(shard), ".new");
-    const auto read = [&](std::uint64_t row, std::size_t most, std::vector<std::byte>& payload) {
-      const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(most, length[row]));
-      if (payload.capacity() < bytes) payload = std::vector<std::byte>();  // room for one row, not for two
-      payload.resize(bytes);
-      if (journals.read(shard, offset[row] + record_header_bytes, payload) < payload.size())
+    const auto read = [&](std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) {
+      const std::uint64_t count = std::min<std::uint64_t>(bytes.size(), length[row] - begin);
+      const std::span<std::byte> part = bytes.first(static_cast<std::size_t>(count));
+      if (journals.read(shard, offset[row] + record_header_bytes + begin, part) < count)
         throw RunError(RunError::Kind::unusable,
                        fmt::format("the journal of shard {} was truncated by another program", shard));
+      return part.size();
     };
     write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), read);
     rename_file(temporary, shard_path(shard));
@@ -209,16 +249,13 @@ void RunDirectory::begin_item(std::uint64_t row) {
 void RunDirectory::end_item(EncodedRow encoded) {
   State& state = *state_;
   state.check_row(encoded.row);
-  const auto record = read_record_header(encoded.bytes);
-  if (!record || record->row != encoded.row ||
-      record->payload_bytes != encoded.bytes.size() - record_header_bytes)
-    throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
   if (state.status[encoded.row] != not_done) return;
   const std::uint64_t shard = encoded.row / shard_rows;
-  state.offset[encoded.row] = state.journals.append(shard, encoded.bytes);
-  state.length[encoded.row] = record->payload_bytes;
-  state.mark_done(encoded.row, record->status);
-  encoded.bytes = std::vector<std::byte>();  // sealing reads the rows of a shard back
+  if (encoded.blocks)
+    state.append_blocks(encoded);
+  else
+    state.append(encoded);
+  encoded = {};  // sealing reads the rows of a shard back
   if (state.missing[shard] == 0) state.seal(shard);
 }
 

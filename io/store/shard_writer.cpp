@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -11,6 +13,7 @@ namespace meander::store {
 namespace {
 
 constexpr std::uint64_t stretch_bytes = std::uint64_t{4} << 20;
+constexpr std::size_t payload_stretch = std::size_t{1} << 20;  // of a row that is read back
 
 bool is_item(const DatasetSpec& spec) { return spec.role != Role::samples && spec.role != Role::descriptor; }
 
@@ -32,6 +35,45 @@ std::uint64_t rows_of_stretch(const StoreLayout& layout) {
   while (rows > whole && rows * bytes > stretch_bytes) rows /= 2;
   return rows;
 }
+
+// Takes a payload apart from the front, in stretches.
+class PayloadCursor {
+ public:
+  PayloadCursor(const ReadPayload& read, std::uint64_t row, std::vector<std::byte>& buffer)
+      : read_(read), row_(row), buffer_(buffer) {}
+
+  // The next bytes, valid until the next call. Running out of them is a bug, as the checksums were right.
+  std::span<const std::byte> take(std::size_t count) {
+    if (end_ - begin_ < count) refill(count);
+    const std::span<const std::byte> taken = std::span<const std::byte>(buffer_).subspan(begin_, count);
+    begin_ += count;
+    return taken;
+  }
+  std::uint32_t take_length() {
+    std::uint32_t length;
+    std::memcpy(&length, take(sizeof length).data(), sizeof length);
+    return length;
+  }
+
+ private:
+  void refill(std::size_t count) {
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
+    end_ -= begin_;
+    begin_ = 0;
+    buffer_.resize(std::max(count, payload_stretch));
+    const std::size_t got = read_(row_, next_, std::span(buffer_).subspan(end_));
+    end_ += got;
+    next_ += got;
+    if (end_ < count)
+      throw ItemError(Status::internal, fmt::format("the record of row {} ends too early", row_));
+  }
+
+  const ReadPayload& read_;
+  std::uint64_t row_, next_ = 0;  // the next byte that is read
+  std::vector<std::byte>& buffer_;
+  std::size_t begin_ = 0, end_ = 0;  // what the buffer holds
+};
 
 // A chunk that is ready to be written.
 struct FilteredChunk {
@@ -88,7 +130,8 @@ class ShardWriter {
     statuses_.resize(rows_.size());
     const std::size_t head_bytes = payload_head_bytes(header_);
     for (std::uint64_t row = rows_.begin; row < rows_.end; ++row) {
-      read_(row, head_bytes, payload);
+      payload.resize(head_bytes);
+      payload.resize(read_(row, 0, payload));
       const RecordParts parts = split_record_head(header_, payload);
       statuses_[row - rows_.begin] = parts.status;
       reasons.emplace_back(parts.reason);
@@ -164,10 +207,7 @@ class ShardWriter {
       if (!samples_are_filtered(layout_)) make_room(stretch, per_sample, samples);
       for (std::uint64_t row = stretch.begin; row < stretch.end; ++row) {
         if (statuses_[row - rows_.begin] != Status::ok) continue;
-        read_(row, SIZE_MAX, payload);
-        const RecordParts parts = split_record(header_, payload);
-        put_samples(file, row, row - stretch.begin, parts, samples);
-        put_descriptors(row - block.begin, parts, descriptors);
+        put_row(file, row, row - block.begin, row - stretch.begin, payload, descriptors, samples);
       }
       write_raw(file, stretch, samples);
     }
@@ -202,32 +242,29 @@ class ShardWriter {
     });
   }
 
-  // Filtered chunks go straight to the file, raw arrays to their place in the stretch.
-  void put_samples(StoreFileWriter& file, std::uint64_t row, std::uint64_t row_in_stretch,
-                   const RecordParts& parts, std::vector<std::vector<std::byte>>& raw) {
-    std::size_t sample = 0;
-    for (std::size_t d = 0; d < raw.size(); ++d) {
-      const DatasetLayout& dataset = layout_.datasets[d];
-      if (!per_sample(dataset.spec)) continue;
-      if (samples_are_filtered(layout_)) {
-        for (std::uint32_t part = 0; part < dataset.chunk.chunks_per_row; ++part)
-          file.write_chunk(d, row - rows_.begin, part, parts.samples[sample++]);
-        continue;
+  // Descriptors and raw arrays to their place in block and stretch; filtered chunks go straight to the file.
+  void put_row(StoreFileWriter& file, std::uint64_t row, std::uint64_t row_in_block,
+               std::uint64_t row_in_stretch, std::vector<std::byte>& buffer,
+               std::vector<std::vector<std::byte>>& descriptors,
+               std::vector<std::vector<std::byte>>& samples) const {
+    PayloadCursor cursor(read_, row, buffer);
+    cursor.take(item_record(layout_.columns).bytes);
+    cursor.take(cursor.take_length());  // the reason
+    const auto copy_row = [&](std::size_t d, std::uint64_t to, std::vector<std::vector<std::byte>>& raw) {
+      const std::uint64_t bytes = layout_.datasets[d].row_bytes;
+      std::memcpy(raw[d].data() + to * bytes, cursor.take(bytes).data(), bytes);
+    };
+    for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
+      if (layout_.datasets[d].spec.role == Role::descriptor) copy_row(d, row_in_block, descriptors);
+    const std::uint32_t parts = layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row;
+    for (std::uint32_t part = 0; part < parts; ++part)
+      for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
+        if (!per_sample(layout_.datasets[d].spec)) continue;
+        if (samples_are_filtered(layout_))
+          file.write_chunk(d, row - rows_.begin, part, cursor.take(cursor.take_length()));
+        else
+          copy_row(d, row_in_stretch, samples);
       }
-      const auto bytes = parts.samples[sample++];
-      std::memcpy(raw[d].data() + row_in_stretch * dataset.row_bytes, bytes.data(), bytes.size());
-    }
-  }
-
-  void put_descriptors(std::uint64_t row_in_block, const RecordParts& parts,
-                       std::vector<std::vector<std::byte>>& raw) const {
-    std::size_t descriptor = 0;
-    for (std::size_t d = 0; d < raw.size(); ++d) {
-      const DatasetLayout& dataset = layout_.datasets[d];
-      if (dataset.spec.role != Role::descriptor) continue;
-      const auto bytes = parts.descriptors[descriptor++];
-      std::memcpy(raw[d].data() + row_in_block * dataset.row_bytes, bytes.data(), bytes.size());
-    }
   }
 
   bool any_ok(RowRange rows) const {
@@ -265,10 +302,13 @@ std::uint64_t shard_writing_bytes(const StoreHeader& header) {
     else if (dataset.spec.role == store::Role::descriptor)
       descriptors += dataset.row_bytes;
   }
-  // A row as the journal has it; where its chunks are not yet filtered, a stretch raw and filtered, too.
-  const std::uint64_t stretch =
-      store::samples_are_filtered(layout) ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
-  return (2 * stretch + 1) * samples + 2 * std::min(store::block_rows, layout.rows) * descriptors;
+  // A stretch of a row as the journal has it, one chunk at least; where the chunks are not yet filtered, a
+  // stretch of rows raw and filtered, too.
+  const store::DatasetLayout& points = layout.datasets[layout.index_of(store::Role::samples)];
+  const bool filtered = store::samples_are_filtered(layout);
+  const std::uint64_t journal = std::min(samples, store::payload_stretch + 2 * points.chunk_bytes);
+  const std::uint64_t stretch = filtered ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
+  return 2 * stretch * samples + journal + 2 * std::min(store::block_rows, layout.rows) * descriptors;
 }
 
 }  // namespace meander

@@ -130,10 +130,17 @@ struct StoreHeader {
 // Bytes that writing rows of such a store into shards, and shards into the store, takes at most.
 std::uint64_t shard_writing_bytes(const StoreHeader& header);
 
-// A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes.
+// Makes the samples [begin, end) of a row: arrays of end - begin entries. Called by several threads at a
+// time.
+using SampleBlocks = std::function<Samples(std::uint64_t begin, std::uint64_t end)>;
+
+// A row ready to be written: filtered chunks where a chunk holds one row, raw arrays otherwise. Opaque bytes;
+// or, of a set that need not fit into memory, what its chunks are made of while the row is written.
 struct EncodedRow {
   std::uint64_t row = 0;
   std::vector<std::byte> bytes;
+  SampleBlocks blocks = {};               // in place of `bytes`, with
+  std::optional<ItemReport> report = {};  // the rest of the row
 };
 
 // Encodes one row (compression included). Pure and thread-safe: workers call it. The row's sample arrays must
@@ -143,7 +150,12 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const
 // The same; the sample arrays are freed one after the other as they are encoded, for sets that would not fit
 // into memory twice.
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row);
-// The inverse, for --reuse and tests.
+// A row whose samples are made and encoded while it is written. Of stores whose chunks hold one row
+// (can_write_blocks), without descriptors; throws ItemError(internal) for others.
+bool can_write_blocks(const StoreHeader& header);
+EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
+                                SampleBlocks blocks);
+// The inverse of encode_row, for --reuse and tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
 // What the run of a STORE.run/ was begun with. Only the same plan is continued.
@@ -177,7 +189,9 @@ class RunDirectory {
   Status status(std::uint64_t row) const;       // of a done row
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  void end_item(EncodedRow encoded);  // seals the row's shard when it is the last one missing
+  // Seals the row's shard when it is the last one missing. What the blocks of a row throw is rethrown:
+  // nothing has changed then, and the row may be ended with another status.
+  void end_item(EncodedRow encoded);
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
   // No row is in work: rows begun but not ended are not suspects for the next process.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "io/store/schema.h"
@@ -12,12 +13,14 @@
 
 namespace meander::store {
 
-// Fills `payload` with the first `most` bytes (or all there are) of the journal payload of a row.
-using ReadPayload = std::function<void(std::uint64_t row, std::size_t most, std::vector<std::byte>& payload)>;
+// Reads the journal payload of a row from `begin` on, up to its end or that of `bytes`; returns how many
+// bytes.
+using ReadPayload =
+    std::function<std::size_t(std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes)>;
 
 // Writes the finished rows of one shard to the HDF5 file `path` and syncs it. The bytes depend on header and
 // rows alone. Chunks of several rows are filtered here, in parallel; memory: 256 rows and the item columns of
-// 4096. `reserve` is what the journal of the shard takes on disk.
+// 4096; of rows of one chunk or more, one chunk. `reserve` is what the journal of the shard takes on disk.
 void write_shard(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
                  RowRange rows, std::uint64_t reserve, const ReadPayload& read);
 

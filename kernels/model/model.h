@@ -16,6 +16,7 @@
 #include "kernels/mesh/prepared_mesh.h"
 #include "kernels/model/sample_parameters.h"
 #include "kernels/model/tensor_segments.h"
+#include "kernels/sample/placed_sites.h"
 
 namespace meander {
 
@@ -36,6 +37,7 @@ struct Model {
   CurveElements elements;         // locate_vertices: along a curve,
   ElementCells cells;             // or by balanced bisection,
   SurfaceRegions regions;         // or in regions, for large sets
+  PlacedSites sites;              // place_samples, in place of row.samples (leaves_sites)
   Row row;  // its report is filled up to the stage that threw; place_samples, describe_shape
 };
 
@@ -58,6 +60,9 @@ ModelStages charting_stages(const SampleParameters& parameters);
 ModelStages placing_stages(const SampleParameters& parameters, const EmbreeDevice* device);
 
 void run_stages(const ModelStages& stages, Model& model);
+
+// Samples [begin, end) of a model whose stages have left sites. Pure; O(end - begin).
+Samples samples_at(const Model& model, const PlaceParameters& parameters, std::size_t begin, std::size_t end);
 
 // Frees segments, charts, curves and elements: what samples are placed with. For stages that need the surface
 // and the samples alone.

@@ -130,6 +130,12 @@ bool places_in_regions(const SampleParameters& parameters) {
          !(method_of(parameters).makes_charts && parameters.locate == LocatorKind::first_hit);
 }
 
+bool leaves_sites(const SampleParameters& parameters) {
+  return parameters.in_blocks && places_in_regions(parameters) && !method_of(parameters).follows_tensor &&
+         !parameters.curved && !parameters.colors && parameters.attributes.empty() && !parameters.texcoord &&
+         parameters.describe.descriptors.empty();
+}
+
 ElementParameters element_parameters(const SampleParameters& parameters) {
   ElementParameters elements = parameters.elements;
   elements.elements_per_sample = elements_per_sample(parameters);

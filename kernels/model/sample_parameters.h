@@ -90,6 +90,9 @@ struct SampleParameters {
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;
+  // Leave the samples of large sets as sites, to be made block by block (samples_at, model.h), where nothing
+  // after them needs them all: see leaves_sites. The same samples.
+  bool in_blocks = false;
 };
 
 // All problems of the parameters, one sentence each; empty when they are valid.
@@ -128,6 +131,10 @@ ElementParameters element_parameters(const SampleParameters& parameters);
 // Whether the surface is put in order region by region (surface_regions.h): large sets, but for spaced ones,
 // whose places depend on each other, and the survey's point location.
 bool places_in_regions(const SampleParameters& parameters);
+
+// Whether the stages end with sites in place of samples: in_blocks, for large sets on the surface itself
+// without descriptors and without columns of the user's choice.
+bool leaves_sites(const SampleParameters& parameters);
 
 // Sets the number of samples wherever the stages need it.
 void set_samples(SampleParameters& parameters, std::uint32_t samples);

@@ -215,12 +215,21 @@ ModelStages locating(const SampleParameters& p, const EmbreeDevice* device, Doma
   return locating_rays(p, device, domain_of);
 }
 
+// The frame of the stored points, which the row names.
+OutputFrame report_frame(Model& model, const PlaceParameters& parameters) {
+  const OutputFrame frame = output_frame(model.surface, parameters.normalize);
+  model.row.report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
+  model.row.report.scale = frame.scale;
+  return frame;
+}
+OutputFrame reported_frame(const ItemReport& report) {
+  return {{report.loc[0], report.loc[1], report.loc[2]}, report.scale};
+}
+
 void place(Model& model, const PlaceParameters& parameters, const Domain& domain,
            const MetricAt& metric = {}) {
   ItemReport& report = model.row.report;
-  const OutputFrame frame = output_frame(model.surface, parameters.normalize);
-  report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
-  report.scale = frame.scale;
+  const OutputFrame frame = report_frame(model, parameters);
   if (model.regions.count() > 0) {
     model.row.samples =
         place_samples(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
@@ -242,10 +251,23 @@ void lift(Model& model) {
   const std::vector<double> normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
   const std::vector<double> lifted =
       lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, samples.triangle, samples.barycentric);
-  samples.points = stored_points(lifted, mesh, {{report.loc[0], report.loc[1], report.loc[2]}, report.scale});
+  samples.points = stored_points(lifted, mesh, reported_frame(report));
+}
+
+// The same for sets that nobody needs as a whole. What they are made of has served.
+void place_as_sites(Model& model, const PlaceParameters& parameters) {
+  ItemReport& report = model.row.report;
+  const Domain domain = surface_domain(model);
+  const OutputFrame frame = report_frame(model, parameters);
+  model.sites = place_sites(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
+                            model.regions, model.key, parameters, frame, report.repairs, model.cancel);
+  release_charts(model);
+  report.status = Status::ok;
 }
 
 ModelStages placing_on_surface(const SampleParameters& p) {
+  if (leaves_sites(p))
+    return {{"place_samples", [parameters = p.place](Model& model) { place_as_sites(model, parameters); }}};
   return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
              place(model, parameters, surface_domain(model));
              if (curved) lift(model);
@@ -391,6 +413,12 @@ ModelStages stages_of(const SampleParameters& parameters, const EmbreeDevice* de
 
 void run_stages(const ModelStages& stages, Model& model) {
   for (const ModelStage& stage : stages) stage.run(model);
+}
+
+Samples samples_at(const Model& model, const PlaceParameters& parameters, std::size_t begin,
+                   std::size_t end) {
+  return samples_at(model.sites, model.file, model.surface, model.measure.density, model.key, parameters,
+                    reported_frame(model.row.report), begin, end);
 }
 
 void release_charts(Model& model) {

@@ -252,6 +252,73 @@ TEST_CASE("place_samples: a large set in regions is the same for 1, 2 and 8 thre
   }
 }
 
+TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a whole") {
+  // The second model is so small beside its box that float32 has few places for its points.
+  const PolygonMesh small = merged(moved(torus(24, 12), 2e-5, 1, 0, 0), moved(torus(3, 3), 1e-9, -1, 0, 0));
+  for (const PolygonMesh& file : {torus(24, 12), small})
+    for (const PlaceKind place : {PlaceKind::element, PlaceKind::vertex})
+      for (const auto& [method, sequence] : {std::pair{"auto", SequenceKind::shifted},
+                                             {"direct", SequenceKind::shifted},
+                                             {"auto", SequenceKind::owen}}) {
+        SampleParameters parameters = parameters_for(method);
+        parameters.place.sequence = sequence;
+        parameters.place.place = place;
+        constexpr std::uint32_t n = 140001;
+        const Model whole = placed(file, parameters, n, true);
+        parameters.in_blocks = true;
+        const Model model = placed(file, parameters, n, true);
+        REQUIRE(model.row.samples.count() == 0);
+        REQUIRE(model.sites.count() == n);
+        CHECK(model.row.report.status == Status::ok);
+        CHECK(model.row.report.repairs.counts == whole.row.report.repairs.counts);
+        set_samples(parameters, n);
+        const Samples& expected = whole.row.samples;
+        std::set<std::array<float, 3>> points;
+        for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+          end = std::min<std::size_t>(n, 3 * begin + 1);
+          const Samples block = samples_at(model, parameters.place, begin, end);
+          const auto same = [&](const auto& part, const auto& all) {
+            const std::size_t width = part.size() / (end - begin);
+            return part.size() == width * (end - begin) &&
+                   std::equal(part.begin(), part.end(),
+                              all.begin() + static_cast<std::ptrdiff_t>(width * begin));
+          };
+          REQUIRE(same(block.points, expected.points));
+          REQUIRE(same(block.normals, expected.normals));
+          REQUIRE(same(block.face, expected.face));
+          REQUIRE(same(block.corners, expected.corners));
+          REQUIRE(same(block.barycentric, expected.barycentric));
+          REQUIRE(same(block.curve_rank, expected.curve_rank));
+          REQUIRE(same(block.density, expected.density));
+          for (std::size_t i = 0; i < end - begin; ++i)
+            points.insert({block.points[3 * i], block.points[3 * i + 1], block.points[3 * i + 2]});
+        }
+        CHECK(points.size() == n - whole.row.report.repairs[Repair::coincident_points]);
+      }
+}
+
+TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole") {
+  SampleParameters parameters = parameters_for("auto");
+  parameters.in_blocks = true;
+  CHECK_FALSE(leaves_sites(parameters));
+  set_samples(parameters, 140000);
+  CHECK(leaves_sites(parameters));
+  const auto with = [&](const auto& change) {
+    SampleParameters other = parameters;
+    change(other);
+    return leaves_sites(other);
+  };
+  CHECK_FALSE(with([](SampleParameters& p) { p.in_blocks = false; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.method = MethodChoice::anisotropic; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.place.sequence = SequenceKind::spaced; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.curved = true; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.colors = true; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.texcoord = true; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.attributes = {{"heat", 1}}; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.describe.descriptors = {Descriptor::d2}; }));
+  CHECK(with([](SampleParameters& p) { p.method = MethodChoice::conformal; }));
+}
+
 TEST_CASE("place_samples: in regions the error over rotated boxes is that of the whole surface", "[slow]") {
   const PolygonMesh file = torus(60, 30);
   for (const char* method : {"auto", "direct"}) {

@@ -11,7 +11,9 @@
 #include <filesystem>
 #include <memory>
 
+#include "io/store/row_codec.h"
 #include "kernels/analyse/certify_samples.h"
+#include "kernels/core/parallel.h"
 #include "pipeline/memory_estimate.h"
 #include "pipeline/sampling_graph.h"
 #include "support/allocation_counter.h"
@@ -64,6 +66,16 @@ std::vector<Setting> settings(std::uint32_t samples) {
     p.method = MethodChoice::anisotropic;
     p.place.sequence = SequenceKind::spaced;
   });
+  add("auto in blocks", [](P& p) {
+    p = parameters_for("auto");
+    p.in_blocks = true;
+  });
+  add("direct in blocks, random", [](P& p) {
+    p.method = MethodChoice::direct;
+    p.place.sequence = SequenceKind::random;
+    p.in_blocks = true;
+  });
+  add("conformal in blocks", [](P& p) { p.in_blocks = true; });
   add("direct certify", [](P& p) { p.method = MethodChoice::direct; });
   all.back().certify = true;
   add("auto without topology", [](P& p) {
@@ -118,6 +130,20 @@ void certify(GraphItem& item) {
   certify_samples(item.model.row, item.model.surface, item.model.cancel);
 }
 
+// What writing a row in blocks takes: as many blocks as there are threads, made and encoded.
+void write_blocks(GraphItem& item, const PlaceParameters& place, int threads) {
+  StoreHeader header;
+  header.samples = place.samples;
+  header.ids = {item.plan->id};
+  header.labels = {-1};
+  const store::RecordInParts record(header, 0, item.model.row.report);
+  std::vector<store::RecordInParts::Part> made(std::min(static_cast<std::uint32_t>(threads), record.parts()));
+  parallel_tasks(made.size(), [&](std::size_t i) {
+    const auto part = static_cast<std::uint32_t>(i);
+    made[i] = record.encode(part, samples_at(item.model, place, record.begin_of(part), record.end_of(part)));
+  });
+}
+
 // One model through all stages, alone.
 Peak peak_of(const fs::path& path, const Setting& setting, int threads, const EmbreeDevice& device) {
   const SampleParameters& parameters = setting.parameters;
@@ -130,6 +156,8 @@ Peak peak_of(const fs::path& path, const Setting& setting, int threads, const Em
   graph.threads = threads;
   GraphStages stages = sampling_stages(graph.sample, &device);
   if (setting.certify) stages.push_back({"certify_samples", certify});
+  if (leaves_sites(parameters))
+    stages.push_back({"write_row", [&](GraphItem& item) { write_blocks(item, parameters.place, threads); }});
   Peak peak;
   peak.reserved = static_cast<double>(estimate_bytes(peek_mesh(path, plan.format), parameters, threads));
   const std::int64_t before = allocated_bytes();

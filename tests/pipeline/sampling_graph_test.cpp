@@ -8,10 +8,13 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "kernels/core/parallel.h"
+#include "kernels/model/sampler.h"
+#include "support/test_meshes.h"
 
 using namespace meander;
 
@@ -374,4 +377,92 @@ TEST_CASE("sampling graph: an empty plan ends at once") {
   const GraphResult result = setup.run(three_stages([](GraphItem&) {}));
   CHECK(result.written == 0);
   CHECK_FALSE(result.stopped);
+}
+
+namespace {
+
+// Takes rows in blocks of 65,536 samples, calling `before_block` for each.
+struct BlockSink : RowSink {
+  const StoreHeader& header;
+  std::function<void()> before_block = [] {};
+  std::vector<float> points;
+  std::optional<Row> failed;
+
+  explicit BlockSink(const StoreHeader& of) : header(of) {}
+  void begin(std::uint64_t) override {}
+  void write(EncodedRow row) override {
+    if (!row.blocks) {
+      failed = decode_row(header, row);
+      return;
+    }
+    CHECK(row.report->status == Status::ok);
+    for (std::uint64_t begin = 0; begin < header.samples; begin += 65536) {
+      before_block();
+      const Samples block = row.blocks(begin, std::min<std::uint64_t>(begin + 65536, header.samples));
+      points.insert(points.end(), block.points.begin(), block.points.end());
+    }
+  }
+};
+
+// One torus with a large set of samples, which its stages leave as sites.
+struct LargeSet : Setup {
+  GraphStages stages;
+  BlockSink blocks{header};
+
+  LargeSet() : Setup(1) {
+    header.samples = 140000;
+    parameters.sample = parameters_for("auto");
+    parameters.sample.in_blocks = true;
+    set_samples(parameters.sample, header.samples);
+    stages = {{"read_mesh", [](GraphItem& item) {
+                 item.model.file = test::torus(24, 12);
+                 item.model.key = make_random_key(1, {});
+               }}};
+    for (ModelStage& stage : stages_of(parameters.sample, nullptr))
+      stages.push_back({stage.name, [run = std::move(stage.run)](GraphItem& item) { run(item.model); }});
+  }
+  GraphResult run() {
+    return run_sampling_graph(plan, parameters, stages, header, blocks, cancelled, statistics);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("graph: the samples of a large set reach the sink block by block") {
+  LargeSet setup;
+  const GraphResult result = setup.run();
+  CHECK(result.written == 1);
+  CHECK(result.failed == 0);
+  SampleParameters whole = setup.parameters.sample;
+  whole.in_blocks = false;
+  CHECK((setup.blocks.points == Sampler(whole).sample(test::torus(24, 12)).samples.points));
+}
+
+TEST_CASE("graph: a set that cannot be made when it is written fails as an item, the run goes on") {
+  LargeSet setup;
+  setup.parameters.timeout_seconds = 3600;
+  setup.blocks.before_block = [&] {
+    if (!setup.blocks.points.empty()) throw ItemError(Status::timeout, "took too long");
+  };
+  std::string_view failed_in;
+  const GraphResult result = run_sampling_graph(
+      setup.plan, setup.parameters, setup.stages, setup.header, setup.blocks, setup.cancelled,
+      setup.statistics, [&](const FinishedItem& item) { failed_in = item.failed_in; });
+  CHECK(result.written == 1);
+  CHECK(result.failed == 1);
+  CHECK(failed_in == "write_row");
+  REQUIRE(setup.blocks.failed);
+  CHECK(setup.blocks.failed->report.status == Status::timeout);
+  CHECK(setup.blocks.failed->report.reason == "took too long");
+  CHECK(setup.blocks.failed->samples.count() == 0);
+}
+
+TEST_CASE("graph: a run that is stopped while a large set is written drops it") {
+  LargeSet setup;
+  setup.blocks.before_block = [&] { setup.cancelled = !setup.blocks.points.empty(); };
+  const GraphResult result = setup.run();
+  CHECK(result.stopped);
+  CHECK(result.dropped == 1);
+  CHECK(result.written == 0);
+  CHECK_FALSE(setup.blocks.failed);
 }

@@ -1,0 +1,116 @@
+#include "kernels/sample/placed_sites.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+#include "kernels/locate/element_source.h"
+#include "kernels/sample/distinct_points.h"
+#include "kernels/sample/placer.h"
+#include "kernels/sample/sequence.h"
+
+namespace meander {
+
+namespace {
+
+std::array<float, 3> point_at(const Placer& placer, const SampleSite& site) {
+  return placer.stored_point(site.triangle, site.b1, site.b2);
+}
+
+// The site with the weights of a draw.
+SampleSite drawn_site(SampleSite site, const Draw& draw) {
+  site.b1 = static_cast<float>(draw.b1);
+  site.b2 = static_cast<float>(draw.b2);
+  return site;
+}
+
+Draw draw_again(const Placer& placer, std::uint32_t rank, std::uint32_t counter) {
+  const Piece piece = placer.redraw_piece(rank);
+  return placer.parameters.place == PlaceKind::vertex
+             ? placer.draw(placer.sites.site[rank].triangle, piece, rank, counter)
+             : placer.draw_in_element(rank, piece, counter);
+}
+
+// The counter of the first redraw.
+std::uint32_t redraw_counter(const Placer& placer, std::uint32_t rank) {
+  if (placer.parameters.place == PlaceKind::vertex) return 0;
+  return placer.draw_in_element(rank, placer.piece(rank), 0).next_counter;
+}
+
+// Draws every sample in its element, unless it lies at the curve vertex, and then those again that are not at
+// a place of their own.
+void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs, const CancelToken& cancel) {
+  if (placer.parameters.place == PlaceKind::element)
+    parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
+      cancel.check();
+      for (std::size_t r = begin; r < end; ++r)
+        sites.site[r] = drawn_site(sites.site[r],
+                                   placer.draw_in_element(static_cast<std::uint32_t>(r), placer.piece(r), 0));
+    });
+  const Redraws redraws = find_redraws(
+      sites.count(), [&](std::uint32_t rank) { return point_at(placer, sites.site[rank]); },
+      [&](std::uint32_t rank) { return redraw_counter(placer, rank); },
+      [&](std::uint32_t rank, std::uint32_t counter) {
+        const Draw draw = draw_again(placer, rank, counter);
+        return DrawnPoint{point_at(placer, drawn_site(sites.site[rank], draw)), draw.next_counter};
+      },
+      max_redraws, cancel);
+  for (const Redraw& redraw : redraws.redraw)
+    sites.site[redraw.rank] =
+        drawn_site(sites.site[redraw.rank], draw_again(placer, redraw.rank, redraw.counter));
+  repairs[Repair::coincident_points] += redraws.coincident;
+}
+
+}  // namespace
+
+PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                        const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
+                        const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                        const CancelToken& cancel) {
+  if (regions.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
+  PlacedSites placed;
+  {
+    const ElementSource source(surface, density, charts, {}, regions.group, regions.parameters.order, key);
+    const bool vertices = parameters.place == PlaceKind::vertex;
+    if (forms_net(parameters) && regions.parameters.order == ElementOrder::balanced) {
+      placed.sites = elements_in_net(regions, source, key, vertices, cancel);
+    } else {
+      SampleSequence sequence =
+          make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
+      placed.sites = elements_at(regions, source, sequence.position, vertices, cancel);
+      placed.order = std::move(sequence.rank_of_index);
+    }
+  }
+  cancel.check();
+  draw_sites(Placer{file, surface, density, placed.sites, key, parameters, frame}, placed.sites, repairs,
+             cancel);
+  placed.sites.mass = std::vector<double>();
+  repairs[Repair::bad_normals] += count_bad_normals(file);
+  if (parameters.order == OrderKind::curve)
+    placed.order = std::vector<std::uint32_t>();
+  else if (placed.order.empty())
+    placed.order = progressive_order(parameters.samples, key);
+  return placed;
+}
+
+Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const MeasuredMesh& surface,
+                   const Density& density, RandomKey key, const PlaceParameters& parameters,
+                   const OutputFrame& frame, std::size_t begin, std::size_t end) {
+  const Placer placer{file, surface, density, placed.sites, key, parameters, frame};
+  Samples samples = room_for_samples(end - begin);
+  samples.curve_rank.resize(end - begin);
+  parallel_blocks(end - begin, sum_block, [&](std::size_t from, std::size_t to) {
+    constexpr std::size_t ahead = 16;  // sites that follow each other in the file are far apart in memory
+    for (std::size_t i = from; i < to; ++i) {
+      if (i + ahead < to) __builtin_prefetch(&placed.sites.site[placed.rank(begin + i + ahead)]);
+      const std::uint32_t rank = placed.rank(begin + i);
+      const SampleSite& site = placed.sites.site[rank];
+      set_sample(placer, rank, point_at(placer, site).data(), i, samples);
+      samples.curve_rank[i] = rank;
+    }
+  });
+  return samples;
+}
+
+}  // namespace meander

@@ -1,0 +1,42 @@
+// Large sets block by block: samples are placed as sites, and turned into rows of arrays when these are asked
+// for (docs/METHODS.md 7.8).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/density/density.h"
+#include "kernels/locate/surface_regions.h"
+#include "kernels/mesh/measured_mesh.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/sample_sites.h"
+
+namespace meander {
+
+// N placed samples in 20 bytes each, 16 along the curve. All else follows from these and the mesh.
+struct PlacedSites {
+  SampleSites sites;                 // N, by curve rank
+  std::vector<std::uint32_t> order;  // N: the curve rank of the i-th sample of the file; empty: i
+  std::size_t count() const { return sites.count(); }
+  std::uint32_t rank(std::size_t i) const { return order.empty() ? static_cast<std::uint32_t>(i) : order[i]; }
+};
+
+// The samples that place_samples places in these regions. At most 24 bytes a sample (32 for the sequences
+// owen and random, whose positions are sorted) and what the regions that are worked on take. O(N + E log E).
+// Throws what place_samples throws.
+PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
+                        const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
+                        const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                        const CancelToken& cancel = {});
+
+// Samples [begin, end) of the file, of what place_sites was given. Pure: blocks may be asked for in any
+// order, by any thread, and together are what place_samples returns. O(end - begin).
+Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const MeasuredMesh& surface,
+                   const Density& density, RandomKey key, const PlaceParameters& parameters,
+                   const OutputFrame& frame, std::size_t begin, std::size_t end);
+
+}  // namespace meander

@@ -1,0 +1,202 @@
+// Points of the elements that samples lie in: what all sets of samples on meshes share.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "kernels/core/exact_division.h"
+#include "kernels/core/random.h"
+#include "kernels/locate/pieces.h"
+#include "kernels/mesh/measured_mesh.h"
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/place_samples.h"
+#include "kernels/sample/sample_sites.h"
+
+namespace meander {
+
+// Redraws of a point that is there already.
+inline constexpr int max_redraws = 64;
+// Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
+inline constexpr int max_draws = 64;
+
+struct Draw {
+  double b1, b2;
+  std::uint32_t next_counter;
+};
+
+// Everything that placing one sample needs; const, shared by all threads.
+struct Placer {
+  const PolygonMesh& file;
+  const MeasuredMesh& surface;
+  const Density& density;
+  const SampleSites& sites;
+  RandomKey key;
+  const PlaceParameters& parameters;
+  const OutputFrame& frame;
+  const PreparedMesh& mesh = surface.mesh();
+  ExactDivision in_units{mesh.unit};
+  double scale_in_units = frame.scale / mesh.unit;
+
+  double density_at(std::uint32_t triangle, double b1, double b2) const {
+    if (density.uniform()) return 1.0;
+    if (density.in_pieces()) return source_of(mesh, density, triangle).density_at(b1, b2);
+    const double* corner = &density.corner[3 * std::size_t{triangle}];
+    return (1 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
+  }
+
+  Piece piece(std::size_t rank) const {
+    return piece_of(bisection_corners(surface, sites.site[rank].triangle), sites.site[rank].path);
+  }
+
+  // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
+  Draw draw(std::uint32_t triangle, const Piece& p, std::uint32_t rank, std::uint32_t counter) const {
+    double largest = 0, smallest = INFINITY;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double d = density_at(triangle, p.b1[k], p.b2[k]);
+      largest = std::max(largest, d);
+      smallest = std::min(smallest, d);
+    }
+    if (density.in_pieces()) {  // near a curve vertex: its corners say nothing about what is between them
+      largest = 1;
+      smallest = 0;
+    }
+    Draw result{p.b1[0], p.b2[0], counter};
+    for (int trial = 0; trial < max_draws; ++trial) {
+      const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
+      const auto weights = uniform_point(p, uniform.first, uniform.second);
+      result.b1 = weights[0];
+      result.b2 = weights[1];
+      if (smallest == largest) break;
+      const double accept = random_pair(key, Stream::element_point, rank, result.next_counter++).first;
+      if (accept * largest <= density_at(triangle, result.b1, result.b2)) break;
+    }
+    return result;
+  }
+
+  // A mu-uniform point of the element.
+  Draw draw_in_element(std::uint32_t rank, const Piece& p, std::uint32_t counter) const {
+    return density.in_pieces() ? draw_in_parts(rank, counter)
+                               : draw(sites.site[rank].triangle, p, rank, counter);
+  }
+  // The same where the density is one in pieces: in one of them, chosen by mass.
+  Draw draw_in_parts(std::uint32_t rank, std::uint32_t counter) const {
+    const double choice = random_pair(key, Stream::element_point, rank, counter).first;
+    const UnitPair uniform = random_pair(key, Stream::element_point, rank, counter + 1);
+    const WorkPiece part =
+        part_by_mass(source_of(mesh, density, sites.site[rank].triangle), sites.site[rank].path, choice);
+    const auto weights = uniform_point(part.weights, uniform.first, uniform.second);
+    return {weights[0], weights[1], counter + 2};
+  }
+
+  // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than
+  // the whole triangle, the triangle shrunk towards the vertex until it weighs what the vertex does.
+  Piece redraw_piece(std::size_t rank) const {
+    Piece p = piece(rank);
+    if (parameters.place == PlaceKind::element || sites.site[rank].path != 1) return p;
+    const std::uint32_t t = sites.site[rank].triangle;
+    const double whole =
+        density.in_pieces()
+            ? piece_mass(source_of(mesh, density, t), {}, 1)
+            : mesh.area[t] * (density_at(t, 0, 0) + density_at(t, 1, 0) + density_at(t, 0, 1)) / 3;
+    const double shrink = whole > 0 ? std::sqrt(std::clamp(sites.mass[rank] / whole, 0.0, 1.0)) : 1.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p.b1[k] = sites.site[rank].b1 + shrink * (p.b1[k] - sites.site[rank].b1);
+      p.b2[k] = sites.site[rank].b2 + shrink * (p.b2[k] - sites.site[rank].b2);
+    }
+    return p;
+  }
+
+  // The point that float32 weights name, in stored coordinates: what a reader recomputes from corners and
+  // weights. In units of the mesh, where nothing leaves the range of double.
+  std::array<float, 3> stored_point(std::uint32_t triangle, float b1, float b2) const {
+    const auto vertex = [&](std::size_t k) {
+      return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
+    };
+    const std::uint32_t v0 = vertex(0), v1 = vertex(1), v2 = vertex(2);
+    const auto along = [&](const std::vector<double>& c, double loc) {
+      const double at = in_units(c[v0] - loc) + b1 * in_units(c[v1] - c[v0]) + b2 * in_units(c[v2] - c[v0]);
+      return static_cast<float>(at / scale_in_units) + 0.0f;  // no negative zero
+    };
+    return {along(file.x, frame.loc.x), along(file.y, frame.loc.y), along(file.z, frame.loc.z)};
+  }
+
+  Vector3 geometric_normal(std::uint32_t triangle) const {
+    const std::size_t t = 3 * std::size_t{triangle};
+    const Vector3 a = mesh.position(mesh.triangles[t]), b = mesh.position(mesh.triangles[t + 1]),
+                  c = mesh.position(mesh.triangles[t + 2]);
+    const Vector3 n = cross(b - a, c - a);
+    const double length = norm(n);
+    return length > 0 ? (1 / length) * n : Vector3{0, 0, 1};
+  }
+
+  // The file's normals interpolated, where all three corners have a usable one and they do not cancel.
+  Vector3 normal(std::uint32_t triangle, float b1, float b2) const {
+    if (file.normals.empty()) return geometric_normal(triangle);
+    const double weight[3] = {1.0 - b1 - b2, b1, b2};
+    Vector3 sum;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t slot = mesh.corner_slot[3 * std::size_t{triangle} + k];
+      const std::size_t number = file.corner_normals.empty() ? file.corners[slot] : file.corner_normals[slot];
+      if (3 * number + 2 >= file.normals.size()) return geometric_normal(triangle);
+      const Vector3 n = {file.normals[3 * number], file.normals[3 * number + 1],
+                         file.normals[3 * number + 2]};
+      const double length = norm(n);
+      if (!(length > 0) || !std::isfinite(length)) return geometric_normal(triangle);
+      sum = sum + (weight[k] / length) * n;
+    }
+    const double length = norm(sum);
+    return length > 1e-6 ? (1 / length) * sum : geometric_normal(triangle);
+  }
+};
+
+// Normals of the file without a direction.
+inline std::uint32_t count_bad_normals(const PolygonMesh& file) {
+  std::uint32_t bad = 0;
+  for (std::size_t i = 0; i + 2 < file.normals.size(); i += 3) {
+    const double length = norm({file.normals[i], file.normals[i + 1], file.normals[i + 2]});
+    bad += !(length > 0) || !std::isfinite(length);
+  }
+  return bad;
+}
+
+// Arrays for that many samples, but for curve_rank.
+inline Samples room_for_samples(std::size_t count) {
+  Samples samples;
+  samples.points.resize(3 * count);
+  samples.normals.resize(3 * count);
+  samples.face.resize(count);
+  samples.triangle.resize(count);
+  samples.corners.resize(3 * count);
+  samples.barycentric.resize(2 * count);
+  samples.density.resize(count);
+  return samples;
+}
+
+// Sample i: the one of this rank, at this point.
+inline void set_sample(const Placer& placer, std::size_t rank, const float* point, std::size_t i,
+                       Samples& samples) {
+  const auto [t, path, b1, b2] = placer.sites.site[rank];
+  const PreparedMesh& mesh = placer.mesh;
+  const Vector3 n = placer.normal(t, b1, b2);
+  const float normal[3] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    samples.points[3 * i + k] = point[k];
+    samples.normals[3 * i + k] = normal[k];
+    samples.corners[3 * i + k] = placer.file.corners[mesh.corner_slot[3 * std::size_t{t} + k]];
+  }
+  samples.face[i] = mesh.polygon[t];
+  samples.triangle[i] = t;
+  samples.barycentric[2 * i] = b1;
+  samples.barycentric[2 * i + 1] = b2;
+  samples.density[i] = static_cast<float>(placer.density_at(t, b1, b2));
+}
+
+// Samples of cells form a net in place of a shifted set along the path.
+inline bool forms_net(const PlaceParameters& parameters) {
+  return parameters.sequence == SequenceKind::shifted;
+}
+
+}  // namespace meander

@@ -1,0 +1,117 @@
+#include "kernels/sample/sample_sites.h"
+
+#include "kernels/core/parallel.h"
+#include "kernels/sample/cell_net.h"
+#include "kernels/sample/sequence.h"
+
+namespace meander {
+
+namespace {
+
+// The cells are those from rank `first` on.
+void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bool vertices,
+                 SampleSites& found, const CancelToken& cancel) {
+  const DigitalShift shift = digital_shift(key);
+  parallel_blocks(cells.count(), sum_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    CellNetScratch scratch;
+    for (std::size_t c = begin; c < end; ++c) {
+      const double choice = random_pair(key, Stream::sequence, first + c).first;
+      const CellEntry& entry = entry_in_net(cells.cells, cells.cells.cell[c], shift, choice, scratch);
+      found.set(first + c, cells.triangle[entry.element()], cells.path_of(entry));
+      if (vertices)
+        found.set_vertex(first + c, &cells.vertex[2 * std::size_t{entry.element()}], cells.cells.mass(entry));
+    }
+  });
+}
+
+}  // namespace
+
+// Half-open. Positions ascend: one linear merge.
+SampleSites elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
+                        const CancelToken& cancel) {
+  SampleSites found(position.size(), vertices);
+  const double total = elements.total();
+  std::size_t at = 0;
+  std::size_t last =
+      elements.count() -
+      1;  // positions that rounding pushes past the end belong to the last element of positive mass
+  while (last > 0 && !(elements.cumulative[last + 1] > elements.cumulative[last])) --last;
+  for (std::size_t r = 0; r < position.size(); ++r) {
+    if (r % sum_block == 0) cancel.check();
+    const double target = position[r] * total;
+    while (at < last && elements.cumulative[at + 1] <= target) ++at;
+    found.set(r, elements.triangle[at], elements.path[at]);
+    if (vertices)
+      found.set_vertex(r, &elements.vertex[2 * at], elements.cumulative[at + 1] - elements.cumulative[at]);
+  }
+  return found;
+}
+
+SampleSites elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
+                        const CancelToken& cancel) {
+  SampleSites found(position.size(), vertices);
+  const auto count = static_cast<double>(cells.count());
+  parallel_blocks(position.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    std::vector<std::uint64_t> scratch;
+    for (std::size_t r = begin; r < end; ++r) {
+      const double at = position[r] * count;
+      const std::size_t c = std::min(static_cast<std::size_t>(at), cells.count() - 1);
+      const CellEntry& entry =
+          entry_at(cells.cells, cells.cells.cell[c], std::min(at - static_cast<double>(c), 1.0), scratch);
+      found.set(r, cells.triangle[entry.element()], cells.path_of(entry));
+      if (vertices)
+        found.set_vertex(r, &cells.vertex[2 * std::size_t{entry.element()}], cells.cells.mass(entry));
+    }
+  });
+  return found;
+}
+
+SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool vertices,
+                            const CancelToken& cancel) {
+  SampleSites found(cells.count(), vertices);
+  find_in_net(cells, 0, key, vertices, found, cancel);
+  return found;
+}
+
+SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                            bool vertices, const CancelToken& cancel) {
+  SampleSites found(regions.parameters.samples, vertices);
+  parallel_tasks(regions.count(), [&](std::size_t region) {
+    find_in_net(region_cells(regions, source, region, cancel), regions.first_stratum[region], key, vertices,
+                found, cancel);
+  });
+  return found;
+}
+
+// Regions have whole strata: positions in strata, less those before, are those in the region.
+SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
+                        std::span<const double> position, bool vertices, const CancelToken& cancel) {
+  SampleSites found(position.size(), vertices);
+  const auto samples = static_cast<double>(regions.parameters.samples);
+  const auto rank_at = [&](std::size_t region) {
+    if (region == regions.count()) return position.size();
+    const auto first = static_cast<double>(regions.first_stratum[region]);
+    const auto at =
+        std::partition_point(position.begin(), position.end(), [&](double p) { return p * samples < first; });
+    return static_cast<std::size_t>(at - position.begin());
+  };
+  parallel_tasks(regions.count(), [&](std::size_t region) {
+    const std::size_t begin = rank_at(region), end = rank_at(region + 1);
+    if (begin == end) return;
+    const auto first = static_cast<double>(regions.first_stratum[region]);
+    const auto strata = static_cast<double>(regions.strata(region));
+    std::vector<double> local(end - begin);
+    for (std::size_t i = 0; i < local.size(); ++i)
+      local[i] = std::min((position[begin + i] * samples - first) / strata, below_one);
+    const SampleSites part =
+        regions.parameters.order == ElementOrder::balanced
+            ? elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel)
+            : elements_at(region_elements(regions, source, region, cancel), local, vertices, cancel);
+    found.set_all(begin, part);
+  });
+  return found;
+}
+
+}  // namespace meander

@@ -1,0 +1,65 @@
+// Where samples lie: an element, and a point of its triangle.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/core/cancel.h"
+#include "kernels/core/random.h"
+#include "kernels/locate/element_cells.h"
+#include "kernels/locate/element_source.h"
+#include "kernels/locate/surface_regions.h"
+
+namespace meander {
+
+// A piece of a triangle, and the weights of corners 1 and 2 of the triangle: those of the sample, before it
+// is placed of the piece's curve vertex, or 0.
+struct SampleSite {
+  std::uint32_t triangle, path;
+  float b1, b2;
+};
+
+// The sites of N samples by curve rank.
+struct SampleSites {
+  std::vector<SampleSite> site;  // N
+  std::vector<double> mass;      // N: that of the element, where samples are placed at curve vertices
+  SampleSites() = default;
+  SampleSites(std::size_t count, bool vertices) : site(count), mass(vertices ? count : 0) {}
+  std::size_t count() const { return site.size(); }
+  void set(std::size_t rank, std::uint32_t triangle, std::uint32_t path) {
+    site[rank] = {triangle, path, 0, 0};
+  }
+  void set_vertex(std::size_t rank, const float* weights, double own_mass) {
+    site[rank].b1 = weights[0];
+    site[rank].b2 = weights[1];
+    mass[rank] = own_mass;
+  }
+  // From rank `first` on, those of a part.
+  void set_all(std::size_t first, const SampleSites& part) {
+    const auto at = static_cast<std::ptrdiff_t>(first);
+    std::copy(part.site.begin(), part.site.end(), site.begin() + at);
+    std::copy(part.mass.begin(), part.mass.end(), mass.begin() + at);
+  }
+};
+
+// The element that holds each of the ascending positions in [0, 1): never one without mass. `vertices`:
+// curve vertices too. O(N + E); in cells expected O(N P) for P entries a cell.
+SampleSites elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
+                        const CancelToken& cancel);
+SampleSites elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
+                        const CancelToken& cancel);
+// The elements or cells are made and forgotten one region after the other, several at a time by several
+// threads.
+SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
+                        std::span<const double> position, bool vertices, const CancelToken& cancel);
+
+// The same where the samples of cells form a net (cell_net.h): one element a cell.
+SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool vertices,
+                            const CancelToken& cancel);
+SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
+                            bool vertices, const CancelToken& cancel);
+
+}  // namespace meander
