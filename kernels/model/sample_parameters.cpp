@@ -120,8 +120,12 @@ double elements_per_sample(const SampleParameters& parameters) {
   const double asked = parameters.elements.elements_per_sample;
   double least = 0;
   if (method_of(parameters).follows_tensor) least = tensor_elements_per_sample;
-  if (order_of(parameters) == ElementOrder::balanced)
-    least = std::max(least, balanced_elements_per_sample(parameters.place.samples));
+  if (order_of(parameters) == ElementOrder::balanced) {
+    const bool splits = !method_of(parameters).makes_charts &&
+                        parameters.density.kind == DensityKind::uniform &&
+                        parameters.place.place == PlaceKind::element;  // see splits_pieces
+    least = std::max(least, balanced_elements_per_sample(parameters.place.samples, splits));
+  }
   return std::max(asked, least);
 }
 

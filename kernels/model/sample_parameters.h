@@ -32,9 +32,9 @@ inline constexpr double tensor_elements_per_sample = 16;
 
 // The least number of elements per sample of the balanced order: its cells follow the borders of elements,
 // and coarse elements make ragged cells (docs/METHODS.md 6.5 has the numbers). Large sets do with fewer, for
-// the time that the elements take.
-constexpr double balanced_elements_per_sample(std::uint32_t samples) {
-  return samples <= most_whole_samples ? 12 : 4;
+// the time that the elements take: that is less where only small cells take their pieces apart.
+constexpr double balanced_elements_per_sample(std::uint32_t samples, bool splits) {
+  return samples <= most_whole_samples ? 12 : splits ? 6 : 4;
 }
 
 // The least number of elements per sample over a coarse mesh, whose charts have no rays to say which
