@@ -195,9 +195,9 @@ struct RunDirectory::State {
     mark_done(encoded.row, encoded.report->status);
   }
 
-  void seal(std::uint64_t shard) {
-    const fs::path temporary = with_suffix(shard_path(shard), ".new");
-    const auto read = [&](std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) {
+  // Of the rows of a shard from its journal.
+  ReadPayload payloads(std::uint64_t shard) {
+    return [this, shard](std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) {
       const std::uint64_t count = std::min<std::uint64_t>(bytes.size(), length[row] - begin);
       const std::span<std::byte> part = bytes.first(static_cast<std::size_t>(count));
       if (journals.read(shard, offset[row] + record_header_bytes + begin, part) < count)
@@ -205,10 +205,30 @@ struct RunDirectory::State {
                        fmt::format("the journal of shard {} was truncated by another program", shard));
       return part.size();
     };
-    write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), read);
+  }
+
+  // A store of one shard is written from its journal.
+  bool needs_shards() const { return shards != 1; }
+
+  void seal(std::uint64_t shard) {
+    const fs::path temporary = with_suffix(shard_path(shard), ".new");
+    write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), payloads(shard));
     rename_file(temporary, shard_path(shard));
     sealed[shard] = true;
     journals.remove(shard);
+  }
+
+  void write_store(const fs::path& path) {
+    if (!needs_shards() && !sealed.front()) {
+      write_store_of_journal(path, header, layout, journals.bytes(0), payloads(0));
+      return;
+    }
+    std::vector<MergeSource> sources;
+    for (std::uint64_t shard = 0; shard < shards; ++shard) {
+      if (!sealed[shard]) seal(shard);
+      sources.push_back({shard_path(shard), rows_of(shard)});
+    }
+    merge_rows(path, header, layout, sources);
   }
 };
 
@@ -256,7 +276,7 @@ void RunDirectory::end_item(EncodedRow encoded) {
   else
     state.append(encoded);
   encoded = {};  // sealing reads the rows of a shard back
-  if (state.missing[shard] == 0) state.seal(shard);
+  if (state.missing[shard] == 0 && state.needs_shards()) state.seal(shard);
 }
 
 void RunDirectory::leave_lock_to_parent() { state_->lock = {}; }
@@ -272,13 +292,8 @@ void RunDirectory::finish(const std::function<void()>& finished) {
   State& state = *state_;
   if (state.done != state.layout.rows)
     throw ItemError(Status::internal, fmt::format("{} of {} rows are done", state.done, state.layout.rows));
-  std::vector<MergeSource> shards;
-  for (std::uint64_t shard = 0; shard < state.shards; ++shard) {
-    if (!state.sealed[shard]) state.seal(shard);
-    shards.push_back({state.shard_path(shard), state.rows_of(shard)});
-  }
   const fs::path part = part_of_store(state.store);
-  merge_rows(part, state.header, state.layout, shards);
+  state.write_store(part);
   const std::vector<fs::path> replaced = packs_of_store(state.store);
   rename_file(part, state.store);
   remove_packs(replaced);

@@ -102,6 +102,36 @@ class ShardWriter {
     file.seal();
   }
 
+  // The rows are all of the store: column by column, as merge_rows writes them.
+  void write_store(std::uint64_t journal_bytes) {
+    gather_items();
+    if (samples_are_filtered(layout_)) find_chunks();
+    StoreFileWriter file(path_, layout_, header_, std::nullopt, file_bytes(journal_bytes));
+    // Small columns first, so that they are contiguous at the front of the file; then the samples.
+    std::uint64_t begin = head_bytes();
+    for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
+      const DatasetLayout& dataset = layout_.datasets[d];
+      if (is_item(dataset.spec)) {
+        write_item_column(file, d);
+      } else if (dataset.spec.role == Role::descriptor) {
+        write_raw_column(file, d, begin);
+        begin += dataset.row_bytes;
+      }
+    }
+    std::size_t sample_column = 0;
+    for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
+      const DatasetLayout& dataset = layout_.datasets[d];
+      if (!per_sample(dataset.spec)) continue;
+      if (samples_are_filtered(layout_)) {
+        write_chunk_column(file, d, sample_column++);
+      } else {
+        write_raw_column(file, d, begin);
+        begin += dataset.row_bytes;
+      }
+    }
+    file.seal();
+  }
+
  private:
   // An upper bound of the length of the file.
   std::uint64_t file_bytes(std::uint64_t journal_bytes) const {
@@ -164,16 +194,24 @@ class ShardWriter {
     }
   }
 
+  // Without any reason none is stored: the fill value is the empty text.
+  bool is_stored(std::size_t d) const {
+    const auto is_zero = [](std::byte b) { return b == std::byte{}; };
+    return !columns_[d].empty() && (layout_.datasets[d].spec.role != Role::reason ||
+                                    !std::all_of(columns_[d].begin(), columns_[d].end(), is_zero));
+  }
+
+  void write_item_column(StoreFileWriter& file, std::size_t d) {
+    if (!is_stored(d)) return;
+    std::vector<std::byte> filtered;
+    append_filtered(columns_[d], layout_.datasets[d].element_bytes, layout_.compression, filtered);
+    file.write_chunk(d, 0, 0, filtered);
+  }
+
   void write_items(StoreFileWriter& file) {
     std::vector<FilteredChunk> chunks;
-    for (std::size_t d = 0; d < columns_.size(); ++d) {
-      if (columns_[d].empty()) continue;
-      const bool all_zero =
-          std::all_of(columns_[d].begin(), columns_[d].end(), [](std::byte b) { return b == std::byte{}; });
-      // A shard without any reason stores none: the fill value is the empty text.
-      if (layout_.datasets[d].spec.role == Role::reason && all_zero) continue;
-      chunks.push_back({d, 0, {}});
-    }
+    for (std::size_t d = 0; d < columns_.size(); ++d)
+      if (is_stored(d)) chunks.push_back({d, 0, {}});
     filter_and_write(file, chunks, [&](const FilteredChunk& chunk) {
       return std::span<const std::byte>(columns_[chunk.dataset]);
     });
@@ -192,6 +230,72 @@ class ShardWriter {
                             layout_.compression, chunks[i].bytes);
         });
     for (const FilteredChunk& chunk : chunks) file.write_chunk(chunk.dataset, chunk.row, 0, chunk.bytes);
+  }
+
+  // Bytes of the payload of a row that is ok, before its descriptors: such a row has no reason.
+  std::uint64_t head_bytes() const { return item_record(layout_.columns).bytes + 4; }
+
+  void read_part(std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) const {
+    if (read_(row, begin, bytes) < bytes.size())
+      throw ItemError(Status::internal, fmt::format("the record of row {} ends too early", row));
+  }
+
+  // Lengths of the filtered chunks of all rows that are ok.
+  void find_chunks() {
+    std::uint64_t begin = head_bytes();
+    for (const DatasetLayout& dataset : layout_.datasets) {
+      if (dataset.spec.role == Role::descriptor) begin += dataset.row_bytes;
+      sample_columns_ += per_sample(dataset.spec);
+    }
+    samples_begin_ = begin;
+    chunks_per_row_ =
+        sample_columns_ * layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row;
+    for (std::uint64_t row = 0; row < rows_.size(); ++row) {
+      if (statuses_[row] != Status::ok) continue;
+      std::uint64_t at = samples_begin_;
+      for (std::size_t i = 0; i < chunks_per_row_; ++i) {
+        std::uint32_t length = 0;
+        read_part(row, at, std::as_writable_bytes(std::span(&length, 1)));
+        chunk_lengths_.push_back(length);
+        at += 4 + length;
+      }
+    }
+  }
+
+  // A column of samples whose chunks hold one row: as they are in the journal.
+  void write_chunk_column(StoreFileWriter& file, std::size_t d, std::size_t sample_column) {
+    std::vector<std::byte> chunk;
+    std::size_t length = 0;  // its place in chunk_lengths_
+    for (std::uint64_t row = 0; row < rows_.size(); ++row) {
+      if (statuses_[row] != Status::ok) continue;
+      std::uint64_t at = samples_begin_;
+      for (std::size_t i = 0; i < chunks_per_row_; ++i, ++length) {
+        if (i % sample_columns_ == sample_column) {
+          chunk.resize(chunk_lengths_[length]);
+          read_part(row, at + 4, chunk);
+          file.write_chunk(d, row, static_cast<std::uint32_t>(i / sample_columns_), chunk);
+        }
+        at += 4 + chunk_lengths_[length];
+      }
+    }
+  }
+
+  // A column of raw arrays that begin there in the payloads of rows that are ok.
+  void write_raw_column(StoreFileWriter& file, std::size_t d, std::uint64_t begin) {
+    const DatasetLayout& dataset = layout_.datasets[d];
+    const std::uint64_t step =
+        std::max<std::uint64_t>(1, stretch_bytes / dataset.chunk_bytes) * dataset.chunk.rows;
+    std::vector<std::vector<std::byte>> raw(layout_.datasets.size());
+    for (std::uint64_t first = 0; first < rows_.size(); first += step) {
+      const RowRange stretch{first, std::min(first + step, rows_.size())};
+      make_room(
+          stretch, [&](const DatasetSpec& spec) { return &spec == &dataset.spec; }, raw);
+      for (std::uint64_t row = stretch.begin; row < stretch.end; ++row)
+        if (statuses_[row] == Status::ok)
+          read_part(row, begin,
+                    std::span(raw[d]).subspan((row - stretch.begin) * dataset.row_bytes, dataset.row_bytes));
+      write_raw(file, stretch, raw);
+    }
   }
 
   // Samples and descriptors of at most 256 rows that begin at a multiple of 256.
@@ -280,6 +384,10 @@ class ShardWriter {
   const ReadPayload& read_;
   std::vector<std::vector<std::byte>> columns_;  // per dataset; empty but for item columns
   std::vector<Status> statuses_;
+  // Of write_store, where chunks hold one row: lengths of those of rows that are ok, one behind the other.
+  std::vector<std::uint32_t> chunk_lengths_;
+  std::size_t sample_columns_ = 0, chunks_per_row_ = 0;
+  std::uint64_t samples_begin_ = 0;
 };
 
 }  // namespace
@@ -287,6 +395,11 @@ class ShardWriter {
 void write_shard(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
                  RowRange rows, std::uint64_t reserve, const ReadPayload& read) {
   ShardWriter(path, header, layout, rows, read).write(reserve);
+}
+
+void write_store_of_journal(const std::filesystem::path& path, const StoreHeader& header,
+                            const StoreLayout& layout, std::uint64_t reserve, const ReadPayload& read) {
+  ShardWriter(path, header, layout, {0, layout.rows}, read).write_store(reserve);
 }
 
 }  // namespace meander::store
@@ -308,7 +421,11 @@ std::uint64_t shard_writing_bytes(const StoreHeader& header) {
   const bool filtered = store::samples_are_filtered(layout);
   const std::uint64_t journal = std::min(samples, store::payload_stretch + 2 * points.chunk_bytes);
   const std::uint64_t stretch = filtered ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
-  return 2 * stretch * samples + journal + 2 * std::min(store::block_rows, layout.rows) * descriptors;
+  const std::uint64_t lengths = filtered ? std::min(layout.rows, store::shard_rows) * layout.datasets.size() *
+                                               points.chunk.chunks_per_row * sizeof(std::uint32_t)
+                                         : 0;
+  return 2 * stretch * samples + journal + lengths +
+         2 * std::min(store::block_rows, layout.rows) * descriptors;
 }
 
 }  // namespace meander

@@ -113,8 +113,11 @@ class StoreFileReader {
   // Decodes `count` rows from row `row` on into `values`, count * row_bytes of the dataset.
   void read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
                  std::span<std::byte> values) const;
+  // Whether the chunk was written.
+  bool has_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part) const;
   // The stored bytes of one chunk. One that was never written is an error (Hdf5Error): libraries differ in
-  // how they answer, so callers ask only for chunks with a row that is ok, and for item columns.
+  // how they answer, so callers ask only for chunks with a row that is ok, for item columns, and for what
+  // has_chunk knows.
   void read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                   std::vector<std::byte>& filtered) const;
 

@@ -270,6 +270,15 @@ void StoreFileReader::read_rows(std::size_t dataset, std::uint64_t row, std::uin
              action);
 }
 
+bool StoreFileReader::has_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part) const {
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  hsize_t bytes = 0;
+  // Libraries differ in whether a chunk that was never written is an error.
+  return H5Dget_chunk_storage_size(datasets_[dataset].get(), chunk_offset(layout, row, part).data(),
+                                   &bytes) >= 0 &&
+         bytes > 0;
+}
+
 void StoreFileReader::read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                                  std::vector<std::byte>& filtered) const {
   const DatasetLayout& layout = layout_.datasets[dataset];

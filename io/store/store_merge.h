@@ -24,6 +24,11 @@ using ReadPayload =
 void write_shard(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
                  RowRange rows, std::uint64_t reserve, const ReadPayload& read);
 
+// The same of all rows of a store of at most shard_rows, straight to the store: the bytes are those that
+// merge_rows makes of their shard.
+void write_store_of_journal(const std::filesystem::path& path, const StoreHeader& header,
+                            const StoreLayout& layout, std::uint64_t reserve, const ReadPayload& read);
+
 // A file with the rows [rows.begin, rows.end) of the store: a sealed shard of the same run, or a finished
 // store of the same parameters, which may have rows before and after them that the store does not get.
 struct MergeSource {

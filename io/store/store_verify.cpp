@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 
 #include "io/parameters_text.h"
 #include "io/store/chunk_codec.h"
@@ -35,11 +36,32 @@ class RowChecker {
                         [this](const std::string& what) { complain("{} {}", name_, what); });
   }
 
-  void check(const DatasetSpec& spec, std::span<const std::byte> values) {
+  // The values of the row in one dataset, or one part of them after the other: `count` values in all. The
+  // first complaint ends a column.
+  void check(const DatasetSpec& spec, std::span<const std::byte> values, std::size_t count) {
+    if (spec.path != column_) {
+      column_ = spec.path;
+      seen_.clear();
+      at_ = 0;
+      points_crc32c_ = 0;
+      is_refused_ = false;
+    }
+    if (is_refused_) return;
+    const std::size_t problems = problems_.size();
+    at_ += values.size() / value_bytes(spec);
+    check_values(spec, values, count);
+    is_refused_ = problems_.size() > problems;
+  }
+
+ private:
+  void check_values(const DatasetSpec& spec, std::span<const std::byte> values, std::size_t count) {
     if (report_.status != Status::ok) return check_fill(spec, values);
-    if (spec.path == "/points" && crc32c(values) != report_.points_crc32c)
-      complain("{}: the checksum of its points is {:08x}, points_crc32c says {:08x}", name_, crc32c(values),
-               report_.points_crc32c);
+    if (spec.path == "/points") {
+      points_crc32c_ = crc32c(values, points_crc32c_);
+      if (at_ == count && points_crc32c_ != report_.points_crc32c)
+        complain("{}: the checksum of its points is {:08x}, points_crc32c says {:08x}", name_, points_crc32c_,
+                 report_.points_crc32c);
+    }
     // A descriptor that could not be made.
     if (spec.role == Role::descriptor && is_fill(spec, values)) return;
     // A certificate may say that a surface cannot be measured.
@@ -51,10 +73,9 @@ class RowChecker {
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     if (spec.path == "/face") check_below(spec, numbers, report_.faces);
     if (spec.path == "/corners") check_below(spec, numbers, report_.vertices);
-    if (spec.path == "/curve_rank") check_permutation(spec, numbers);
+    if (spec.path == "/curve_rank") check_permutation(spec, numbers, count);
   }
 
- private:
   template <class... Arguments>
   void complain(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
     problems_.push_back(fmt::format(text, std::forward<Arguments>(arguments)...));
@@ -83,13 +104,14 @@ class RowChecker {
         return complain("{} has {} in {}, which must be below {}", name_, number, spec.path, bound);
   }
 
-  void check_permutation(const DatasetSpec& spec, const std::vector<std::uint32_t>& ranks) {
-    std::vector<bool> seen(ranks.size(), false);
+  void check_permutation(const DatasetSpec& spec, const std::vector<std::uint32_t>& ranks,
+                         std::size_t count) {
+    seen_.resize(count, false);
     for (const std::uint32_t rank : ranks) {
-      if (rank >= ranks.size() || seen[rank])
+      if (rank >= count || seen_[rank])
         return complain("{} has {} in {}, which is not an order of 0 .. {}", name_, rank, spec.path,
-                        ranks.size() - 1);
-      seen[rank] = true;
+                        count - 1);
+      seen_[rank] = true;
     }
   }
 
@@ -97,6 +119,12 @@ class RowChecker {
   const ItemReport& report_;
   const StoredColumns& columns_;
   std::vector<std::string>& problems_;
+  // Of the column that is being checked, as far as it came.
+  std::string column_;
+  std::size_t at_ = 0;
+  std::uint32_t points_crc32c_ = 0;
+  std::vector<bool> seen_;  // ranks
+  bool is_refused_ = false;
 };
 
 // What the run of these parameters did; if they are not understood, what runs do.
@@ -162,6 +190,11 @@ class Verifier {
       return complain("rows {} on: {}", rows.begin, error.what());
     }
     usable_.assign(usable_.size(), true);
+    if (rows.size() == 1 && layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row > 1) {
+      check_long_row(rows.begin);
+      last_id_ = items_.id(rows.begin);
+      return;
+    }
     read_samples(rows);
     read_descriptors(rows);
     std::vector<std::vector<std::string>> problems(rows.size());
@@ -176,6 +209,61 @@ class Verifier {
       for (const std::string& problem : problems[i]) complain("{}", problem);
     }
     last_id_ = items_.id(rows.end - 1);
+  }
+
+  // A row of many chunks, some of them at a time.
+  void check_long_row(std::uint64_t row) {
+    read_descriptors({row, row + 1});
+    std::vector<std::string> problems;
+    const std::string name = fmt::format("row {} ({})", row, items_.id(row));
+    const std::optional<ItemReport> report = check_columns(row, 0, name, problems);
+    if (report) {
+      result_.ok_rows += report->status == Status::ok;
+      RowChecker checker(name, *report, layout_.columns, problems);
+      for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
+        const DatasetLayout& dataset = layout_.datasets[d];
+        if (dataset.spec.role == Role::samples)
+          check_long_column(row, d, is_chosen(dataset.spec), checker);
+        else if (!values_[d].empty() && usable_[d])
+          checker.check(dataset.spec, values_[d], dataset.row_bytes / value_bytes(dataset.spec));
+      }
+    }
+    for (const std::string& problem : problems) complain("{}", problem);
+  }
+
+  // Whether it says something of a column that one of its samples has no value.
+  static bool is_chosen(const DatasetSpec& spec) {
+    return spec.path == "/texcoord" || spec.path.starts_with("/attributes/");
+  }
+
+  // whole: its values are checked together.
+  void check_long_column(std::uint64_t row, std::size_t d, bool whole, RowChecker& checker) {
+    constexpr std::uint32_t some = 4;  // chunks at a time
+    const DatasetLayout& dataset = layout_.datasets[d];
+    const std::uint32_t parts = dataset.chunk.chunks_per_row;
+    const std::uint32_t step = whole ? parts : some;
+    std::vector<std::byte> values;
+    for (std::uint32_t first = 0; first < parts; first += step) {
+      const std::uint32_t count = std::min(step, parts - first);
+      // Chunks that were never written read as fill, as those of rows that are not ok do.
+      std::vector<Chunk> chunks;
+      for (std::uint32_t part = first; part < first + count; ++part)
+        if (items_.is_ok(row) || file_.has_chunk(d, row, part)) read_chunk({d, row, part}, chunks);
+      if (!usable_[d]) return;
+      values.resize(count * dataset.chunk_bytes);
+      write_fill(dataset.spec, values);
+      parallel_tasks(chunks.size(), [&](std::size_t i) {
+        const std::span<std::byte> to =
+            std::span(values).subspan((chunks[i].part - first) * dataset.chunk_bytes, dataset.chunk_bytes);
+        chunks[i].whole = unfilter(chunks[i].filtered, dataset.element_bytes, layout_.compression, to);
+      });
+      for (const Chunk& chunk : chunks)
+        if (!chunk.whole)
+          return complain("chunk {} of row {} of {} fails its checksum", chunk.part, row, dataset.spec.path);
+      const std::size_t begin = first * dataset.chunk_bytes;
+      checker.check(dataset.spec, std::span(values).first(std::min(values.size(), dataset.row_bytes - begin)),
+                    layout_.samples);
+    }
   }
 
   // Reads the stored chunks one after the other and decodes them in parallel.
@@ -256,9 +344,9 @@ class Verifier {
     }
   }
 
-  // True when the status is ok. `at` is the row within the stretch.
-  bool check_row(std::uint64_t row, std::uint64_t at, std::vector<std::string>& problems) const {
-    const std::string name = fmt::format("row {} ({})", row, items_.id(row));
+  // The item columns of a row, which is `at` within the stretch; nothing when they cannot be read.
+  std::optional<ItemReport> check_columns(std::uint64_t row, std::uint64_t at, const std::string& name,
+                                          std::vector<std::string>& problems) const {
     check_id(row, at, name, problems);
     ItemReport report;
     try {
@@ -266,7 +354,7 @@ class Verifier {
       static_cast<void>(items_.split(row));
     } catch (const RunError& error) {
       problems.emplace_back(error.what());
-      return false;
+      return std::nullopt;
     }
     const bool ok = report.status == Status::ok;
     if (ok != report.reason.empty())
@@ -278,14 +366,23 @@ class Verifier {
           fmt::format("{} has label {} of {} classes", name, label, file_.facts().label_names.size()));
     if (!ok && report.points_crc32c != 0)
       problems.push_back(fmt::format("{} is not ok and has a checksum of points", name));
-    RowChecker checker(name, report, layout_.columns, problems);
-    checker.check_items(topology_);
+    RowChecker(name, report, layout_.columns, problems).check_items(topology_);
+    return report;
+  }
+
+  // True when the status is ok. `at` is the row within the stretch.
+  bool check_row(std::uint64_t row, std::uint64_t at, std::vector<std::string>& problems) const {
+    const std::string name = fmt::format("row {} ({})", row, items_.id(row));
+    const std::optional<ItemReport> report = check_columns(row, at, name, problems);
+    if (!report) return false;
+    RowChecker checker(name, *report, layout_.columns, problems);
     for (std::size_t d = 0; d < values_.size(); ++d) {
       if (values_[d].empty() || !usable_[d]) continue;
       const DatasetLayout& dataset = layout_.datasets[d];
-      checker.check(dataset.spec, std::span(values_[d]).subspan(at * dataset.row_bytes, dataset.row_bytes));
+      checker.check(dataset.spec, std::span(values_[d]).subspan(at * dataset.row_bytes, dataset.row_bytes),
+                    dataset.row_bytes / value_bytes(dataset.spec));
     }
-    return ok;
+    return report->status == Status::ok;
   }
 
   // Against the row before it: of this stretch, or the last one of the stretch before.

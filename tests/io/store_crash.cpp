@@ -7,6 +7,7 @@
 #include <chrono>
 #include <thread>
 
+#include "io/store/store_merge.h"
 #include "store_support.h"
 
 using namespace meander;
@@ -216,13 +217,48 @@ TEST_CASE("run: a shard whose rows are all done but that was never sealed is sea
   CHECK((read_file(folder / "s.h5") == expected));
 }
 
+TEST_CASE("run: a store of one shard is written from its journal, with the bytes of one that is merged") {
+  for (const std::uint32_t samples : {2u, 700u, 1400u, 70000u})
+    for (const Compression compression : {Compression::standard, Compression::none}) {
+      const StoreHeader header = make_header(samples == 70000 ? 5 : 300, samples, compression);
+      const ScratchFolder folder;
+      {
+        RunDirectory run(folder / "s.h5", header);
+        for (std::uint64_t row = 0; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
+        CHECK(fs::is_empty(folder / "s.h5.run/shards"));
+        run.finish();
+      }
+      // Two halves of it, merged.
+      const std::uint64_t half = header.ids.size() / 2;
+      std::vector<store::MergeSource> halves;
+      for (const store::RowRange rows : {store::RowRange{0, half}, {half, header.ids.size()}}) {
+        StoreHeader part = header;
+        const auto cut = [&](auto& values) {
+          values = {values.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+                    values.begin() + static_cast<std::ptrdiff_t>(rows.end)};
+        };
+        cut(part.ids);
+        cut(part.labels);
+        cut(part.splits);
+        halves.push_back({folder / ("part" + std::to_string(rows.begin)), rows});
+        RunDirectory run(halves.back().path, part);
+        for (std::uint64_t row = rows.begin; row < rows.end; ++row)
+          run.end_item(encode_row(part, row - rows.begin, make_row(header, row)));
+        run.finish();
+      }
+      store::merge_rows(folder / "merged.h5", header, store::make_layout(header), halves);
+      INFO(samples << " samples");
+      CHECK((read_file(folder / "s.h5") == read_file(folder / "merged.h5")));
+    }
+}
+
 TEST_CASE("run: a damaged sealed shard is named, and removing it is enough") {
-  const StoreHeader header = make_header(20, 2);
+  const StoreHeader header = make_header(4096 + 20, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
   {
     RunDirectory run(folder / "s.h5", header);
-    for (std::uint64_t row = 0; row < 20; ++row) run.end_item(make_encoded(header, row));
+    for (std::uint64_t row = 0; row < 4096 + 20; ++row) run.end_item(make_encoded(header, row));
   }
   const fs::path shard = folder / "s.h5.run/shards/shard-000000.h5";
   std::string bytes = read_file(shard);

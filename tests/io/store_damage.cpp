@@ -124,9 +124,9 @@ TEST_CASE(
 }
 
 TEST_CASE("run: a sealed shard with any flipped bit is named before anything is read from it") {
-  const StoreHeader header = make_header(3, 2);
+  const StoreHeader header = make_header(4096 + 3, 1);
   const ScratchFolder folder;
-  const fs::path store = folder / "s.h5", shard = folder / "s.h5.run/shards/shard-000000.h5";
+  const fs::path store = folder / "s.h5", shard = folder / "s.h5.run/shards/shard-000001.h5";
   {
     RunDirectory run(store, header);
     for (std::uint64_t row = 0; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
@@ -143,10 +143,10 @@ TEST_CASE("run: a sealed shard with any flipped bit is named before anything is 
     }
   };
   std::mt19937 random(3);
-  for (std::size_t i = 0; i < good.size(); i += 1 + random() % 64) {
+  for (std::size_t i = 0; i < good.size(); i += 1 + random() % 128) {
     file.put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
     INFO("byte " << i);
-    REQUIRE_THAT(message(), Catch::Contains("shard-000000.h5 is damaged") && Catch::Contains("run again"));
+    REQUIRE_THAT(message(), Catch::Contains("shard-000001.h5 is damaged") && Catch::Contains("run again"));
     file.put(i, good[i]);
   }
   CHECK(message().empty());

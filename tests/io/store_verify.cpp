@@ -207,6 +207,42 @@ TEST_CASE("verify: values outside the range of their column in a file whose byte
   check("/normals", {ok, 3, 2}, 2.0f, "of length");
 }
 
+TEST_CASE("verify: wrong contents of rows of many chunks, which are checked some chunks at a time") {
+  // Rows of 19 MB are checked one by one; 7 chunks in each dataset.
+  StoreHeader header = make_header(4, 400001, Compression::none);
+  header.descriptors.resize(1);
+  const ScratchFolder folder;
+  const fs::path store = folder / "s.h5";
+  write_store(store, header);
+  const hsize_t ok = first_row(header, true), failed = first_row(header, false);
+  REQUIRE(std::max(ok, failed) < 4);
+  CHECK(verify_store(store).problems.empty());
+  const Samples samples = make_row(header, ok).samples;
+  const auto problems_of = [&] { return verify_store(store).problems; };
+  const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
+  using Catch::Contains;
+  constexpr hsize_t last = 400000;
+  // The last and the first chunk: each change is undone before the next.
+  const auto check = [&](const char* dataset, std::vector<hsize_t> at, auto wrong, auto right,
+                         const char* sentence) {
+    tamper(store, dataset, at, wrong);
+    const std::vector<std::string> problems = problems_of();
+    REQUIRE(problems.size() == 1);
+    CHECK_THAT(problems.front(), Contains(sentence));
+    tamper(store, dataset, at, right);
+  };
+  check("/points", {ok, last, 1}, 0.25f, samples.points[3 * last + 1], "checksum of its points");
+  check("/points", {ok, 0, 1}, 0.25f, samples.points[1], "checksum of its points");
+  check("/normals", {ok, last, 2}, 7.0f, samples.normals[3 * last + 2], "of length");
+  check("/face", {ok, 300000}, std::uint32_t{4000000}, samples.face[300000], "4000000 in /face");
+  check("/curve_rank", {ok, last}, samples.curve_rank[0], samples.curve_rank[last], "not an order");
+  check("/curve_rank", {ok, 1}, std::uint32_t{400001}, samples.curve_rank[1], "not an order of 0 .. 400000");
+  CHECK(problems_of().empty());
+  tamper(store, "/density", {failed, last}, 1.0f);
+  REQUIRE(problems_of().size() == 1);
+  CHECK_THAT(problems_of().front(), Contains("/density is not all fill"));
+}
+
 TEST_CASE("verify: a chunk with a wrong checksum is named") {
   const StoreHeader header = make_header(30, 300, Compression::none);
   const ScratchFolder folder;
