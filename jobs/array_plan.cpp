@@ -201,7 +201,7 @@ RunOptions planned_options(const RunArray& array, const StoreHeader& header, con
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   line.parse(static_cast<int>(pointers.size()), pointers.data());
   resolve_run_options(options.run, texts, laboratory);
-  options.run.sample.in_blocks = !options.run.certify;
+  options.run.sample.rows_only = !options.run.certify;
   if (options.run.parameters_json != header.parameters_json || header.method_version != store_method_version)
     throw RunError(
         RunError::Kind::unusable,

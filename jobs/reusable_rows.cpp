@@ -30,16 +30,13 @@ ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const Stor
   }
 }
 
-bool ReusableRows::find(const std::array<std::uint8_t, 32>& content, Row& row) const {
+std::optional<CopiedRow> ReusableRows::find(const std::array<std::uint8_t, 32>& content) const {
   const auto at = rows_.find(key_of(content));
-  if (at == rows_.end()) return false;
+  if (at == rows_.end()) return std::nullopt;
   try {
-    Row found = store_.read_row(at->second);
-    found.label = row.label;
-    row = std::move(found);
-    return true;
+    return store_.copy_row(at->second);
   } catch (const RunError&) {  // the disk of the older store fails: sampled anew, the row has the same bytes
-    return false;
+    return std::nullopt;
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
@@ -17,9 +18,9 @@ class ReusableRows {
   // Throws UsageError when the store at `path` was made with other parameters than those of `header`.
   ReusableRows(const std::string& path, StoreCheck check, const StoreHeader& header);
 
-  // Replaces everything but the label by the row of this content. False where there is none, or it cannot be
-  // read. Thread-safe.
-  bool find(const std::array<std::uint8_t, 32>& content, Row& row) const;
+  // The row of this content, while this object is there. Nothing where there is none, or it cannot be read.
+  // Thread-safe.
+  std::optional<CopiedRow> find(const std::array<std::uint8_t, 32>& content) const;
 
  private:
   StoreReader store_;

@@ -148,8 +148,7 @@ class RunJob {
 
   bool make_store(const PlannedStore& planned, const StoreReader* older) {
     PlannedRunParameters parameters{options_, hook_, {}, older, [&] { write_reports(planned); }};
-    if (reusable_)
-      parameters.reuse = [this](const auto& content, Row& row) { return reusable_->find(content, row); };
+    if (reusable_) parameters.reuse = [this](const auto& content) { return reusable_->find(content); };
     if (!make_planned_store(planned, parameters, outcome_)) return false;
     made_ = true;
     check_ = StoreCheck::none;  // sealed a moment ago
@@ -252,7 +251,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
         throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));
     if (options->store.empty()) throw UsageError("--output is required");
     resolve_run_options(*options, *texts, laboratory);
-    options->sample.in_blocks = !options->certify;
+    options->sample.rows_only = !options->certify;
     const StageHook whole = [&](GraphStages& stages) {
       if (options->certify) laboratory->add_certificate_stage(stages);
       if (hook) hook(stages);

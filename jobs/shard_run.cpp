@@ -122,7 +122,7 @@ class ShardRun {
     if (!options_.reuse.empty()) {
       if (!task_.reusable)
         task_.reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, planned_.plan.header);
-      parameters.reuse = [this](const auto& content, Row& row) { return task_.reusable->find(content, row); };
+      parameters.reuse = [this](const auto& content) { return task_.reusable->find(content); };
     }
     ShardReport report;
     const auto write_report = [&](StoreCheck check) {

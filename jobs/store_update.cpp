@@ -214,9 +214,7 @@ bool copy_kept_rows(const StoreReader& store, const PlannedStore& planned, RunDi
   const auto flush = [&] {
     encoded.assign(rows.size(), {});
     parallel_tasks(rows.size(), [&](std::size_t i) {
-      Row content = store.read_row(*planned.kept[rows[i]]);
-      content.label = header.labels[rows[i]];
-      encoded[i] = encode_row(header, rows[i], content);
+      encoded[i] = encode_row(header, rows[i], store.copy_row(*planned.kept[rows[i]]));
     });
     for (EncodedRow& row : encoded) directory.end_item(std::move(row));
     rows.clear();

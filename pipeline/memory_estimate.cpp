@@ -61,8 +61,8 @@ constexpr double bytes_per_sample = 160;  // sequence, points twice, row, encode
 constexpr double bytes_per_region_sample = 120;
 // The same where the row is made block by block: sites, and hashes of the points or the order in the file;
 // more while a sequence is sorted. Blocks that are made and encoded at a time, one a thread.
-constexpr double bytes_per_site = 26, bytes_per_sorted_site = 34;
-constexpr double bytes_per_block = 16 << 20;
+constexpr double bytes_per_site = 26, bytes_per_sorted_site = 34, bytes_per_vertex_mass = 8;
+constexpr double bytes_per_block = 16 << 20, samples_per_written_block = 65536;
 constexpr double bytes_per_region_piece = 32;  // in vectors that have grown
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
@@ -108,8 +108,9 @@ double shape_dna_bytes(double triangles) {
 double placed_bytes(const SampleParameters& parameters) {
   const SequenceKind sequence = parameters.place.sequence;
   if (leaves_sites(parameters))
-    return sequence == SequenceKind::owen || sequence == SequenceKind::random ? bytes_per_sorted_site
-                                                                              : bytes_per_site;
+    return (sequence == SequenceKind::owen || sequence == SequenceKind::random ? bytes_per_sorted_site
+                                                                               : bytes_per_site) +
+           (parameters.place.place == PlaceKind::vertex ? bytes_per_vertex_mass : 0.0);
   if (places_in_regions(parameters)) return bytes_per_region_sample;
   if (parameters.place.sequence != SequenceKind::spaced) return bytes_per_sample;
   const double places = spacing_parameters(parameters.place.spacing).candidates;
@@ -158,8 +159,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     return pieces * bytes_per_split_piece + count * bytes_per_entry +
            in_blocks * (pieces + count) * bytes_per_block_item + of_samples * bytes_per_balanced_sample;
   };
+  const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_written_block));
   const double placed =
-      samples * placed_bytes(parameters) + (leaves_sites(parameters) ? threads * bytes_per_block : 0.0);
+      samples * placed_bytes(parameters) + (leaves_sites(parameters) ? blocks * bytes_per_block : 0.0);
   double ordering = 0, placing = 0;  // while the order is made; while samples are placed by it
   if (places_in_regions(parameters)) {
     const auto region = static_cast<double>(samples_per_region(element_parameters(parameters)));

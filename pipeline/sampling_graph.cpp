@@ -281,6 +281,11 @@ class SamplingGraph {
         return;
       }
       release_model(item.model);
+      if (item.reused_blocks) {
+        item.encoded = encode_row_in_blocks(header_, item.plan->row, item.model.row.report,
+                                            std::move(item.reused_blocks));
+        return;
+      }
       item.encoded = encode_row(header_, item.plan->row, std::move(item.model.row));
     } catch (...) {
       Failure failure = current_failure("encode_row");
@@ -432,11 +437,13 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   row.report.file_bytes = item.file_bytes;
   row.report.content_sha256 = file.content_sha256();
   row.report.color_sha256 = file.color_sha256();
-  if (Row found = row; reuse && reuse(row.report.content_sha256, found) &&
-                       found.report.color_sha256 == row.report.color_sha256) {
-    row = std::move(found);
+  std::optional<CopiedRow> found;
+  if (reuse) found = reuse(row.report.content_sha256);
+  if (found && found->row.report.color_sha256 == row.report.color_sha256) {
+    row = std::move(found->row);
     row.report.file_bytes = item.file_bytes;  // absent from stores of format version 1
     item.reused = true;
+    item.reused_blocks = std::move(found->blocks);
     return;
   }
   item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
@@ -496,6 +503,12 @@ void run_item_alone(const PlanItem& plan, const GraphParameters& parameters, con
     entered(stage.name);
     run_stage(stage, item, parameters.timeout_seconds);
   }
+  if (!is_open(item) || item.model.sites.count() == 0) return;
+  entered("write_row");
+  constexpr std::size_t at_once = 65536;
+  for (std::size_t begin = 0; begin < item.model.sites.count(); begin += at_once)
+    samples_at(item.model, parameters.sample.place, begin,
+               std::min(begin + at_once, item.model.sites.count()));
 }
 
 }  // namespace meander

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,7 +66,8 @@ struct GraphItem {
   Model model;
   EncodedRow encoded;
   bool dropped = false;              // the run is being stopped: no record
-  bool reused = false;               // the row came from an older store
+  bool reused = false;               // the row came from an older store,
+  SampleBlocks reused_blocks;        // and, where it has many, its samples
   std::uint64_t reserved_bytes = 0;  // what the admission holds for it
   std::uint64_t file_bytes = 0;
   std::string_view failed_in;  // the node that the item failed in
@@ -108,8 +110,8 @@ struct GraphStage {
 };
 using GraphStages = std::vector<GraphStage>;
 
-// A row of an older store for content with this digest, or false; called from many threads.
-using ReuseLookup = std::function<bool(const std::array<std::uint8_t, 32>& content, Row& row)>;
+// A row of an older store for content with this digest; called from many threads.
+using ReuseLookup = std::function<std::optional<CopiedRow>(const std::array<std::uint8_t, 32>& content)>;
 
 // read_mesh and the stages of the method. The parameters and the device (null unless they cast
 // rays) must outlive the graph.

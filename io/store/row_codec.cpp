@@ -346,14 +346,15 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&&
   return store::encode(header, row_number, row, &row.samples);
 }
 
-bool can_write_blocks(const StoreHeader& header) {
-  return store::sample_chunk(header.ids.size(), header.samples).rows == 1 && header.descriptors.empty();
-}
-
 EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
                                 SampleBlocks blocks) {
   store::RecordInParts(header, row_number, report);  // throws unless it can be
   return {row_number, {}, std::move(blocks), report};
+}
+
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, CopiedRow copied) {
+  return copied.blocks ? encode_row_in_blocks(header, row_number, copied.row.report, std::move(copied.blocks))
+                       : encode_row(header, row_number, std::move(copied.row));
 }
 
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {

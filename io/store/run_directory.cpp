@@ -198,7 +198,8 @@ struct RunDirectory::State {
   // Of the rows of a shard from its journal.
   ReadPayload payloads(std::uint64_t shard) {
     return [this, shard](std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) {
-      const std::uint64_t count = std::min<std::uint64_t>(bytes.size(), length[row] - begin);
+      const std::uint64_t count =
+          std::min<std::uint64_t>(bytes.size(), length[row] - std::min(begin, length[row]));
       const std::span<std::byte> part = bytes.first(static_cast<std::size_t>(count));
       if (journals.read(shard, offset[row] + record_header_bytes + begin, part) < count)
         throw RunError(RunError::Kind::unusable,
@@ -216,6 +217,17 @@ struct RunDirectory::State {
     rename_file(temporary, shard_path(shard));
     sealed[shard] = true;
     journals.remove(shard);
+  }
+
+  // Where it fails the rows are in the journal: that is no failure of the row that came last.
+  void seal_or_stop(std::uint64_t shard) {
+    try {
+      seal(shard);
+    } catch (const RunError&) {
+      throw;
+    } catch (const std::exception& error) {
+      throw RunError(RunError::Kind::stopped, fmt::format("cannot seal shard {}: {}", shard, error.what()));
+    }
   }
 
   void write_store(const fs::path& path) {
@@ -276,7 +288,7 @@ void RunDirectory::end_item(EncodedRow encoded) {
   else
     state.append(encoded);
   encoded = {};  // sealing reads the rows of a shard back
-  if (state.missing[shard] == 0 && state.needs_shards()) state.seal(shard);
+  if (state.missing[shard] == 0 && state.needs_shards()) state.seal_or_stop(shard);
 }
 
 void RunDirectory::leave_lock_to_parent() { state_->lock = {}; }

@@ -54,6 +54,10 @@ class PayloadCursor {
     std::memcpy(&length, take(sizeof length).data(), sizeof length);
     return length;
   }
+  bool at_end() {
+    std::byte more{};
+    return begin_ == end_ && read_(row_, next_, std::span(&more, 1)) == 0;
+  }
 
  private:
   void refill(std::size_t count) {
@@ -129,6 +133,9 @@ class ShardWriter {
         begin += dataset.row_bytes;
       }
     }
+    // Raw arrays end where the last of them does.
+    for (std::uint64_t row = 0; row < rows_.size() && !samples_are_filtered(layout_); ++row)
+      if (statuses_[row] == Status::ok) require_end_at(row, begin);
     file.seal();
   }
 
@@ -240,6 +247,15 @@ class ShardWriter {
       throw ItemError(Status::internal, fmt::format("the record of row {} ends too early", row));
   }
 
+  static void require_end(std::uint64_t row, bool is_at_end) {
+    if (!is_at_end)
+      throw ItemError(Status::internal, fmt::format("the record of row {} is longer than its parts", row));
+  }
+  void require_end_at(std::uint64_t row, std::uint64_t at) const {
+    std::byte more{};
+    require_end(row, read_(row, at, std::span(&more, 1)) == 0);
+  }
+
   // Lengths of the filtered chunks of all rows that are ok.
   void find_chunks() {
     std::uint64_t begin = head_bytes();
@@ -259,6 +275,7 @@ class ShardWriter {
         chunk_lengths_.push_back(length);
         at += 4 + length;
       }
+      require_end_at(row, at);
     }
   }
 
@@ -369,6 +386,7 @@ class ShardWriter {
         else
           copy_row(d, row_in_stretch, samples);
       }
+    require_end(row, cursor.at_end());
   }
 
   bool any_ok(RowRange rows) const {
@@ -419,13 +437,16 @@ std::uint64_t shard_writing_bytes(const StoreHeader& header) {
   // stretch of rows raw and filtered, too.
   const store::DatasetLayout& points = layout.datasets[layout.index_of(store::Role::samples)];
   const bool filtered = store::samples_are_filtered(layout);
-  const std::uint64_t journal = std::min(samples, store::payload_stretch + 2 * points.chunk_bytes);
+  const std::uint64_t journal = store::payload_stretch + 2 * points.chunk_bytes;
   const std::uint64_t stretch = filtered ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
+  // Of a column that is written from the journal, raw and filtered; or the lengths of all chunks.
+  const std::uint64_t column = filtered && descriptors == 0 ? 0 : 2 * store::stretch_bytes;
   const std::uint64_t lengths = filtered ? std::min(layout.rows, store::shard_rows) * layout.datasets.size() *
                                                points.chunk.chunks_per_row * sizeof(std::uint32_t)
                                          : 0;
-  return 2 * stretch * samples + journal + lengths +
-         2 * std::min(store::block_rows, layout.rows) * descriptors;
+  return std::max(2 * stretch * samples + 2 * std::min(store::block_rows, layout.rows) * descriptors,
+                  column) +
+         journal + lengths;
 }
 
 }  // namespace meander

@@ -147,15 +147,20 @@ struct EncodedRow {
 // hold header.samples entries when the status is ok and nothing otherwise. Fills report.points_crc32c of the
 // stored row.
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, const Row& row);
-// The same; the sample arrays are freed one after the other as they are encoded, for sets that would not fit
-// into memory twice.
+// The same; each sample array is freed once its last chunk is encoded.
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&& row);
-// A row whose samples are made and encoded while it is written. Of stores whose chunks hold one row
-// (can_write_blocks), without descriptors; throws ItemError(internal) for others.
-bool can_write_blocks(const StoreHeader& header);
+// A row whose samples are made and encoded while it is written. Of stores whose chunks hold one row, without
+// descriptors; throws ItemError(internal) for others.
 EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
                                 SampleBlocks blocks);
-// The inverse of encode_row, for --reuse and tests.
+// A row that is read to be written again: its samples, or blocks of them where it has many. What it was read
+// from must outlive it.
+struct CopiedRow {
+  Row row;
+  SampleBlocks blocks = {};
+};
+EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, CopiedRow copied);
+// The inverse of encode_row, for tests.
 Row decode_row(const StoreHeader& header, const EncodedRow& encoded);
 
 // What the run of a STORE.run/ was begun with. Only the same plan is continued.
@@ -170,8 +175,8 @@ struct RunPlan {
 std::optional<RunPlan> read_run_plan(const std::filesystem::path& store);
 
 // STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at
-// multiples of 256), a lock. kill -9 at any moment loses only the rows in flight. begin_item may be called
-// from one thread while end_item is called from another; otherwise not thread-safe.
+// multiples of 256) where there are several, a lock. kill -9 at any moment loses only the rows in flight.
+// begin_item may be called from one thread while end_item is called from another; otherwise not thread-safe.
 class RunDirectory {
  public:
   // Opens STORE.run/ (creating it, or continuing what is there after replaying its journals). Throws
@@ -189,17 +194,19 @@ class RunDirectory {
   Status status(std::uint64_t row) const;       // of a done row
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  // Seals the row's shard when it is the last one missing. What the blocks of a row throw is rethrown:
-  // nothing has changed then, and the row may be ended with another status.
+  // Seals the row's shard, if there are several, when it is the last one missing; what fails then is a
+  // RunError. What the blocks of a row throw is rethrown: nothing has changed then, and the row may be ended
+  // with another status.
   void end_item(EncodedRow encoded);
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
   // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals
-  // Merges all shards into STORE by raw chunk copy: temporary name, fsync, rename, fsync of the folder; calls
-  // `finished`, which writes what else belongs to the store; then removes STORE.run/. A process that dies in
-  // between leaves a run whose next process does all of this again. Requires done_count() == M.
+  // Merges all shards, or the journal of the only one, into STORE by raw chunk copy: temporary name, fsync,
+  // rename, fsync of the folder; calls `finished`, which writes what else belongs to the store; then removes
+  // STORE.run/. A process that dies in between leaves a run whose next process does all of this again.
+  // Requires done_count() == M.
   void finish(const std::function<void()>& finished = {});
 
  private:
@@ -274,6 +281,10 @@ class StoreReader {
   std::int32_t label(std::uint64_t row) const;
   Split split(std::uint64_t row) const;   // none in a store of format version 1
   Row read_row(std::uint64_t row) const;  // with samples and descriptors
+  // Samples [begin, end) of a row that is ok.
+  Samples read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const;
+  // The row, to be written to a store of the same columns and descriptors.
+  CopiedRow copy_row(std::uint64_t row) const;
   // All rows of a descriptor, M x width, NaN in rows that are not ok. Throws RunError(unusable) when the
   // store has no descriptor of that name.
   std::vector<float> read_descriptor(std::string_view name) const;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <span>
@@ -113,6 +114,9 @@ class StoreFileReader {
   // Decodes `count` rows from row `row` on into `values`, count * row_bytes of the dataset.
   void read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
                  std::span<std::byte> values) const;
+  // Samples [begin, begin + count) of one row of a dataset of samples.
+  void read_samples(std::size_t dataset, std::uint64_t row, std::uint64_t begin, std::uint64_t count,
+                    std::span<std::byte> values) const;
   // Whether the chunk was written.
   bool has_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part) const;
   // The stored bytes of one chunk. One that was never written is an error (Hdf5Error): libraries differ in
@@ -125,6 +129,9 @@ class StoreFileReader {
   void read_facts();
   StoredColumns read_columns(hid_t root) const;
   void read_descriptors();
+  void read_block(std::size_t dataset, std::initializer_list<std::uint64_t> first,
+                  std::initializer_list<std::uint64_t> counts, std::uint64_t bytes,
+                  std::span<std::byte> values) const;
   void read_descriptors(const std::string& folder);
   void open_dataset(DatasetLayout& dataset);
 

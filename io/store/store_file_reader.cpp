@@ -252,18 +252,33 @@ void StoreFileReader::open_dataset(DatasetLayout& dataset) {
 void StoreFileReader::read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,
                                 std::span<std::byte> values) const {
   const DatasetLayout& layout = layout_.datasets[dataset];
-  const std::string action = fmt::format("read {} row {} of {}", layout.spec.path, row, path_.string());
+  read_block(dataset, {row}, {count}, count * layout.row_bytes, values);
+}
+
+void StoreFileReader::read_samples(std::size_t dataset, std::uint64_t row, std::uint64_t begin,
+                                   std::uint64_t count, std::span<std::byte> values) const {
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  read_block(dataset, {row, begin}, {1, count}, count * value_bytes(layout.spec), values);
+}
+
+// A block that begins there along the first axes, and has so many entries along these and all along others.
+void StoreFileReader::read_block(std::size_t dataset, std::initializer_list<std::uint64_t> first,
+                                 std::initializer_list<std::uint64_t> counts, std::uint64_t bytes,
+                                 std::span<std::byte> values) const {
+  const DatasetLayout& layout = layout_.datasets[dataset];
+  const std::string action =
+      fmt::format("read {} row {} of {}", layout.spec.path, *first.begin(), path_.string());
   std::vector<hsize_t> extents = make_extents(layout, layout_, facts_.shard);
   std::vector<hsize_t> begin(extents.size(), 0);
   const Hdf5Space file_space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
                              action);
-  begin[0] = row;
-  extents[0] = count;
+  std::copy(first.begin(), first.end(), begin.begin());
+  std::copy(counts.begin(), counts.end(), extents.begin());
   hdf5_check(
       H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, begin.data(), nullptr, extents.data(), nullptr),
       action);
   const Hdf5Space memory(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), action);
-  if (values.size() != count * layout.row_bytes) throw Hdf5Error("cannot " + action + ": wrong room");
+  if (values.size() != bytes) throw Hdf5Error("cannot " + action + ": wrong room");
   // The stored type is also the one in memory: all of them are little-endian.
   hdf5_check(H5Dread(datasets_[dataset].get(), types_[dataset].get(), memory.get(), file_space.get(),
                      H5P_DEFAULT, values.data()),

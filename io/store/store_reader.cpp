@@ -106,6 +106,7 @@ struct StorePart {
 
   std::optional<std::uint64_t> find(std::string_view wanted) const;
   void read_row(std::uint64_t row, Row& result) const;
+  Samples read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const;
   void read_descriptor(std::string_view name, std::uint64_t row, std::span<float> values) const;
   std::uint32_t width_of(std::string_view name) const;
 
@@ -268,6 +269,20 @@ void StorePart::read_row(std::uint64_t row, Row& result) const {
       }
     }
   });
+}
+
+Samples StorePart::read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const {
+  Samples samples;
+  guarded([&] {
+    const StoreLayout& layout = file->layout();
+    for (std::size_t d = 0; d < layout.datasets.size(); ++d) {
+      const DatasetSpec& spec = layout.datasets[d].spec;
+      if (spec.role != Role::samples) continue;
+      const std::size_t elements = (end - begin) * std::max<std::size_t>(spec.width, 1);
+      file->read_samples(d, row, begin, end - begin, spec.room(samples, elements));
+    }
+  });
+  return samples;
 }
 
 // Whole chunks are decoded outside the library and its lock, in parallel.
@@ -488,6 +503,22 @@ Row StoreReader::read_row(std::uint64_t row) const {
   const State::Place place = state_->place_of(row);
   place.part->read_row(place.row, result);
   return result;
+}
+
+Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const {
+  const State::Place place = state_->place_of(row);
+  return place.part->read_samples(place.row, begin, end);
+}
+
+CopiedRow StoreReader::copy_row(std::uint64_t row) const {
+  const bool has_many = sample_chunk(rows(), samples()).chunks_per_row > 1 && descriptors().empty();
+  CopiedRow copied;
+  copied.row = has_many ? Row{report(row), label(row), {}, {}} : read_row(row);
+  if (has_many && copied.row.report.status == Status::ok)
+    copied.blocks = [this, row](std::uint64_t begin, std::uint64_t end) {
+      return read_samples(row, begin, end);
+    };
+  return copied;
 }
 
 std::vector<float> StoreReader::read_descriptor(std::string_view name) const {

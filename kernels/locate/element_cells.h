@@ -25,8 +25,7 @@ struct ElementCells {
 // Parts that pieces are split into at most.
 inline constexpr double split_parts = 4;
 // Whether pieces are split: in space, of uniform density, without curve vertices, and unless pieces would be
-// larger than
-// two thirds of a sample's share.
+// larger than two thirds of a sample's share.
 constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space, bool uniform) {
   return in_space && uniform && !parameters.keep_vertices &&
          parameters.elements_per_sample >= 1.5 * split_parts;

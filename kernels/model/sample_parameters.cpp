@@ -135,8 +135,9 @@ bool places_in_regions(const SampleParameters& parameters) {
 }
 
 bool leaves_sites(const SampleParameters& parameters) {
-  return parameters.in_blocks && places_in_regions(parameters) && !method_of(parameters).follows_tensor &&
-         !parameters.curved && !parameters.colors && parameters.attributes.empty() && !parameters.texcoord &&
+  return parameters.rows_only && parameters.place.samples > parameters.most_kept_samples &&
+         places_in_regions(parameters) && !method_of(parameters).follows_tensor && !parameters.curved &&
+         !parameters.colors && parameters.attributes.empty() && !parameters.texcoord &&
          parameters.describe.descriptors.empty();
 }
 

@@ -90,9 +90,13 @@ struct SampleParameters {
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;
-  // Leave the samples of large sets as sites, to be made block by block (samples_at, model.h), where nothing
-  // after them needs them all: see leaves_sites. The same samples.
-  bool in_blocks = false;
+  // Nothing but its row is wanted of a model. Samples of large sets are then left as sites, to be made block
+  // by block (samples_at, model.h), where nothing needs them all (leaves_sites); and the neighbours of
+  // triangles are freed once they have served. The same row.
+  bool rows_only = false;
+  // Sets of more samples than this are large in this sense: what few blocks they have would be made by few
+  // threads.
+  std::uint32_t most_kept_samples = 1 << 18;
 };
 
 // All problems of the parameters, one sentence each; empty when they are valid.
@@ -132,7 +136,7 @@ ElementParameters element_parameters(const SampleParameters& parameters);
 // whose places depend on each other, and the survey's point location.
 bool places_in_regions(const SampleParameters& parameters);
 
-// Whether the stages end with sites in place of samples: in_blocks, for large sets on the surface itself
+// Whether the stages end with sites in place of samples: rows_only, for large sets on the surface itself
 // without descriptors and without columns of the user's choice.
 bool leaves_sites(const SampleParameters& parameters);
 

@@ -52,11 +52,14 @@ void measure_surface(Model& model) {
 
 ModelStages charting_direct(const SampleParameters& p) {
   const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
-  return {{"prepare_mesh", [density = p.density, topology = p.topology, method](Model& model) {
-             prepare_surface(model, density, topology);
-             measure_surface(model);
-             model.row.report.method = method;
-           }}};
+  const bool needs_neighbours = !p.rows_only || !p.describe.descriptors.empty();
+  return {
+      {"prepare_mesh", [density = p.density, topology = p.topology, needs_neighbours, method](Model& model) {
+         prepare_surface(model, density, topology);
+         if (!needs_neighbours) model.surface.opposite = std::vector<std::uint32_t>();
+         measure_surface(model);
+         model.row.report.method = method;
+       }}};
 }
 
 // The mesh that is cut and flattened.

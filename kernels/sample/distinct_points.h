@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <functional>
 #include <queue>
-#include <span>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -48,8 +46,41 @@ inline std::uint64_t hash_of(const std::array<float, 3>& p) {
   return hash ^ (hash >> 31);
 }
 
-struct PointHash {
-  std::size_t operator()(const std::array<float, 3>& p) const { return hash_of(p); }
+// Numbers by the hashes of their points, with open addressing: 16 to 32 bytes each.
+class NumberSet {
+ public:
+  // Whether a number of this hash satisfies `equal`.
+  template <class Equal>
+  bool contains(std::uint64_t hash, const Equal& equal) const {
+    for (std::size_t s = slot_of(hash); slots_[s] != free_slot; s = (s + 1) & (slots_.size() - 1))
+      if (slots_[s] >> 32 == hash >> 32 && equal(static_cast<std::uint32_t>(slots_[s]))) return true;
+    return false;
+  }
+  void insert(std::uint64_t hash, std::uint32_t number) {
+    if (2 * (count_ + 1) > slots_.size()) grow();
+    put(hash >> 32 << 32 | number);
+    ++count_;
+  }
+
+ private:
+  static constexpr std::uint64_t free_slot = ~std::uint64_t{0};  // no number is 2^32 - 1
+  std::size_t slot_of(std::uint64_t hash) const {
+    return static_cast<std::size_t>((hash >> 32) * 0x9E3779B97F4A7C15u >> 20) & (slots_.size() - 1);
+  }
+  void put(std::uint64_t slot) {
+    std::size_t s = slot_of(slot);
+    while (slots_[s] != free_slot) s = (s + 1) & (slots_.size() - 1);
+    slots_[s] = slot;
+  }
+  void grow() {
+    std::vector<std::uint64_t> old(2 * slots_.size(), free_slot);
+    old.swap(slots_);
+    for (const std::uint64_t slot : old)
+      if (slot != free_slot) put(slot);
+  }
+
+  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(64, free_slot);
+  std::size_t count_ = 0;
 };
 
 // The upper 33 bits of the hash of a point, and its rank: 8 bytes a sample.
@@ -102,8 +133,8 @@ inline std::vector<std::size_t> sort_entries(std::vector<std::uint64_t>& entries
 }  // namespace distinct_points
 
 // Finds what takes N points apart: in the order of ranks, a point that equals that of a lower rank is drawn
-// again, up to max_redraws times, until it equals none of these. The points themselves are not kept: memory
-// is 8 bytes a sample. count: N, at most 2^31.
+// again, up to max_redraws times, until it equals none of these. The points themselves are not kept:
+// memory is 8 bytes a sample, and at most 60 for one that is drawn again. count: N, at most 2^31.
 //   first(rank): the point of the first draw, and counter(rank): that of the second. again(rank, counter): a
 //   DrawnPoint from this counter on. All pure; points are without negative zeros.
 // O(N); a redraw costs O(log N). Parallel but for the redraws. Deterministic for every thread count.
@@ -135,18 +166,25 @@ Redraws find_redraws(std::size_t count, const First& first, const Counter& count
     }
   });
   std::vector<std::uint32_t> equal;
-  for (const std::vector<std::uint32_t>& ranks : found) equal.insert(equal.end(), ranks.begin(), ranks.end());
+  for (std::vector<std::uint32_t>& ranks : found) {
+    equal.insert(equal.end(), ranks.begin(), ranks.end());
+    ranks = std::vector<std::uint32_t>();
+  }
   std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> waiting(std::greater<>(),
                                                                                          std::move(equal));
 
   Redraws result;
-  std::unordered_set<std::array<float, 3>, PointHash> taken;  // by points that were drawn again
+  NumberSet taken;  // numbers in result.redraw of those at a place of their own
   std::vector<std::uint32_t> displaced;
   // Whether no lower rank is at the point; higher ones whose first draw is there are `displaced`. Where the
   // first draw of a lower rank was, there is always one: where it moved on, that of another.
   const auto is_free = [&](const std::array<float, 3>& point, std::uint32_t rank) {
     displaced.clear();
-    if (taken.contains(point)) return false;
+    const auto is_there = [&](std::uint32_t number) {
+      const Redraw& redraw = result.redraw[number];
+      return again(redraw.rank, redraw.counter).at == point;
+    };
+    if (taken.contains(hash_of(point), is_there)) return false;
     const std::uint64_t entry = entry_of(point, 0);
     const std::size_t b = static_cast<std::size_t>(entry >> (64 - bucket_bits));
     const auto begin = entries.begin() + static_cast<std::ptrdiff_t>(bucket[b]),
@@ -173,7 +211,7 @@ Redraws find_redraws(std::size_t count, const First& first, const Counter& count
       const DrawnPoint drawn = again(rank, next);
       next = drawn.next_counter;
       distinct = is_free(drawn.at, rank);
-      if (distinct) taken.insert(drawn.at);
+      if (distinct) taken.insert(hash_of(drawn.at), static_cast<std::uint32_t>(result.redraw.size()));
     }
     if (distinct)
       for (const std::uint32_t other : displaced) waiting.push(other);

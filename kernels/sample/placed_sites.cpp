@@ -1,6 +1,5 @@
 #include "kernels/sample/placed_sites.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 

@@ -26,8 +26,8 @@ struct PlacedSites {
 };
 
 // The samples that place_samples places in these regions. At most 24 bytes a sample (32 for the sequences
-// owen and random, whose positions are sorted) and what the regions that are worked on take. O(N + E log E).
-// Throws what place_samples throws.
+// owen and random, whose positions are sorted; 8 more at curve vertices), 60 for each that is drawn
+// again, and what the regions that are worked on take. O(N + E log E). Throws what place_samples throws.
 PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                         const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
                         const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,

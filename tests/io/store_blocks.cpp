@@ -142,9 +142,7 @@ TEST_CASE("blocks: a journal that ends within a row, or before its head was writ
 
 TEST_CASE("blocks: stores with descriptors, chunks of several rows, and rows that are not ok have none") {
   const Row made = make_row(header_of(6, 2000, Compression::none), 0);
-  CHECK(can_write_blocks(header_of(6, 2000, Compression::none)));
-  CHECK_FALSE(can_write_blocks(make_header(6, 2000)));
-  CHECK_FALSE(can_write_blocks(header_of(600, 100, Compression::none)));
+  CHECK_THROWS_AS(encode_row_in_blocks(make_header(6, 2000), 0, made.report, {}), ItemError);
   CHECK_THROWS_AS(encode_row_in_blocks(header_of(600, 100, Compression::none), 0, made.report, {}),
                   ItemError);
   ItemReport failed;

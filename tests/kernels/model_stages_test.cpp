@@ -184,6 +184,34 @@ TEST_CASE("Stages: the triangle of a sample is the one that a store names by pol
   }
 }
 
+TEST_CASE(
+    "Stages: where only rows are wanted these are the same, and neighbours are freed unless described") {
+  const PolygonMesh mesh = test::torus(60, 40);
+  const EmbreeDevice device;
+  for (const SamplingMethod& method : sampling_methods)
+    for (const bool described : {false, true}) {
+      INFO(method.name << (described ? ", described" : ""));
+      SampleParameters parameters = small(method.name);
+      if (!described) parameters.describe.descriptors.clear();
+      const auto run = [&] {
+        Model model;
+        model.file = mesh;
+        run_stages(stages_of(parameters, &device), model);
+        return model;
+      };
+      const Model all = run();
+      parameters.rows_only = true;
+      const Model rows = run();
+      CHECK(same_samples(all.row, rows.row));
+      CHECK(rows.row.report.genus == 1);
+      REQUIRE(rows.row.descriptors.size() == all.row.descriptors.size());
+      for (std::size_t d = 0; d < rows.row.descriptors.size(); ++d)
+        CHECK(rows.row.descriptors[d].values == all.row.descriptors[d].values);
+      CHECK(all.surface.has_topology());
+      CHECK(rows.surface.has_topology() == (described || method.makes_charts));
+    }
+}
+
 TEST_CASE("Stages: without topology a consistent surface gets the same samples, and no counts") {
   const PolygonMesh mesh = test::torus(60, 40);
   for (const char* method : {"auto", "direct"}) {

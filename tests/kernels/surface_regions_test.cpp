@@ -265,7 +265,8 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
         parameters.place.place = place;
         constexpr std::uint32_t n = 140001;
         const Model whole = placed(file, parameters, n, true);
-        parameters.in_blocks = true;
+        parameters.rows_only = true;
+        parameters.most_kept_samples = 0;
         const Model model = placed(file, parameters, n, true);
         REQUIRE(model.row.samples.count() == 0);
         REQUIRE(model.sites.count() == n);
@@ -299,16 +300,18 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
 
 TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole") {
   SampleParameters parameters = parameters_for("auto");
-  parameters.in_blocks = true;
+  parameters.rows_only = true;
   CHECK_FALSE(leaves_sites(parameters));
-  set_samples(parameters, 140000);
+  set_samples(parameters, 1 << 18);
+  CHECK_FALSE(leaves_sites(parameters));
+  set_samples(parameters, (1 << 18) + 1);
   CHECK(leaves_sites(parameters));
   const auto with = [&](const auto& change) {
     SampleParameters other = parameters;
     change(other);
     return leaves_sites(other);
   };
-  CHECK_FALSE(with([](SampleParameters& p) { p.in_blocks = false; }));
+  CHECK_FALSE(with([](SampleParameters& p) { p.rows_only = false; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.method = MethodChoice::anisotropic; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.place.sequence = SequenceKind::spaced; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.curved = true; }));

@@ -68,14 +68,14 @@ std::vector<Setting> settings(std::uint32_t samples) {
   });
   add("auto in blocks", [](P& p) {
     p = parameters_for("auto");
-    p.in_blocks = true;
+    p.rows_only = true;
   });
   add("direct in blocks, random", [](P& p) {
     p.method = MethodChoice::direct;
     p.place.sequence = SequenceKind::random;
-    p.in_blocks = true;
+    p.rows_only = true;
   });
-  add("conformal in blocks", [](P& p) { p.in_blocks = true; });
+  add("conformal in blocks", [](P& p) { p.rows_only = true; });
   add("direct certify", [](P& p) { p.method = MethodChoice::direct; });
   all.back().certify = true;
   add("auto without topology", [](P& p) {

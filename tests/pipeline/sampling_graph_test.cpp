@@ -412,7 +412,8 @@ struct LargeSet : Setup {
   LargeSet() : Setup(1) {
     header.samples = 140000;
     parameters.sample = parameters_for("auto");
-    parameters.sample.in_blocks = true;
+    parameters.sample.rows_only = true;
+    parameters.sample.most_kept_samples = 0;
     set_samples(parameters.sample, header.samples);
     stages = {{"read_mesh", [](GraphItem& item) {
                  item.model.file = test::torus(24, 12);
@@ -434,7 +435,7 @@ TEST_CASE("graph: the samples of a large set reach the sink block by block") {
   CHECK(result.written == 1);
   CHECK(result.failed == 0);
   SampleParameters whole = setup.parameters.sample;
-  whole.in_blocks = false;
+  whole.rows_only = false;
   CHECK((setup.blocks.points == Sampler(whole).sample(test::torus(24, 12)).samples.points));
 }
 
