@@ -282,8 +282,12 @@ class SamplingGraph {
       }
       release_model(item.model);
       if (item.reused_blocks) {
-        item.encoded = encode_row_in_blocks(header_, item.plan->row, item.model.row.report,
-                                            std::move(item.reused_blocks));
+        item.encoded = encode_row_in_blocks(
+            header_, item.plan->row, item.model.row.report,
+            [this, blocks = std::move(item.reused_blocks)](std::uint64_t begin, std::uint64_t end) {
+              if (cancelled_) throw RunCancelled();
+              return blocks(begin, end);
+            });
         return;
       }
       item.encoded = encode_row(header_, item.plan->row, std::move(item.model.row));

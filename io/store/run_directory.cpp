@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 #include <unistd.h>
 
@@ -175,7 +176,9 @@ struct RunDirectory::State {
     std::uint32_t next = 0;
     const auto next_part = [&]() -> std::span<const std::byte> {
       if (written == made.size()) {
-        const auto at_once = static_cast<std::uint32_t>(oneapi::tbb::this_task_arena::max_concurrency());
+        const auto at_once = static_cast<std::uint32_t>(std::min<std::size_t>(
+            static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency()),
+            oneapi::tbb::global_control::active_value(oneapi::tbb::global_control::max_allowed_parallelism)));
         made.clear();
         made.resize(std::min(at_once, record.parts() - next));
         written = 0;

@@ -437,10 +437,15 @@ std::uint64_t shard_writing_bytes(const StoreHeader& header) {
   // stretch of rows raw and filtered, too.
   const store::DatasetLayout& points = layout.datasets[layout.index_of(store::Role::samples)];
   const bool filtered = store::samples_are_filtered(layout);
-  const std::uint64_t journal = store::payload_stretch + 2 * points.chunk_bytes;
+  const std::uint64_t journal =
+      (layout.rows > store::shard_rows ? store::payload_stretch : 0) + 2 * points.chunk_bytes;
   const std::uint64_t stretch = filtered ? 0 : std::min(store::rows_of_stretch(layout), layout.rows);
   // Of a column that is written from the journal, raw and filtered; or the lengths of all chunks.
-  const std::uint64_t column = filtered && descriptors == 0 ? 0 : 2 * store::stretch_bytes;
+  std::uint64_t column = 0;
+  for (const store::DatasetLayout& dataset : layout.datasets)
+    if (dataset.spec.role == store::Role::descriptor || (store::per_sample(dataset.spec) && !filtered))
+      column = std::max(column, 2 * std::min(std::max(store::stretch_bytes, dataset.chunk_bytes),
+                                             (layout.rows + dataset.chunk.rows) * dataset.row_bytes));
   const std::uint64_t lengths = filtered ? std::min(layout.rows, store::shard_rows) * layout.datasets.size() *
                                                points.chunk.chunks_per_row * sizeof(std::uint32_t)
                                          : 0;

@@ -153,6 +153,10 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&&
 // descriptors; throws ItemError(internal) for others.
 EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
                                 SampleBlocks blocks);
+// Rows of more samples than this are copied in blocks; the few blocks of others would be encoded by few
+// threads.
+inline constexpr std::uint32_t most_copied_samples = 1 << 18;
+
 // A row that is read to be written again: its samples, or blocks of them where it has many. What it was read
 // from must outlive it.
 struct CopiedRow {

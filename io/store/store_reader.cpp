@@ -511,7 +511,7 @@ Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::u
 }
 
 CopiedRow StoreReader::copy_row(std::uint64_t row) const {
-  const bool has_many = sample_chunk(rows(), samples()).chunks_per_row > 1 && descriptors().empty();
+  const bool has_many = samples() > most_copied_samples && descriptors().empty();
   CopiedRow copied;
   copied.row = has_many ? Row{report(row), label(row), {}, {}} : read_row(row);
   if (has_many && copied.row.report.status == Status::ok)

@@ -161,6 +161,13 @@ std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& den
   return mass;
 }
 
+double MeshMeasure::total() const { return masses.empty() ? freed_mass : blocked_sum(masses); }
+
+void MeshMeasure::free_masses() {
+  freed_mass = total();
+  masses = std::vector<double>();
+}
+
 MeshMeasure measure_of(const PreparedMesh& mesh, Density density) {
   MeshMeasure measure;
   measure.masses = triangle_masses(mesh, density);

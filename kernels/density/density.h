@@ -57,6 +57,9 @@ struct Density {
 struct MeshMeasure {
   Density density;
   std::vector<double> masses;
+  double freed_mass = 0;  // their sum, once they are freed
+  double total() const;   // O(T); the same before and after
+  void free_masses();     // for stages that need no more than the sum
 };
 
 // Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices (vertex_curvature), in

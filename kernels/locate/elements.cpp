@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <string>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
@@ -134,22 +135,32 @@ void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> wo
   }
 }
 
-// Places along the 3-D Hilbert curve. Coarse keys, which fit into one word with the numbers, are faster
-// unless many of them are equal, as in a region of the surface.
-std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points, bool dense) {
+// Numbers of points along the 3-D Hilbert curve, in words whose other bits are to be masked.
+struct SpaceOrder {
+  std::vector<std::uint64_t> words;
+  std::uint64_t mask = ~std::uint64_t{0};
+  std::size_t operator[](std::size_t i) const { return static_cast<std::size_t>(words[i] & mask); }
+};
+
+// Coarse keys, which fit into one word with the numbers, are faster unless many of them are equal, as in a
+// region of the surface.
+SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
   constexpr int number_bits = 64 - coarse_key_bits;
   constexpr std::size_t most_coarse = std::size_t{1} << number_bits;
   const std::size_t count = points.size();
-  std::vector<std::uint32_t> order(count);
+  SpaceOrder order;
+  std::vector<std::uint64_t>& words = order.words;
+  words.resize(count);
   if (!dense && count <= most_coarse) {
-    std::vector<std::uint64_t> words(count), scratch;
     if (count > 0)
       coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
     for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
-    radix_sort_words(words, scratch, number_bits);
+    {
+      std::vector<std::uint64_t> scratch;
+      radix_sort_words(words, scratch, number_bits);
+    }
     sort_ties(points, words, number_bits);
-    for (std::size_t i = 0; i < count; ++i)
-      order[i] = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
+    order.mask = most_coarse - 1;
     return order;
   }
   std::vector<KeyIndex> keys(count), scratch;
@@ -162,7 +173,7 @@ std::vector<std::uint32_t> space_order(const std::vector<MassPoint>& points, boo
     }
   });
   radix_sort(keys, scratch);
-  for (std::size_t i = 0; i < count; ++i) order[i] = keys[i].index;
+  for (std::size_t i = 0; i < count; ++i) words[i] = keys[i].index;
   return order;
 }
 
@@ -205,31 +216,32 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-CurveElements along_space_curve(const PlacedPieces& pieces, bool dense) {
-  const std::vector<std::uint32_t> order = space_order(pieces.point, dense);
-  const std::size_t count = order.size();
+// Column by column, each of which is freed once it has been put in order.
+CurveElements along_space_curve(PlacedPieces pieces, bool dense) {
+  const SpaceOrder order = space_order(pieces.point, dense);
+  const std::size_t count = pieces.size();
   CurveElements result;
-  result.triangle.resize(count);
-  result.path.resize(count);
+  const auto put_in_order = [&](std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+    to.resize(count);
+    for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
+    from = std::vector<std::uint32_t>();
+  };
+  put_in_order(pieces.triangle, result.triangle);
+  put_in_order(pieces.path, result.path);
   result.cumulative.resize(count + 1);
-  if (!pieces.vertex.empty()) result.vertex.resize(2 * count);
   MassSum sum;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t piece = order[i];
-    result.triangle[i] = pieces.triangle[piece];
-    result.path[i] = pieces.path[piece];
-    result.cumulative[i + 1] = sum.add(pieces.point[piece].mass);
-    if (pieces.vertex.empty()) continue;
-    result.vertex[2 * i] = pieces.vertex[2 * piece];
-    result.vertex[2 * i + 1] = pieces.vertex[2 * piece + 1];
-  }
+  for (std::size_t i = 0; i < count; ++i) result.cumulative[i + 1] = sum.add(pieces.point[order[i]].mass);
+  if (pieces.vertex.empty()) return result;
+  result.vertex.resize(2 * count);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < 2; ++k) result.vertex[2 * i + k] = pieces.vertex[2 * order[i] + k];
   return result;
 }
 
 }  // namespace
 
 double element_limit(const MeshMeasure& measure, const ElementParameters& parameters) {
-  const double total = blocked_sum(measure.masses);
+  const double total = measure.total();
   if (!(total > 0)) throw ItemError(Status::zero_density, "the density is zero everywhere on the surface");
   return total / (parameters.elements_per_sample * static_cast<double>(parameters.samples));
 }
@@ -243,12 +255,12 @@ void check_count(std::size_t elements, std::size_t most) {
 CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
                             const ElementParameters& parameters, const CancelToken& cancel) {
   if (!source.places.any()) {
-    const PlacedPieces pieces = cut_source(
+    PlacedPieces pieces = cut_source(
         source, region, limit,
         [&] { return PlacedPieces(source.places, source.key, parameters.keep_vertices, 0); }, cancel);
     check_count(pieces.point.size(), most_curve_elements);
     cancel.check();
-    return along_space_curve(pieces, region != nullptr);
+    return along_space_curve(std::move(pieces), region != nullptr);
   }
   const KeyedPieces pieces = cut_source(
       source, region, limit, [&] { return KeyedPieces(source.places, source.group, source.key, parameters); },

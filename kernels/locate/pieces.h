@@ -283,8 +283,10 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
   const PreparedMesh& mesh = surface.mesh();
   const std::size_t triangles = mesh.triangle_count();
   using Record = decltype(make());
-  // Large, so that a model of usual size is one block, whose pieces need no copying.
-  constexpr std::size_t block = 16384;
+  // Large, so that a model of usual size is one block, whose pieces need no copying; of very large ones few,
+  // so that an allocator gives the memory of each back while they are joined.
+  constexpr std::size_t usual_block = 16384, most_blocks = 16;
+  const std::size_t block = std::max(usual_block, (triangles + most_blocks - 1) / most_blocks);
   constexpr double most_reserved = 1 << 20;
   std::vector<Record> parts((triangles + block - 1) / block, make());
   parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {

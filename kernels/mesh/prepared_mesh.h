@@ -36,7 +36,8 @@ struct PreparedMesh {
 
   std::vector<double> x, y, z;           // W each, working units
   std::vector<std::uint32_t> triangles;  // 3 T working vertices
-  // 3 T: the half-edge on the other side, no_index at a boundary; empty without topology (prepare_soup).
+  // 3 T: the half-edge on the other side, no_index at a boundary; empty without topology (prepare_soup),
+  // or once freed (SampleParameters::rows_only).
   std::vector<std::uint32_t> opposite;
   std::vector<std::uint32_t>
       corner_slot;                     // 3 T: position in PolygonMesh::corners (vertex number, normal number)

@@ -52,14 +52,17 @@ void measure_surface(Model& model) {
 
 ModelStages charting_direct(const SampleParameters& p) {
   const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
-  const bool needs_neighbours = !p.rows_only || !p.describe.descriptors.empty();
-  return {
-      {"prepare_mesh", [density = p.density, topology = p.topology, needs_neighbours, method](Model& model) {
-         prepare_surface(model, density, topology);
-         if (!needs_neighbours) model.surface.opposite = std::vector<std::uint32_t>();
-         measure_surface(model);
-         model.row.report.method = method;
-       }}};
+  const bool frees_topology = p.rows_only && p.describe.descriptors.empty();
+  const bool frees_polygons = frees_topology && !p.colors && p.attributes.empty() && !p.texcoord;
+  return {{"prepare_mesh", [density = p.density, topology = p.topology, rows_only = p.rows_only,
+                            frees_topology, frees_polygons, method](Model& model) {
+             prepare_surface(model, density, topology);
+             if (frees_topology) model.surface.opposite = std::vector<std::uint32_t>();
+             if (frees_polygons) model.file.polygon_begin = std::vector<std::uint32_t>();
+             measure_surface(model);
+             if (rows_only) model.measure.free_masses();
+             model.row.report.method = method;
+           }}};
 }
 
 // The mesh that is cut and flattened.

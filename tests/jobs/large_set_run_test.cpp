@@ -20,9 +20,8 @@ constexpr std::uint32_t large_set = (1 << 18) + 1;
 
 ProcessResult run_large(const fs::path& input, const fs::path& store,
                         const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments = {
-      "run",  input.string(), "-o",   store.string(), "--progress",
-      "none", "--compress",   "none", "-n",           std::to_string(large_set)};
+  std::vector<std::string> arguments = {"run",        input.string(), "-o", store.string(),
+                                        "--progress", "none",         "-n", std::to_string(large_set)};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return meander_with(arguments, {});
 }
@@ -55,7 +54,7 @@ TEST_CASE("run: large sets, for one thread and three, kept, reused, merged from 
   CHECK((read_file(scratch / "r.h5") == expected));
 
   REQUIRE(meander_with({"plan", scratch / "in", "-o", scratch / "m.h5", "--shards", "2", "-n",
-                        std::to_string(large_set), "--compress", "none"},
+                        std::to_string(large_set)},
                        {})
               .exit_code == 0);
   for (const char* shard : {"0/2", "1/2"})

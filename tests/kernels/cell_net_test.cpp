@@ -5,18 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <vector>
 
-#include "kernels/locate/element_cells.h"
-#include "kernels/mesh/prepare_mesh.h"
-#include "support/test_meshes.h"
-
 using namespace meander;
-using namespace meander::test;
 
 namespace {
 
