@@ -46,6 +46,9 @@ constexpr double bytes_per_element = 120;  // element, two sort arrays, result
 // parts, and entries of cells while they grow.
 constexpr double bytes_per_balanced_piece = 110, bytes_per_balanced_sample = 230;
 constexpr double bytes_per_split_piece = 160, bytes_per_entry = 30;
+// Clipped triangles: pieces, polygons and lists of these; more of the polygons while halves of large nodes
+// are copied.
+constexpr double bytes_per_clipped_piece = 420, bytes_per_copied_piece = 300, samples_of_copied_nodes = 4096;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
 constexpr double samples_per_block = 64, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
@@ -153,6 +156,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
+    if (cuts_exactly(element_parameters(parameters), !method.makes_charts,
+                     parameters.density.kind == DensityKind::uniform) &&
+        of_triangles <= static_cast<double>(most_clipped_triangles) * of_samples)
+      return of_triangles * (bytes_per_clipped_piece +
+                             (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
+             of_samples * bytes_per_balanced_sample;
     if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
     const double pieces = of_triangles + (count - of_triangles) / split_parts;
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);

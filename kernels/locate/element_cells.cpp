@@ -42,6 +42,21 @@ void turn_axes(RandomKey key, bool in_plane, PlacedPieces& pieces, std::vector<f
   });
 }
 
+// Corners of a whole triangle in the order of its weights, or of a piece of one.
+std::array<Vector3, 3> corners_of(const PlacedPieces& pieces, const PreparedMesh& mesh, std::uint32_t e) {
+  std::array<Vector3, 3> corner;
+  if (pieces.path[e] == 1) {
+    const std::size_t t = 3 * std::size_t{pieces.triangle[e]};
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = mesh.position(mesh.triangles[t + k]);
+    return corner;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float* const at = pieces.corners[e].at[k];
+    corner[k] = {at[0], at[1], at[2]};
+  }
+  return corner;
+}
+
 }  // namespace
 
 std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
@@ -50,15 +65,20 @@ std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
 }
 
 ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
-                        std::uint64_t strata, double limit, const ElementParameters& parameters,
-                        const CancelToken& cancel) {
-  const bool is_split =
-      source.hits.empty() &&
-      splits_pieces(parameters, !source.places.any() && source.surface.in_space(), source.density.uniform());
+                        std::uint64_t strata, std::uint64_t first_cell, double limit,
+                        const ElementParameters& parameters, const CancelToken& cancel) {
+  const bool in_space = source.hits.empty() && !source.places.any() && source.surface.in_space();
+  const bool is_split = in_space && splits_pieces(parameters, true, source.density.uniform());
+  // Triangles that will be clipped need no cutting.
+  const std::size_t triangles =
+      region != nullptr ? region->piece.size() : source.surface.mesh().triangle_count();
+  const bool is_exact = is_split && cells == strata &&
+                        cuts_exactly(parameters, true, source.density.uniform()) &&
+                        triangles <= most_clipped_triangles * cells;
+  const KeptOfPieces kept{parameters.keep_vertices, is_exact, is_split && !is_exact ? limit : 0};
+  const double most = is_exact ? INFINITY : is_split ? limit * split_parts : limit;
   PlacedPieces pieces = cut_source(
-      source, region, is_split ? limit * split_parts : limit,
-      [&] { return PlacedPieces(source.places, source.key, parameters.keep_vertices, is_split ? limit : 0); },
-      cancel);
+      source, region, most, [&] { return PlacedPieces(source.places, source.key, kept); }, cancel);
   check_count(pieces.point.size(), most_balanced_elements);
   cancel.check();
   std::vector<float> turned;
@@ -66,8 +86,14 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
     turned = source.normal;
     turn_axes(source.key, source.places.any(), pieces, turned);
   }
-  const ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
-                             source.group};
+  ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
+                       source.group};
+  NetPoints net;
+  if (is_exact) {
+    net = {[&pieces, &mesh = source.surface.mesh()](std::uint32_t e) { return corners_of(pieces, mesh, e); },
+           source.key, first_cell};
+    traits.net_points = &net;
+  }
   ElementCells result;
   result.cells =
       balanced_order(std::move(pieces.point), static_cast<std::uint32_t>(cells), traits, cancel, strata);
@@ -83,7 +109,7 @@ ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure
   const ElementSource source(surface, measure.density, charts, hints.hits,
                              sheet_groups(surface.mesh(), charts.charts, hints.sheet), ElementOrder::balanced,
                              key);
-  return cells_from(source, nullptr, parameters.samples, parameters.samples,
+  return cells_from(source, nullptr, parameters.samples, parameters.samples, 0,
                     element_limit(measure, parameters), parameters, cancel);
 }
 

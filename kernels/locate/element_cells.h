@@ -31,10 +31,19 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
          parameters.elements_per_sample >= 1.5 * split_parts;
 }
 
+// Whether cells are cut exactly where triangles are few: pieces are as above, and samples form a net.
+constexpr bool cuts_exactly(const ElementParameters& parameters, bool in_space, bool uniform) {
+  return parameters.net_points && !parameters.random_axes && splits_pieces(parameters, in_space, uniform);
+}
+// Triangles a sample (of regions, coarse pieces) of which cells are cut exactly. With more of them clipping
+// takes longer than what it replaces (bench/README.md, "Exact cells").
+inline constexpr std::uint64_t most_clipped_triangles = 4;
+
 // Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of
 // balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
 // empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
-// elements may be, and split in small cells only. The masses of a triangle's entries sum to its exact mass.
+// elements may be, and split in small cells only; where triangles are few they are whole, and the cells are
+// points of a net. The masses of a triangle's entries sum to its exact mass.
 // O(E log E); 80 bytes a piece (160 where some are split) and 230 a sample, and 24 an entry of split pieces,
 // at the peak. Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29
 // pieces. Deterministic for every thread count.

@@ -56,11 +56,11 @@ struct ElementCells;
 
 // The elements or cells of a region, or of the whole surface (null): what build_elements and build_cells
 // return, of pieces of at most `limit`. `cells` cells hold `strata` equal shares of the mass between them,
-// each a whole number. Throw what these throw.
+// each a whole number; the first of them is number `first_cell` of all. Throw what these throw.
 CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
                             const ElementParameters& parameters, const CancelToken& cancel = {});
 ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,
-                        std::uint64_t strata, double limit, const ElementParameters& parameters,
-                        const CancelToken& cancel = {});
+                        std::uint64_t strata, std::uint64_t first_cell, double limit,
+                        const ElementParameters& parameters, const CancelToken& cancel = {});
 
 }  // namespace meander

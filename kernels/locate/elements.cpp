@@ -257,7 +257,10 @@ CurveElements elements_from(const ElementSource& source, const SurfaceRegion* re
   if (!source.places.any()) {
     PlacedPieces pieces = cut_source(
         source, region, limit,
-        [&] { return PlacedPieces(source.places, source.key, parameters.keep_vertices, 0); }, cancel);
+        [&] {
+          return PlacedPieces(source.places, source.key, KeptOfPieces{.vertices = parameters.keep_vertices});
+        },
+        cancel);
     check_count(pieces.point.size(), most_curve_elements);
     cancel.check();
     return along_space_curve(std::move(pieces), region != nullptr);

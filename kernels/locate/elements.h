@@ -61,6 +61,7 @@ struct ElementParameters {
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
   bool random_axes = false;    // of build_cells: cut across axes that the key has turned, not those of space
+  bool net_points = false;     // of build_cells: cells that can be cut exactly are points of the net
 };
 
 // What the locator learned about each triangle; both spans empty for the locator `elements`.

@@ -44,11 +44,27 @@ inline ElementSplit split_of(const PlainPiece& piece, double mass, double limit)
   return split;
 }
 
-// Pieces with their centroids (see cut_all), and with the splits of plain ones, unless the limit is 0.
+// The corners of a piece in space.
+struct PieceCorners {
+  float at[3][3];
+};
+
+// What else is kept of pieces.
+struct KeptOfPieces {
+  bool vertices = false;   // their curve vertices
+  bool corners = false;    // of plain ones that are no whole triangles, the corners
+  double split_limit = 0;  // unless 0, the splits of plain pieces into parts of at most this mass
+};
+
+// Pieces with their centroids (see cut_all).
 class PlacedPieces {
  public:
-  PlacedPieces(const ChartPlaces& places, RandomKey key, bool keep_vertices, double split_limit)
-      : places_(&places), key_(key), keep_vertices_(keep_vertices), split_limit_(split_limit) {}
+  PlacedPieces(const ChartPlaces& places, RandomKey key, const KeptOfPieces& kept)
+      : places_(&places),
+        key_(key),
+        keep_vertices_(kept.vertices),
+        keep_corners_(kept.corners),
+        split_limit_(kept.split_limit) {}
 
   static constexpr bool takes_plain_pieces = true;
   bool wants_weights() const { return keep_vertices_ || places_->any(); }
@@ -68,6 +84,10 @@ class PlacedPieces {
     vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
     split.insert(split.end(), next.split.begin(), next.split.end());
     if (has_splits_) split.resize(point.size());
+    if (!next.corners.empty()) {
+      corners.resize(point.size() - next.point.size());
+      corners.insert(corners.end(), next.corners.begin(), next.corners.end());
+    }
   }
 
   void operator()(std::size_t t, const TriangleSource& source, const WorkPiece& piece, double mass) {
@@ -89,6 +109,7 @@ class PlacedPieces {
     if (split_limit_ > 0 && mass > split_limit_) begin_splits();
     add(t, centroid(piece.corner), piece.path, mass);
     if (has_splits_) split.back() = split_of(piece, mass, split_limit_);
+    if (keep_corners_ && piece.path != 1) store_corners(piece.corner);
   }
 
   // Whole triangles that are not split.
@@ -100,7 +121,8 @@ class PlacedPieces {
   std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
-  std::vector<ElementSplit> split;  // by piece, or empty: none is split, as of meshes with small triangles
+  std::vector<ElementSplit> split;    // by piece, or empty: none is split, as of meshes with small triangles
+  std::vector<PieceCorners> corners;  // by piece up to the last that is no whole triangle; of those only
 
  private:
   // Room for the split of a piece that will be added, and for those of all pieces before it.
@@ -117,9 +139,20 @@ class PlacedPieces {
     if (has_splits_) split.emplace_back();
   }
 
+  // Of the piece that was added last.
+  void store_corners(const std::array<Vector3, 3>& corner) {
+    if (corners.empty()) corners.reserve(point.capacity());
+    corners.resize(point.size());
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners.back().at[k][0] = static_cast<float>(corner[k].x);
+      corners.back().at[k][1] = static_cast<float>(corner[k].y);
+      corners.back().at[k][2] = static_cast<float>(corner[k].z);
+    }
+  }
+
   const ChartPlaces* places_;
   RandomKey key_;
-  bool keep_vertices_;
+  bool keep_vertices_, keep_corners_;
   double split_limit_;
   bool has_splits_ = false;
 };

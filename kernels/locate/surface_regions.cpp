@@ -79,12 +79,12 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
   ElementParameters coarse = parameters;
   coarse.samples = count;
   coarse.elements_per_sample = static_cast<double>(most) / samples_per_piece;
-  coarse.keep_vertices = false;
+  coarse.keep_vertices = coarse.net_points = false;
   const double limit = element_limit(measure, coarse);
   ElementSource source(surface, measure.density, charts, {},
                        sheet_groups(surface.mesh(), charts.charts, sheet), parameters.order, key);
   if (parameters.order == ElementOrder::balanced) {
-    take_cells(cells_from(source, nullptr, count, strata, limit, coarse, cancel), source, regions, cancel);
+    take_cells(cells_from(source, nullptr, count, strata, 0, limit, coarse, cancel), source, regions, cancel);
   } else {
     for (std::uint64_t r = 0; r <= count; ++r) regions.first_stratum[r] = r * strata / count;
     divide_curve(elements_from(source, nullptr, limit, coarse, cancel), regions);
@@ -106,8 +106,8 @@ CurveElements region_elements(const SurfaceRegions& regions, const ElementSource
 ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
                           const CancelToken& cancel) {
   const std::uint64_t strata = regions.strata(region);
-  return cells_from(source, &regions.region[region], strata, strata, regions.limit, regions.parameters,
-                    cancel);
+  return cells_from(source, &regions.region[region], strata, strata, regions.first_stratum[region],
+                    regions.limit, regions.parameters, cancel);
 }
 
 }  // namespace meander

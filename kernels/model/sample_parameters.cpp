@@ -148,6 +148,7 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   elements.order = order_of(parameters);
   // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
   elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
+  elements.net_points = parameters.place.sequence == SequenceKind::shifted;
   return elements;
 }
 

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "kernels/core/parallel.h"
@@ -24,6 +26,8 @@ constexpr int all_parts = 2;  // levels of splits
 constexpr std::size_t parallel_node = 32768;
 // Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
 constexpr std::uint32_t least_stack = 16;
+// Nodes of so many leaves that are cut exactly are worked on by other threads too.
+constexpr std::uint32_t parallel_leaves = 4096;
 
 using Point = std::array<float, 3>;
 
@@ -75,19 +79,40 @@ class Bisection {
     const int bits = 61 - exponent, part = bits / 2;
     to_units_ = {std::ldexp(1.0, part), std::ldexp(1.0, bits - part)};
     from_units_ = {std::ldexp(1.0, -part), std::ldexp(1.0, part - bits)};
-    front_.resize(elements.size() + n);
-    for (std::uint32_t e = 0; e < elements.size(); ++e) {
-      front_[e] = part_item(e, 1);
-      total_ += front_[e].mass;
+    if (traits.net_points != nullptr) {
+      if (!traits.split.empty() || !traits.group.empty() || shares != n)
+        throw std::invalid_argument("balanced_order: points of nets in cells that are not cut exactly");
+      shift_ = digital_shift(traits.net_points->key);
+      points_.resize(n);
+    }
+    if (traits.net_points == nullptr) {
+      front_.resize(elements.size() + n);
+      for (std::uint32_t e = 0; e < elements.size(); ++e) {
+        front_[e] = part_item(e, 1);
+        total_ += front_[e].mass;
+      }
     }
     leaves_.resize(n);
-    blocks_.resize(std::size_t{n} + 2);
+    blocks_.resize(traits.net_points == nullptr ? std::size_t{n} + 2 : 1);
     centre_.resize(2 * std::size_t{n});
     low_leaves_.resize(2 * std::size_t{n});
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
   BalancedCells cells() {
+    if (traits_.net_points != nullptr)
+      cut_exactly();
+    else
+      bisect_all();
+    path_.reserve(n_);
+    visit(0, 0, n_, nullptr, nullptr);
+    return collect();
+  }
+
+ private:
+  static constexpr std::uint32_t several_groups = ~0u;
+
+  void bisect_all() {
     back_.resize(front_.size());  // the elements may be gone by now
     Scratch scratch;
     bisect({0, 0, n_, front_.data(), back_.data(), count_, 0, 0, {}}, scratch);
@@ -97,13 +122,7 @@ class Bisection {
     }
     front_ = std::vector<NodeItem>();
     back_ = std::vector<NodeItem>();
-    path_.reserve(n_);
-    visit(0, 0, n_, nullptr, nullptr);
-    return collect();
   }
-
- private:
-  static constexpr std::uint32_t several_groups = ~0u;
 
   // A node: its number in depth-first order, its first leaf and number of leaves, its items, the place in the
   // other buffer where its halves' go, the level to which splits are taken apart, and, once that is the last,
@@ -241,6 +260,120 @@ class Bisection {
          static_cast<float>(low_leaves) / static_cast<float>(node.leaves));
   }
 
+  // The same where triangles are clipped at the planes, down to the points of cells.
+  void cut_exactly() {
+    ClippedPieces pieces;
+    const MassPoint& middle = elements_[count_ / 2];
+    pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, count_);
+    double total = 0;
+    for (std::uint32_t e = 0; e < count_; ++e) {
+      const double mass = elements_[e].mass * to_units_[0] * to_units_[1];
+      pieces.add(traits_.net_points->corners(e), mass, e);
+      total += mass;
+    }
+    SheetScratch sheets;
+    cut_exactly({0, 0, n_, pieces.all(), {}, total / n_}, pieces, sheets);
+  }
+
+  struct ExactNode {
+    std::size_t number;
+    std::uint32_t first, leaves;
+    ClippedPieces::List pieces;
+    CutHistory history;
+    double cell;  // mass of one
+  };
+
+  void cut_exactly(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets) {
+    const ClippedPieces::Extent extent = pieces.extent_of(node.pieces);
+    if (node.leaves == 1) {
+      centre_[node.number] = pieces.centre(extent);
+      leaves_[node.first].history = node.history;
+      points_[node.first] = net_point(node, extent, pieces);
+      return;
+    }
+    if (node.leaves >= parallel_leaves) cancel_.check();
+    const ClippedPieces::Mark mark = pieces.mark();
+    ExactNode low = node, high = node;
+    if (!cut_sheets(node, extent, pieces, sheets, low, high)) {
+      low.leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
+      const double target = extent.mass * low.leaves / node.leaves;
+      std::tie(low.pieces, high.pieces) = pieces.cut(node.pieces, extent, target, node.cell);
+      low.history.cut(extent.axis, false);
+      high.history.cut(extent.axis, true);
+    }
+    low.number = node.number + 1;
+    high.number = node.number + 2 * std::size_t{low.leaves};
+    high.first = node.first + low.leaves;
+    high.leaves = node.leaves - low.leaves;
+    const ExactNode* const children[2] = {&low, &high};
+    if (node.leaves >= parallel_leaves) {  // as all nodes above: the pieces are its own
+      ClippedPieces halves[2];
+      for (std::size_t i = 0; i < 2; ++i) halves[i].take(pieces, children[i]->pieces);
+      pieces = ClippedPieces();
+      parallel_tasks(2, [&](std::size_t i) {
+        ClippedPieces own = std::move(halves[i]);
+        SheetScratch own_sheets;
+        ExactNode child = *children[i];
+        child.pieces = own.all();
+        cut_exactly(child, own, own_sheets);
+      });
+    } else {
+      for (const ExactNode* const child : children) cut_exactly(*child, pieces, sheets);
+      pieces.release(mark);
+    }
+    low_leaves_[node.number] = low.leaves;
+    join(node.number, low.number, high.number,
+         static_cast<float>(low.leaves) / static_cast<float>(node.leaves));
+  }
+
+  // Cuts a node that is a stack of sheets between these, as separate_sheets does; false if it is none.
+  bool cut_sheets(const ExactNode& node, const ClippedPieces::Extent& extent, ClippedPieces& pieces,
+                  SheetScratch& sheets, ExactNode& low, ExactNode& high) const {
+    if (node.leaves < least_stack || traits_.normal.empty()) return false;
+    const auto normal_here = [&](std::uint32_t name) { return ClippedPieces::turned(normal_of(name)); };
+    const auto look = [&](std::size_t probes) {
+      sheets.probes.clear();
+      pieces.probe(node.pieces, extent.mass, probes, [&](const Point& at, std::uint32_t name) {
+        sheets.probes.push_back({at, normal_here(name)});
+      });
+    };
+    look(few_sheet_probes);
+    if (!may_be_stack(sheets, node.leaves)) return false;
+    look(many_sheet_probes);
+    const std::optional<SheetCut> cut = find_sheet_cut(sheets, node.leaves);
+    if (!cut) return false;
+    const auto [below, above] = pieces.part(node.pieces, [&](const Point& at, std::uint32_t name) {
+      return cut->is_above(at, normal_here(name));
+    });
+    // The halves get as many leaves as their masses ask for; what one has too much is cut off.
+    const ClippedPieces::Extent lower = pieces.extent_of(below), upper = pieces.extent_of(above);
+    const auto wanted = static_cast<std::uint32_t>(std::lround(lower.mass / extent.mass * node.leaves));
+    if (wanted == 0 || wanted >= node.leaves) return false;
+    low.leaves = wanted;
+    const double target = extent.mass * wanted / node.leaves;
+    if (lower.mass > target) {
+      const auto [kept, rest] = pieces.cut(below, lower, target, node.cell);
+      low.pieces = kept;
+      high.pieces = pieces.joined(rest, above);
+    } else {
+      const auto [more, rest] = pieces.cut(above, upper, target - lower.mass, node.cell);
+      low.pieces = pieces.joined(below, more);
+      high.pieces = rest;
+    }
+    return true;
+  }
+
+  CellPoint net_point(const ExactNode& leaf, const ClippedPieces::Extent& extent,
+                      ClippedPieces& pieces) const {
+    const NetPoints& net = *traits_.net_points;
+    const PhiloxBlock words = random_words(net.key, Stream::sequence, net.first_cell + leaf.first);
+    const auto share = [&](std::size_t across, std::uint32_t rest) {
+      return CellDigits(leaf.history, shift_, across).share(unit_double(rest, 0));
+    };
+    const std::size_t along = pieces.cross(leaf.pieces, extent, share(extent.axis, words[0]));
+    return pieces.point(share(along, words[1]), unit_double(words[2], 0));
+  }
+
   void join(std::size_t node, std::size_t low, std::size_t high, float share) {
     for (std::size_t k = 0; k < 3; ++k)
       centre_[node][k] = share * centre_[low][k] + (1 - share) * centre_[high][k];
@@ -300,10 +433,11 @@ class Bisection {
   bool is_above(const SheetCut& cut, const NodeItem& item) const {
     return cut.is_above({item.at[0], item.at[1], item.at[2]}, normal_of(item));
   }
-  Point normal_of(const NodeItem& item) const {
-    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[item.element()]}];
+  Point normal_of(std::uint32_t element) const {
+    const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[element]}];
     return {n[0], n[1], n[2]};
   }
+  Point normal_of(const NodeItem& item) const { return normal_of(item.element()); }
   std::uint32_t group_of(const NodeItem& item) const {
     return traits_.group[traits_.triangle[item.element()]];
   }
@@ -426,6 +560,10 @@ class Bisection {
                          leaf.history};
       }
     });
+    if (!points_.empty()) {
+      cells.point.resize(path_.size());
+      for (std::size_t r = 0; r < path_.size(); ++r) cells.point[r] = points_[path_[r].leaf];
+    }
     cells.block = std::move(blocks_);
     if (!group_.empty()) order_mixed(cells);
     return cells;
@@ -464,7 +602,9 @@ class Bisection {
   std::vector<NodeItem> front_, back_;               // a node's items are in one, its halves' in the other
   std::vector<std::vector<NodeItem>> blocks_;        // by first leaf: the items of a block's leaves; at n and
   // n + 1 all, where none are taken apart
-  std::vector<Leaf> leaves_;   // by place in the tree
+  std::vector<Leaf> leaves_;       // by place in the tree, as
+  std::vector<CellPoint> points_;  // those of cells that are cut exactly
+  DigitalShift shift_;
   std::vector<Point> centre_;  // by node, as the next two
   std::vector<std::uint32_t> low_leaves_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
@@ -502,7 +642,8 @@ BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n,
                              const CancelToken& cancel, std::uint64_t shares) {
   std::vector<MassPoint> own = std::move(elements);
   Bisection bisection(own, n, checked_shares(shares, n), traits, cancel);
-  if (traits.split.empty()) own = std::vector<MassPoint>();  // only splits are made of them from here on
+  // From here on only splits and triangles are made of them.
+  if (traits.split.empty() && traits.net_points == nullptr) own = std::vector<MassPoint>();
   return bisection.cells();
 }
 

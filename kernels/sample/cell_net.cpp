@@ -11,16 +11,6 @@ namespace meander {
 
 namespace {
 
-// Binary digits of a sample below its cell: along its largest extent, and along that of what is left then.
-constexpr std::uint32_t first_digits = 2, second_digits = 2;
-
-// Digit j of a sample along an axis, before the shift: of the sides that its cell lies on across the other
-// axes, the j-th from the end and the two before it.
-std::uint32_t net_digit(std::uint32_t sides_across_others, std::uint32_t j) {
-  const std::uint32_t s = sides_across_others >> j;
-  return (s ^ s >> 1 ^ s >> 2) & 1u;
-}
-
 // What is left of a cell's entries while it is divided along an axis.
 class CellPart {
  public:
@@ -129,31 +119,18 @@ class CellPart {
 
 }  // namespace
 
-DigitalShift digital_shift(RandomKey key) {
-  DigitalShift shift;
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    const PhiloxBlock words = random_words(key, Stream::digital_shift, axis);
-    shift.bits[axis] = std::uint64_t{words[0]} << 32 | words[1];
-  }
-  return shift;
-}
-
 const CellEntry& entry_in_net(const BalancedCells& cells, const Cell& cell, const DigitalShift& shift,
                               double choice, CellNetScratch& scratch) {
   const std::span<const CellEntry> entries = cells.entries(cell);
   CellPart part(entries, scratch);
-  const auto digit = [&](std::size_t axis, std::uint32_t j) {
-    return net_digit(cell.history.sides_across_others(axis), j) ^
-           shift.digit(axis, cell.history.cuts[axis] + j);
-  };
   const std::size_t first = part.longest_axis();
   part.lay_out(first);
-  for (std::uint32_t j = 0; j < first_digits; ++j) part.keep_half(digit(first, j) != 0);
+  const CellDigits digits(cell.history, shift, first);
+  for (std::uint32_t j = 0; j < net_digits_in_cell; ++j) part.keep_half(digits(j) != 0);
   const std::size_t second = part.longest_axis();
   if (second != first) part.lay_out(second);
-  const std::uint32_t past = second == first ? first_digits : 0;
-  double share = choice;
-  for (std::uint32_t j = second_digits; j > 0; --j) share = (digit(second, past + j - 1) + share) / 2;
+  const double share =
+      CellDigits(cell.history, shift, second, second == first ? net_digits_in_cell : 0).share(choice);
   const auto target = static_cast<std::uint64_t>(share * static_cast<double>(part.mass()));
   return entries[part.entry_at(std::min(target, std::max<std::uint64_t>(part.mass(), 1) - 1))];
 }

@@ -8,21 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "kernels/core/random.h"
 #include "kernels/order/balanced_order.h"
+#include "kernels/order/net_digits.h"
 
 namespace meander {
-
-// The digital shift that all samples of a set share: bit k of axis a is added to the k-th binary digit of a
-// sample along a, counted from the root of the tree.
-struct DigitalShift {
-  std::array<std::uint64_t, 3> bits{};
-  std::uint32_t digit(std::size_t axis, std::size_t number) const {
-    return static_cast<std::uint32_t>(bits[axis] >> (number % 64) & 1u);
-  }
-};
-// Uniform. Pure in the key.
-DigitalShift digital_shift(RandomKey key);
 
 // Arrays of one thread, reused from cell to cell.
 struct CellNetScratch {

@@ -84,7 +84,7 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
         set(r, sites.site[r].b1, sites.site[r].b2);
         continue;
       }
-      const Draw draw = placer.draw_in_element(static_cast<std::uint32_t>(r), placer.piece(r), 0);
+      const Draw draw = placer.first_draw(static_cast<std::uint32_t>(r));
       counter[r] = static_cast<std::uint8_t>(draw.next_counter);
       set(r, draw.b1, draw.b2);
     }

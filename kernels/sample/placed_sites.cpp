@@ -44,8 +44,7 @@ void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
     parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
       cancel.check();
       for (std::size_t r = begin; r < end; ++r)
-        sites.site[r] = drawn_site(sites.site[r],
-                                   placer.draw_in_element(static_cast<std::uint32_t>(r), placer.piece(r), 0));
+        sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r)));
     });
   const Redraws redraws = find_redraws(
       sites.count(), [&](std::uint32_t rank) { return point_at(placer, sites.site[rank]); },

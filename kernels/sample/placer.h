@@ -91,6 +91,16 @@ struct Placer {
     return {weights[0], weights[1], counter + 2};
   }
 
+  // The sample of that rank: at the point of its piece, or at a mu-uniform one.
+  Draw first_draw(std::uint32_t rank) const {
+    const Piece p = piece(rank);
+    const SampleSite& site = sites.site[rank];
+    if (site.b1 < 0) return draw_in_element(rank, p, 0);
+    const double first = site.b1, second = site.b2;
+    return {p.b1[0] + first * (p.b1[1] - p.b1[0]) + second * (p.b1[2] - p.b1[0]),
+            p.b2[0] + first * (p.b2[1] - p.b2[0]) + second * (p.b2[2] - p.b2[0]), 1};
+  }
+
   // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than
   // the whole triangle, the triangle shrunk towards the vertex until it weighs what the vertex does.
   Piece redraw_piece(std::size_t rank) const {

@@ -16,6 +16,12 @@ void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bo
     cancel.check();
     CellNetScratch scratch;
     for (std::size_t c = begin; c < end; ++c) {
+      if (!cells.cells.point.empty()) {
+        const CellPoint& point = cells.cells.point[c];
+        found.site[first + c] = {cells.triangle[point.name], cells.path[point.name], point.first,
+                                 point.second};
+        continue;
+      }
       const double choice = random_pair(key, Stream::sequence, first + c).first;
       const CellEntry& entry = entry_in_net(cells.cells, cells.cells.cell[c], shift, choice, scratch);
       found.set(first + c, cells.triangle[entry.element()], cells.path_of(entry));

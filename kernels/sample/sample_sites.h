@@ -15,11 +15,13 @@
 
 namespace meander {
 
-// A piece of a triangle, and the weights of corners 1 and 2 of the triangle: those of the sample, before it
-// is placed of the piece's curve vertex, or 0.
+// A piece of a triangle, and the weights of corners 1 and 2 of the triangle: those of the sample. Before it
+// is placed those of the piece's curve vertex, or the weights that a point in the piece has there, or
+// neither.
 struct SampleSite {
   std::uint32_t triangle, path;
   float b1, b2;
+  static constexpr float nowhere = -1;  // b1 of a piece without a point
 };
 
 // The sites of N samples by curve rank.
@@ -30,7 +32,7 @@ struct SampleSites {
   SampleSites(std::size_t count, bool vertices) : site(count), mass(vertices ? count : 0) {}
   std::size_t count() const { return site.size(); }
   void set(std::size_t rank, std::uint32_t triangle, std::uint32_t path) {
-    site[rank] = {triangle, path, 0, 0};
+    site[rank] = {triangle, path, SampleSite::nowhere, 0};
   }
   void set_vertex(std::size_t rank, const float* weights, double own_mass) {
     site[rank].b1 = weights[0];
@@ -56,7 +58,7 @@ SampleSites elements_at(const ElementCells& cells, std::span<const double> posit
 SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
                         std::span<const double> position, bool vertices, const CancelToken& cancel);
 
-// The same where the samples of cells form a net (cell_net.h): one element a cell.
+// The same where the samples of cells form a net (cell_net.h): one element a cell, or its point.
 SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool vertices,
                             const CancelToken& cancel);
 SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,

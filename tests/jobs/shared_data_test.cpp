@@ -104,6 +104,7 @@ void check_masses(const std::filesystem::path& path, std::string_view method) {
   INFO(path.filename() << ", " << method);
   SampleParameters parameters = parameters_for(method);
   set_samples(parameters, 2048);
+  parameters.place.sequence = SequenceKind::stratified;  // cells of nets may be points, without elements
   const EmbreeDevice device;
   Model model;
   model.file = read_shared(path);
