@@ -26,8 +26,8 @@ constexpr int most_trials = 32;
 constexpr float last_step = 0x1p-6f;  // of the extent
 // What extends less across a plane than this times its node is not clipped.
 constexpr float thin = 0x1p-20f;
-// Less than any other length.
-constexpr float least_length = 1e-30f;
+// Less than any other length; and more mass along one than there is, which must not become infinite.
+constexpr float least_length = 1e-30f, most_density = 1e36f;
 
 __m128 absolute(__m128 x) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), x); }
 
@@ -222,7 +222,7 @@ ClippedPieces::Part ClippedPieces::below(const Polygon& polygon, std::size_t axi
     rate = _mm_add_ps(rate, swept);
     area = _mm_add_ps(area, _mm_mul_ps(swept, positive));
   }
-  const float scale = 1 / std::abs(by_first ? second : first);
+  const float scale = 1 / std::max(std::abs(by_first ? second : first), least_length);
   return {std::min(0.5f * std::abs(sum(area)) * scale, polygon.area), std::abs(sum(rate)) * scale};
 }
 
@@ -238,7 +238,7 @@ void ClippedPieces::lay_out(List list, const Extent& extent) {
     const auto mass = static_cast<float>(item.mass);
     from_[i] = item.low[axis];
     mass_[i] = mass;
-    density_[i] = mass / std::max(item.high[axis] - item.low[axis], least);
+    density_[i] = std::min(mass / std::max(item.high[axis] - item.low[axis], least), most_density);
   }
   for (std::size_t i = list.count; i < room; ++i) from_[i] = mass_[i] = density_[i] = 0;
 }
