@@ -43,7 +43,7 @@ inline constexpr std::uint64_t most_clipped_triangles = 4;
 // balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
 // empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
 // elements may be, and split in small cells only; where triangles are few they are whole, and the cells are
-// points of a net. The masses of a triangle's entries sum to its exact mass.
+// points of a net. The masses of a triangle's entries, if there are any, sum to its exact mass.
 // O(E log E); 80 bytes a piece (160 where some are split) and 230 a sample, and 24 an entry of split pieces,
 // at the peak. Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29
 // pieces. Deterministic for every thread count.

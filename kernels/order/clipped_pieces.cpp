@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace meander {
 
@@ -116,12 +117,16 @@ void ClippedPieces::close(Polygon& polygon, Item& item) const {
   }
 }
 
+// From its first corner: products of weights would cancel where the polygon is small.
 float ClippedPieces::area_of(const Polygon& polygon) {
+  const __m128 a = _mm_set1_ps(polygon.first[0]), b = _mm_set1_ps(polygon.second[0]);
   __m128 twice = _mm_setzero_ps();
   for (std::size_t k = 0; k < polygon.corners; k += 4) {
     const float *const first = polygon.first + k, *const second = polygon.second + k;
-    twice = _mm_add_ps(twice, _mm_sub_ps(_mm_mul_ps(_mm_loadu_ps(first), _mm_loadu_ps(second + 1)),
-                                         _mm_mul_ps(_mm_loadu_ps(first + 1), _mm_loadu_ps(second))));
+    const __m128 u = _mm_sub_ps(_mm_loadu_ps(first), a), v = _mm_sub_ps(_mm_loadu_ps(second), b);
+    const __m128 next_u = _mm_sub_ps(_mm_loadu_ps(first + 1), a),
+                 next_v = _mm_sub_ps(_mm_loadu_ps(second + 1), b);
+    twice = _mm_add_ps(twice, _mm_sub_ps(_mm_mul_ps(u, next_v), _mm_mul_ps(next_u, v)));
   }
   return 0.5f * std::abs(sum(twice));
 }
@@ -384,31 +389,39 @@ bool ClippedPieces::clip(Item& item, std::size_t axis, float at, Item& above) {
   return true;
 }
 
-// Moves mass from what lies next to the plane to the other side, as it is. Rarely called for.
-void ClippedPieces::even_out(List& from, List& to, bool upwards, std::size_t axis, double amount,
+// Moves mass from what lies next to the plane to the other side, as it is. Rarely called for: where faces
+// jump over the plane, or lie closer together than float can tell.
+void ClippedPieces::even_out(List& from, List& to, bool upwards, std::size_t axis, float at, double amount,
                              double tolerance) {
-  const auto distance = [&](const Item& item) { return upwards ? -item.high[axis] : item.low[axis]; };
+  if (amount <= tolerance) return;
+  const auto item = [&](std::uint32_t i) -> Item& { return item_[from.first + i]; };
+  std::vector<std::uint32_t> order(from.count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return upwards ? item(a).high[axis] > item(b).high[axis] : item(a).low[axis] < item(b).low[axis];
+  });
   std::vector<Item> moved;
-  while (amount > tolerance && from.count > 0) {
-    const auto begin = item_.begin() + static_cast<std::ptrdiff_t>(from.first),
-               end = begin + static_cast<std::ptrdiff_t>(from.count);
-    const auto next =
-        std::min_element(begin, end, [&](const Item& a, const Item& b) { return distance(a) < distance(b); });
-    moved.push_back(*next);
-    if (next->mass <= amount) {
-      amount -= next->mass;
-      *next = *(end - 1);
-      --from.count;
+  for (std::size_t i = 0; i < order.size() && amount > tolerance; ++i) {
+    Item& next = item(order[i]);
+    moved.push_back(next);
+    if (next.mass <= amount) {
+      amount -= next.mass;
+      next.mass = 0;
       continue;
     }
     moved.back().mass = amount;
-    next->mass -= amount;
+    next.mass -= amount;
     amount = 0;
-    const Polygon copy = polygon_[next->polygon];
+    const Polygon copy = polygon_[next.polygon];
     moved.back().polygon = static_cast<std::uint32_t>(polygon_.size());
     polygon_.push_back(copy);
+    // A sliver by its mass, which shall not make the node wide.
+    moved.back().low[axis] = moved.back().high[axis] = at;
   }
-  if (moved.empty()) return;
+  const auto begin = item_.begin() + static_cast<std::ptrdiff_t>(from.first);
+  from.count = static_cast<std::size_t>(std::remove_if(begin, begin + static_cast<std::ptrdiff_t>(from.count),
+                                                       [](const Item& left) { return !(left.mass > 0); }) -
+                                        begin);
   const List added{item_.size(), moved.size()};
   item_.insert(item_.end(), moved.begin(), moved.end());
   to = joined(to, added);
@@ -425,8 +438,9 @@ ClippedPieces::List ClippedPieces::joined(List first, List second) {
 std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list, const Extent& extent,
                                                                        double target, double cell) {
   const std::size_t axis = extent.axis;
-  const double tolerance = cut_tolerance * cell;
-  const float at = plane(list, extent, target, near_cut * cell);
+  // Shares are of what the node has: what a large one lacks is spread over its cells.
+  const double few_cells = std::sqrt(cell * extent.mass), tolerance = cut_tolerance * few_cells;
+  const float at = plane(list, extent, target, near_cut * few_cells);
   // The lower ones stay at the front of the list, the upper ones go behind all others.
   List lower{list.first, 0}, upper{item_.size(), 0};
   double mass = 0;
@@ -449,9 +463,9 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
   }
   upper.count = item_.size() - upper.first;
   if (mass > target)
-    even_out(lower, upper, true, axis, mass - target, tolerance);
+    even_out(lower, upper, true, axis, at, mass - target, tolerance);
   else
-    even_out(upper, lower, false, axis, target - mass, tolerance);
+    even_out(upper, lower, false, axis, at, target - mass, tolerance);
   return {lower, upper};
 }
 
@@ -461,6 +475,7 @@ std::size_t ClippedPieces::cross(List list, const Extent& extent, double share) 
   section_.clear();
   float low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   float nearest = INFINITY;
+  nearest_ = item_[list.first];
   for (std::size_t i = 0; i < list.count; ++i) {
     const Item& item = item_[list.first + i];
     if (!(item.low[axis] < at && item.high[axis] > at)) {
@@ -489,14 +504,22 @@ std::size_t ClippedPieces::cross(List list, const Extent& extent, double share) 
       }
       from = to;
     }
-    if (ends < 2) continue;
+    if (ends < 2) {  // by rounding
+      nearest = 0;
+      nearest_ = item;
+      continue;
+    }
     // As in below(): how the area of weights grows.
     const bool by_first = std::abs(across_second) >= std::abs(across_first);
     const std::size_t w = by_first ? 0 : 1;
     segment.rate = item.mass / static_cast<double>(polygon.area) *
                    static_cast<double>(std::abs((segment.end[1][w] - segment.end[0][w]) /
                                                 (by_first ? across_second : across_first)));
-    if (!(segment.rate > 0)) continue;
+    if (!(segment.rate > 0)) {
+      nearest = 0;
+      nearest_ = item;
+      continue;
+    }
     for (std::size_t end = 0; end < 2; ++end) {
       const Point place = place_at(polygon, {segment.end[end][0], segment.end[end][1]});
       segment.place[end][0] = place[b];
@@ -514,17 +537,28 @@ std::size_t ClippedPieces::cross(List list, const Extent& extent, double share) 
     std::swap(segment.end[0], segment.end[1]);
     std::swap(segment.place[0], segment.place[1]);
   }
-  const auto middle = [k](const Segment& segment) { return segment.place[0][k] + segment.place[1][k]; };
-  for (std::size_t i = 1; i < section_.size(); ++i)  // a few
-    for (std::size_t j = i; j > 0 && middle(section_[j]) < middle(section_[j - 1]); --j)
-      std::swap(section_[j], section_[j - 1]);
+  std::sort(section_.begin(), section_.end(), [k](const Segment& a, const Segment& other) {
+    return a.place[0][k] + a.place[1][k] < other.place[0][k] + other.place[1][k];
+  });
   return k == 1 ? c : b;
 }
+
+namespace {
+
+// Weights that rounding may have moved off the triangle.
+CellPoint inside(std::uint32_t name, float first, float second) {
+  first = std::max(first, 0.0f);
+  second = std::max(second, 0.0f);
+  const float over = std::max(first + second, 1.0f);
+  return {name, first / over, second / over};
+}
+
+}  // namespace
 
 CellPoint ClippedPieces::point(double share, double spare) const {
   if (section_.empty()) {
     const auto weights = weights_in(polygon_[nearest_.polygon], spare, share);
-    return {nearest_.name, weights[0], weights[1]};
+    return inside(nearest_.name, weights[0], weights[1]);
   }
   double total = 0;
   for (const Segment& segment : section_) total += segment.rate;
@@ -533,8 +567,8 @@ CellPoint ClippedPieces::point(double share, double spare) const {
   while (i + 1 < section_.size() && left >= section_[i].rate) left -= section_[i++].rate;
   const Segment& segment = section_[i];
   const auto along = static_cast<float>(std::min(left / segment.rate, 1.0));
-  return {segment.name, segment.end[0][0] + along * (segment.end[1][0] - segment.end[0][0]),
-          segment.end[0][1] + along * (segment.end[1][1] - segment.end[0][1])};
+  return inside(segment.name, segment.end[0][0] + along * (segment.end[1][0] - segment.end[0][0]),
+                segment.end[0][1] + along * (segment.end[1][1] - segment.end[0][1]));
 }
 
 }  // namespace meander

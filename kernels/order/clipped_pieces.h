@@ -64,8 +64,8 @@ class ClippedPieces {
   Point centre(const Extent& extent) const;
 
   // Both sides of the plane across the axis of the extent that has `target` of the mass below it, to 2^-14 of
-  // a `cell`'s mass; what is missing then goes over from what lies next to the plane. The list itself must
-  // not be used any more. O(P).
+  // a `cell`'s mass times the root of the number of cells; what else is missing goes over from what lies next
+  // to the plane. The list itself must not be used any more. O(P), and O(P log P) where mass goes over.
   std::pair<List, List> cut(List list, const Extent& extent, double target, double cell);
   // Those that `is_second(place, name)` selects, behind the others. The list itself must not be used any
   // more.
@@ -128,7 +128,8 @@ class ClippedPieces {
   void lay_out(List list, const Extent& extent);
   float plane(List list, const Extent& extent, double target, double tolerance);
   bool clip(Item& item, std::size_t axis, float at, Item& above);
-  void even_out(List& from, List& to, bool upwards, std::size_t axis, double amount, double tolerance);
+  void even_out(List& from, List& to, bool upwards, std::size_t axis, float at, double amount,
+                double tolerance);
   Point place_of(const Item& item) const;
   static std::array<float, 2> weights_in(const Polygon& polygon, double first, double second);
   static Point place_at(const Polygon& polygon, const std::array<float, 2>& weights);

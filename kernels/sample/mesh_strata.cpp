@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 namespace meander {
 
@@ -125,6 +126,8 @@ void CurveStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint>
 CellStrata::CellStrata(const ElementCells& cells, const MeasuredMesh& surface, const Density& density,
                        RandomKey key, const MetricAt& metric)
     : MeshStrata(surface, density, key, metric), cells_(cells) {
+  if (!cells.cells.point.empty())
+    throw std::invalid_argument("strata: cells are points of a net, and have no elements");
   double mass = 0;
   for (const CellEntry& entry : cells.cells.entries(cells.cells.cell.front()))
     mass += cells.cells.mass(entry);

@@ -95,7 +95,7 @@ struct Placer {
   Draw first_draw(std::uint32_t rank) const {
     const Piece p = piece(rank);
     const SampleSite& site = sites.site[rank];
-    if (site.b1 < 0) return draw_in_element(rank, p, 0);
+    if (site.b1 == SampleSite::nowhere) return draw_in_element(rank, p, 0);
     const double first = site.b1, second = site.b2;
     return {p.b1[0] + first * (p.b1[1] - p.b1[0]) + second * (p.b1[2] - p.b1[0]),
             p.b2[0] + first * (p.b2[1] - p.b2[0]) + second * (p.b2[2] - p.b2[0]), 1};

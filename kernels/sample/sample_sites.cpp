@@ -1,5 +1,7 @@
 #include "kernels/sample/sample_sites.h"
 
+#include <stdexcept>
+
 #include "kernels/core/parallel.h"
 #include "kernels/sample/cell_net.h"
 #include "kernels/sample/sequence.h"
@@ -56,6 +58,8 @@ SampleSites elements_at(const CurveElements& elements, std::span<const double> p
 
 SampleSites elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
                         const CancelToken& cancel) {
+  if (!cells.cells.point.empty())
+    throw std::invalid_argument("elements_at: cells are points of a net, and have no elements");
   SampleSites found(position.size(), vertices);
   const auto count = static_cast<double>(cells.count());
   parallel_blocks(position.size(), sum_block, [&](std::size_t begin, std::size_t end) {
