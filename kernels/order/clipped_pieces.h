@@ -1,5 +1,5 @@
-// Nodes of balanced bisection that are cut by planes: large triangles are clipped to convex polygons, of
-// which every part weighs what its area says (docs/METHODS.md 6.5, "Exact cells").
+// Nodes of balanced bisection that are cut by planes: triangles are clipped to convex polygons, of which
+// every part weighs what its area says (docs/METHODS.md 6.5, "Exact cells").
 #pragma once
 
 #include <algorithm>
