@@ -14,6 +14,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/order/node_items.h"
 #include "kernels/order/sheet_cut.h"
+#include "kernels/order/weighted_selection.h"
 
 namespace meander {
 
@@ -654,28 +655,9 @@ const CellEntry& entry_at(const BalancedCells& cells, const Cell& cell, double s
   std::uint64_t total = 0;
   for (const CellEntry& entry : entries) total += entry.mass;
   const auto target = std::min(static_cast<std::uint64_t>(share * static_cast<double>(total)), total - 1);
-  // The part of the row that the target lies in, sorted once it is short.
-  const auto mass_of = [&](std::uint64_t entry) { return entries[number_of(entry)].mass; };
-  std::span<std::uint64_t> row = scratch;
-  std::uint64_t below = 0;
-  constexpr std::size_t sorted_row = 8;
-  while (row.size() > sorted_row) {
-    const std::uint64_t a = row.front(), b = row[row.size() / 2], c = row.back();
-    const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
-    const auto middle = std::partition(row.begin(), row.end(), [&](std::uint64_t x) { return x < pivot; });
-    const auto less = static_cast<std::size_t>(middle - row.begin());
-    std::uint64_t mass = 0;
-    for (const std::uint64_t entry : row.first(less)) mass += mass_of(entry);
-    const bool is_less = target < below + mass;
-    if (!is_less) below += mass;
-    row = is_less ? row.first(less) : row.subspan(less);
-  }
-  std::sort(row.begin(), row.end());
-  for (const std::uint64_t entry : row) {
-    below += mass_of(entry);
-    if (target < below) return entries[number_of(entry)];
-  }
-  return entries[number_of(row.back())];  // only where no entry has mass
+  const SelectedEntry found =
+      select_by_mass(scratch, target, [&](std::uint64_t entry) { return entries[number_of(entry)].mass; });
+  return entries[number_of(scratch[found.place])];
 }
 
 void order_entries(const BalancedCells& cells, const Cell& cell, std::vector<std::uint32_t>& order) {

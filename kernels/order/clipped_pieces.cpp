@@ -20,9 +20,9 @@ constexpr std::array<std::array<double, 3>, 3> rotation_by(double x, double y, d
 }
 constexpr auto tilt = rotation_by(0.0019, -0.0012, 0.0016);
 
-// Of a cell: what may be missing before the last step to a plane, which squares it, and after it.
-constexpr double near_cut = 0x1p-10, cut_tolerance = 0x1p-14, near_section = 0x1p-14;
-constexpr double model_tolerance = 64;  // times as much
+// Of a cell: what may be missing before the last step to a plane, which at least squares it, and after it.
+constexpr double near_cut = 0x1p-7, cut_tolerance = 0x1p-14, near_section = 0x1p-6;
+constexpr double model_tolerance = 4;  // times as much
 constexpr int most_trials = 32;
 constexpr float last_step = 0x1p-6f;  // of the extent
 // What extends less across a plane than this times its node is not clipped.
@@ -79,6 +79,7 @@ void ClippedPieces::add(const std::array<Vector3, 3>& corner, double mass, std::
   polygon.first[2] = 0, polygon.second[2] = 1;
   polygon.corners = 3;
   polygon.area = 0.5f;
+  polygon.density = static_cast<float>(2 * mass);
   close(polygon, item);
   item.polygon = static_cast<std::uint32_t>(polygon_.size());
   polygon_.push_back(polygon);
@@ -202,11 +203,13 @@ std::array<float, 2> ClippedPieces::weights_in(const Polygon& polygon, double fi
   }
 }
 
-// By Green's theorem, of the boundary alone: with w, one of the two weights, and d = at - x, the part where d
-// > 0 has in the plane of x and w the area of the integral of max(d, 0) dw around the polygon. Along an edge
-// d is linear: with p = max(d, 0) at its ends, it is positive on the fraction f = (p0 + p1) / (|d0| + |d1|),
-// and p has the mean f (p0 + p1) / 2. The derivative by `at` is the integral of f dw.
-ClippedPieces::Part ClippedPieces::below(const Polygon& polygon, std::size_t axis, float at) {
+// The mass below a plane across that axis, and its first and second derivative by the plane's coordinate. By
+// Green's theorem, of the boundary alone: with w, one of the two weights, and d = at - x, the part where d >
+// 0 has in the plane of x and w the area of the integral of max(d, 0) dw around the polygon. Along an edge d
+// is linear: with p = max(d, 0) at its ends, it is positive on the fraction f = (p0 + p1) / (|d0| + |d1|),
+// and p has the mean f (p0 + p1) / 2. The derivative by `at` is the integral of f dw; f itself grows by 1 /
+// (|d0| + |d1|) on the edges that the plane crosses.
+__m128 ClippedPieces::below(const Polygon& polygon, std::size_t axis, float at) {
   const float first = polygon.edge[0][axis], second = polygon.edge[1][axis];
   const bool by_first = std::abs(second) >= std::abs(first);
   const float* const w = by_first ? polygon.first : polygon.second;
@@ -217,18 +220,27 @@ ClippedPieces::Part ClippedPieces::below(const Polygon& polygon, std::size_t axi
     return _mm_sub_ps(_mm_sub_ps(offset, _mm_mul_ps(_mm_loadu_ps(polygon.first + k), along_first)),
                       _mm_mul_ps(_mm_loadu_ps(polygon.second + k), along_second));
   };
-  __m128 area = zero, rate = zero;
+  __m128 area = zero, rate = zero, bend = zero, none = zero;
   for (std::size_t k = 0; k < polygon.corners; k += 4) {
     const __m128 from = distance(k), to = distance(k + 1);
     const __m128 positive = _mm_add_ps(_mm_max_ps(from, zero), _mm_max_ps(to, zero));
     const __m128 whole = _mm_max_ps(_mm_add_ps(absolute(from), absolute(to)), least);
-    const __m128 swept =
-        _mm_mul_ps(_mm_sub_ps(_mm_loadu_ps(w + k + 1), _mm_loadu_ps(w + k)), _mm_div_ps(positive, whole));
+    const __m128 turns = _mm_div_ps(_mm_sub_ps(_mm_loadu_ps(w + k + 1), _mm_loadu_ps(w + k)), whole);
+    const __m128 crossed = _mm_xor_ps(_mm_cmpgt_ps(from, zero), _mm_cmpgt_ps(to, zero));
+    const __m128 swept = _mm_mul_ps(turns, positive);
+    bend = _mm_add_ps(bend, _mm_and_ps(turns, crossed));
     rate = _mm_add_ps(rate, swept);
     area = _mm_add_ps(area, _mm_mul_ps(swept, positive));
   }
-  const float scale = 1 / std::max(std::abs(by_first ? second : first), least_length);
-  return {std::min(0.5f * std::abs(sum(area)) * scale, polygon.area), std::abs(sum(rate)) * scale};
+  _MM_TRANSPOSE4_PS(area, rate, bend, none);
+  __m128 sums = _mm_add_ps(_mm_add_ps(area, rate), _mm_add_ps(bend, none));
+  // The way around may be the other one.
+  sums =
+      _mm_xor_ps(sums, _mm_and_ps(_mm_shuffle_ps(sums, sums, _MM_SHUFFLE(1, 1, 1, 1)), _mm_set1_ps(-0.0f)));
+  const float scale = polygon.density / std::max(std::abs(by_first ? second : first), least_length);
+  sums = _mm_mul_ps(sums, _mm_setr_ps(0.5f * scale, scale, scale, 0));
+  const __m128 most = _mm_setr_ps(polygon.area * polygon.density, INFINITY, INFINITY, INFINITY);
+  return _mm_min_ps(_mm_max_ps(sums, _mm_setr_ps(0, 0, -INFINITY, 0)), most);
 }
 
 // A first model of what lies below a plane, for which nothing is clipped: the mass of a polygon lies evenly
@@ -257,7 +269,7 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
   // Sums of float stay short.
   constexpr std::size_t block = 64;
   const __m128 zero = _mm_setzero_ps();
-  double mass = 0, rate = 0;
+  double mass = 0, rate = 0, bend = 0;
   const auto model = [&](float at) {
     const __m128 plane = _mm_set1_ps(at);
     mass = rate = 0;
@@ -276,9 +288,9 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
   };
   const auto exact = [&](float at) {
     const __m128 plane = _mm_set1_ps(at);
-    mass = rate = 0;
+    mass = rate = bend = 0;
     for (std::size_t begin = 0; begin < list.count; begin += block) {
-      __m128 masses = zero;
+      __m128 masses = zero, parts = zero;
       for (std::size_t i = begin; i < std::min(begin + block, list.count); i += 4) {
         const __m128 whole = _mm_loadu_ps(&mass_[i]);
         const __m128 below_plane =
@@ -289,14 +301,14 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
             static_cast<unsigned>(_mm_movemask_ps(_mm_andnot_ps(is_full, _mm_cmpgt_ps(below_plane, zero))));
         for (; parted != 0; parted &= parted - 1) {
           const Item& item = item_[list.first + i + static_cast<std::size_t>(std::countr_zero(parted))];
-          const Polygon& polygon = polygon_[item.polygon];
-          const Part part = below(polygon, axis, at);
-          const double density = item.mass / static_cast<double>(polygon.area);
-          mass += density * static_cast<double>(part.area);
-          rate += density * static_cast<double>(part.rate);
+          parts = _mm_add_ps(parts, below(polygon_[item.polygon], axis, at));
         }
       }
-      mass += static_cast<double>(sum(masses));
+      alignas(16) float sums[4];
+      _mm_store_ps(sums, parts);
+      mass += static_cast<double>(sum(masses)) + static_cast<double>(sums[0]);
+      rate += static_cast<double>(sums[1]);
+      bend += static_cast<double>(sums[2]);
     }
   };
   float at = static_cast<float>(static_cast<double>(extent.moment[axis]) / (2 * extent.mass) +
@@ -308,7 +320,10 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
     for (int trial = 0; trial < most_trials; ++trial) {
       evaluate(at);
       const double missing = target - mass;
-      float next = rate > 0 ? at + static_cast<float>(missing / rate) : low;
+      // Where a parabola has what is missing, or the tangent.
+      const double square = rate * rate + 2 * bend * missing;
+      const double slope = square > 0 ? 0.5 * (rate + std::sqrt(square)) : rate;
+      float next = rate > 0 ? at + static_cast<float>(missing / slope) : low;
       (missing > 0 ? low : high) = at;
       // The last step, unless it would cross a gap that hardly anything lies in.
       if (std::abs(missing) <= near_enough && rate > 0 && std::abs(next - at) <= last_step * length) {
@@ -320,7 +335,7 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
       at = next;
     }
   };
-  constexpr std::size_t few = 4;  // polygons, for which the model saves nothing
+  constexpr std::size_t few = 12;  // polygons, for which the model saves nothing
   if (list.count > few) find(model, model_tolerance * tolerance);
   find(exact, tolerance);
   return at;
@@ -383,6 +398,7 @@ bool ClippedPieces::clip(Item& item, std::size_t axis, float at, Item& above) {
   close(high, above);
   low.area = std::min(area_of(low), whole);
   high.area = whole - low.area;
+  high.density = low.density;
   // Parts without area hold nothing: their masses are 0.
   item.mass = above.mass * static_cast<double>(low.area / whole);
   above.mass -= item.mass;
@@ -415,6 +431,10 @@ void ClippedPieces::even_out(List& from, List& to, bool upwards, std::size_t axi
     const Polygon copy = polygon_[next.polygon];
     moved.back().polygon = static_cast<std::uint32_t>(polygon_.size());
     polygon_.push_back(copy);
+    for (const Item* const half : {&next, &moved.back()}) {
+      Polygon& polygon = polygon_[half->polygon];
+      polygon.density = static_cast<float>(half->mass / static_cast<double>(polygon.area));
+    }
     // A sliver by its mass, which shall not make the node wide.
     moved.back().low[axis] = moved.back().high[axis] = at;
   }
@@ -512,7 +532,7 @@ std::size_t ClippedPieces::cross(List list, const Extent& extent, double share) 
     // As in below(): how the area of weights grows.
     const bool by_first = std::abs(across_second) >= std::abs(across_first);
     const std::size_t w = by_first ? 0 : 1;
-    segment.rate = item.mass / static_cast<double>(polygon.area) *
+    segment.rate = static_cast<double>(polygon.density) *
                    static_cast<double>(std::abs((segment.end[1][w] - segment.end[0][w]) /
                                                 (by_first ? across_second : across_first)));
     if (!(segment.rate > 0)) {

@@ -2,6 +2,8 @@
 // every part weighs what its area says (docs/METHODS.md 6.5, "Exact cells").
 #pragma once
 
+#include <xmmintrin.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -81,9 +83,9 @@ class ClippedPieces {
   // A direction of space as it is here.
   static Point turned(const Point& direction);
 
-  // The plane across that axis with `share` of the mass below it, to 2^-14 or less, cuts the polygons in a
-  // cross-section; returns the axis along which it extends farthest. It is forgotten with the next one.
-  // O(P log P).
+  // The plane across that axis with `share` of the mass below it, to 2^-12 unless that lies in a face along
+  // the plane, cuts the polygons in a cross-section; returns the axis along which it extends farthest. It is
+  // forgotten with the next one. O(P log P).
   std::size_t cross(List list, const Extent& extent, double share);
   // The point of the cross-section with that share of it below, by the mass that it sweeps over. Shares that
   // are uniform give points that are distributed by mass. `spare`: another number in [0, 1), for a
@@ -108,11 +110,9 @@ class ClippedPieces {
     float first[most_corners + 4], second[most_corners + 4];
     float corner[4], edge[2][4];  // of the triangle: corner 0; from it to corners 1 and 2
     float area;                   // of weights
+    float density;                // mass over it
     std::uint32_t corners;
     Polygon() {}  // leaves them as they are
-  };
-  struct Part {
-    float area, rate;  // below a plane, and how it grows with the plane's coordinate
   };
   // A polygon in a cross-section.
   struct Segment {
@@ -124,7 +124,7 @@ class ClippedPieces {
 
   void close(Polygon& polygon, Item& item) const;
   static float area_of(const Polygon& polygon);
-  static Part below(const Polygon& polygon, std::size_t axis, float at);
+  static __m128 below(const Polygon& polygon, std::size_t axis, float at);
   void lay_out(List list, const Extent& extent);
   float plane(List list, const Extent& extent, double target, double tolerance);
   bool clip(Item& item, std::size_t axis, float at, Item& above);

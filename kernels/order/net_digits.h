@@ -35,7 +35,7 @@ inline constexpr std::uint32_t net_digits_in_cell = 2;
 class CellDigits {
  public:
   CellDigits(const CutHistory& history, const DigitalShift& shift, std::size_t axis, std::uint32_t past = 0)
-      : sides_(history.sides_across_others(axis)),
+      : sides_(history.side_across_others[axis]),
         shift_(shift.bits[axis] >> (history.cuts[axis] % 64)),
         past_(past) {}
   std::uint32_t operator()(std::uint32_t j) const {

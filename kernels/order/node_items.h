@@ -14,11 +14,12 @@
 #include <vector>
 
 #include "kernels/order/balanced_order.h"
+#include "kernels/order/weighted_selection.h"
 
 namespace meander {
 
-// Nodes of at most this many elements are sorted; larger ones are cut by a histogram of their coordinates.
-inline constexpr std::size_t sorted_node = 32;
+// Nodes of more elements than this are cut by a histogram of their coordinates first.
+inline constexpr std::size_t small_node = 32;
 inline constexpr std::size_t cut_bins = 64;
 
 // What a node of the tree holds.
@@ -73,7 +74,7 @@ inline std::uint64_t row_entry(float coordinate, std::size_t number) {
 inline std::uint32_t number_of(std::uint64_t entry) { return static_cast<std::uint32_t>(entry); }
 
 struct DivideScratch {
-  std::vector<std::uint64_t> row;  // of items that are sorted
+  std::vector<std::uint64_t> row;  // of items that the cut may lie in
   std::vector<std::uint8_t> bin;   // by item
 };
 
@@ -88,7 +89,7 @@ std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, cons
   NodeItem* low = to;
   NodeItem* high = end - 1;
   std::uint64_t below = 0;
-  if (items.size() <= sorted_node) {
+  if (items.size() <= small_node) {
     for (std::size_t i = 0; i < items.size(); ++i) row.push_back(row_entry(at(i), i));
   } else {
     constexpr float least_range = 1e-30f;  // below, the scale would overflow: all in one bin then
@@ -122,22 +123,22 @@ std::pair<std::size_t, std::size_t> divide(std::span<const NodeItem> items, cons
       high += ~is_below;
     }
   }
-  std::sort(row.begin(), row.end());
-  for (const std::uint64_t entry : row) {
-    const NodeItem& item = items[number_of(entry)];
-    if (below + item.mass <= target) {
-      *low++ = item;
-      below += item.mass;
-      continue;
-    }
-    const std::uint64_t part = target - below;
+  if (!row.empty()) {
+    const auto item_of = [&](std::uint64_t entry) -> const NodeItem& { return items[number_of(entry)]; };
+    const SelectedEntry cut =
+        select_by_mass(row, target - below, [&](std::uint64_t entry) { return item_of(entry).mass; });
+    for (std::size_t i = 0; i < cut.place; ++i) *low++ = item_of(row[i]);
+    const NodeItem& divided = item_of(row[cut.place]);
+    const std::uint64_t part = std::min(target - below - cut.below, divided.mass);
     if (part > 0) {
-      *low = item;
+      *low = divided;
       (low++)->mass = part;
     }
-    *high = item;
-    (high--)->mass = item.mass - part;
-    below = target;
+    if (part < divided.mass) {
+      *high = divided;
+      (high--)->mass = divided.mass - part;
+    }
+    for (std::size_t i = cut.place + 1; i < row.size(); ++i) *high-- = item_of(row[i]);
   }
   return {static_cast<std::size_t>(low - to), static_cast<std::size_t>(end - 1 - high)};
 }

@@ -29,9 +29,9 @@ using Vector = std::array<double, 3>;
 template <class Get>
 Vector mean_of(const std::vector<SheetProbe>& probes, const Get& get) {
   Vector mean{};
-  const auto count = static_cast<double>(probes.size());
   for (const SheetProbe& probe : probes)
-    for (std::size_t k = 0; k < 3; ++k) mean[k] += static_cast<double>(get(probe)[k]) / count;
+    for (std::size_t k = 0; k < 3; ++k) mean[k] += static_cast<double>(get(probe)[k]);
+  for (double& x : mean) x /= static_cast<double>(probes.size());
   return mean;
 }
 
@@ -39,17 +39,17 @@ template <class Get>
 Symmetric covariance_of(const std::vector<SheetProbe>& probes, const Get& get) {
   const Vector mean = mean_of(probes, get);
   Symmetric covariance{};
-  const auto count = static_cast<double>(probes.size());
   for (const SheetProbe& probe : probes) {
     Vector v;
     for (std::size_t k = 0; k < 3; ++k) v[k] = static_cast<double>(get(probe)[k]) - mean[k];
-    covariance[0] += v[0] * v[0] / count;
-    covariance[1] += v[0] * v[1] / count;
-    covariance[2] += v[0] * v[2] / count;
-    covariance[3] += v[1] * v[1] / count;
-    covariance[4] += v[1] * v[2] / count;
-    covariance[5] += v[2] * v[2] / count;
+    covariance[0] += v[0] * v[0];
+    covariance[1] += v[0] * v[1];
+    covariance[2] += v[0] * v[2];
+    covariance[3] += v[1] * v[1];
+    covariance[4] += v[1] * v[2];
+    covariance[5] += v[2] * v[2];
   }
+  for (double& x : covariance) x /= static_cast<double>(probes.size());
   return covariance;
 }
 
@@ -67,8 +67,9 @@ double largest_eigenvalue(const Symmetric& m, Vector& direction) {
   for (int i = 0; i < 10; ++i) {
     const double trace = power[0] + power[3] + power[5];
     if (!(trace > 0)) return 0;
-    for (double& x : power) x /= trace;
-    const Symmetric p = power;
+    const double scale = 1 / trace;
+    Symmetric p = power;
+    for (double& x : p) x *= scale;
     power = {p[0] * p[0] + p[1] * p[1] + p[2] * p[2], p[0] * p[1] + p[1] * p[3] + p[2] * p[4],
              p[0] * p[2] + p[1] * p[4] + p[2] * p[5], p[1] * p[1] + p[3] * p[3] + p[4] * p[4],
              p[1] * p[2] + p[3] * p[4] + p[4] * p[5], p[2] * p[2] + p[4] * p[4] + p[5] * p[5]};

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/order/node_items.h"
+#include "kernels/order/weighted_selection.h"
 
 namespace meander {
 
@@ -14,19 +15,18 @@ namespace {
 // What is left of a cell's entries while it is divided along an axis.
 class CellPart {
  public:
-  CellPart(std::span<const CellEntry> entries, CellNetScratch& scratch) : entries_(entries) {
+  CellPart(std::span<const CellEntry> entries, CellNetScratch& scratch)
+      : entries_(entries), end_(entries.size()) {
     if (scratch.row.size() < entries.size())
-      for (std::vector<std::uint64_t>* const array : {&scratch.mass, &scratch.row, &scratch.other})
+      for (std::vector<std::uint64_t>* const array : {&scratch.mass, &scratch.row})
         array->resize(entries.size());
     mass_ = scratch.mass.data();
     row_ = scratch.row.data();
-    other_ = scratch.other.data();
     for (std::size_t i = 0; i < entries.size(); ++i) {
       mass_[i] = entries[i].mass;
       row_[i] = i;
-      total_ += mass_[i];
+      total_ += entries[i].mass;
     }
-    end_ = entries.size();
   }
   std::uint64_t mass() const { return total_; }
 
@@ -64,55 +64,17 @@ class CellPart {
   std::uint32_t entry_at(std::uint64_t target) { return number_of(row_[find(target).first]); }
 
  private:
-  static constexpr std::size_t sorted_row = 6;
-
   // The place of the entry that `target` of the mass falls into, and the mass before it. All entries before
   // that place are below, all behind it above.
   std::pair<std::size_t, std::uint64_t> find(std::uint64_t target) {
-    std::size_t first = begin_, last = end_;
-    std::uint64_t below = 0;
-    while (last - first > sorted_row) {
-      const std::uint64_t a = row_[first], b = row_[first + (last - first) / 2], c = row_[last - 1];
-      const auto [less, mass] = part(first, last, std::max(std::min(a, b), std::min(std::max(a, b), c)));
-      if (target < below + mass) {
-        last = less;
-      } else {
-        below += mass;
-        first = less;
-      }
-    }
-    for (std::size_t i = first + 1; i < last; ++i) {  // so few are sorted faster so
-      const std::uint64_t entry = row_[i];
-      std::size_t to = i;
-      for (; to > first && row_[to - 1] > entry; --to) row_[to] = row_[to - 1];
-      row_[to] = entry;
-    }
-    while (first + 1 < last && below + mass_[number_of(row_[first])] <= target)
-      below += mass_[number_of(row_[first++])];
-    return {first, below};
-  }
-
-  // Parts [first, last) at the pivot, one of its values but not the least; returns where the upper part
-  // begins, and the mass of the lower. Which part an entry belongs to cannot be predicted, so it is written
-  // to both ends.
-  std::pair<std::size_t, std::uint64_t> part(std::size_t first, std::size_t last, std::uint64_t pivot) {
-    std::size_t low = first, high = last;
-    std::uint64_t mass = 0;
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint64_t entry = row_[i];
-      const bool is_low = entry < pivot;
-      other_[low] = entry;
-      other_[high - 1] = entry;
-      low += is_low;
-      high -= !is_low;
-      mass += mass_[number_of(entry)] & -std::uint64_t{is_low};
-    }
-    std::copy(other_ + first, other_ + last, row_ + first);
-    return {low, mass};
+    const SelectedEntry found =
+        select_by_mass(std::span(row_ + begin_, end_ - begin_), target,
+                       [this](std::uint64_t entry) { return mass_[number_of(entry)]; });
+    return {begin_ + found.place, found.below};
   }
 
   std::span<const CellEntry> entries_;
-  std::uint64_t *mass_, *row_, *other_;
+  std::uint64_t *mass_, *row_;
   std::size_t begin_ = 0, end_ = 0;
   std::uint64_t total_ = 0;
 };
@@ -183,8 +145,8 @@ std::array<Node, 2> halves_of(const Node& node, const CentreSums& centres, const
     way = centres.way(node.first, middle, end);
   }
   const bool ascends = way[axis] >= 0;
-  const bool upper = (net_digit(node.history.sides_across_others(axis), 0) ^
-                      shift.digit(axis, node.history.cuts[axis])) != 0;
+  const bool upper =
+      (net_digit(node.history.side_across_others[axis], 0) ^ shift.digit(axis, node.history.cuts[axis])) != 0;
   const auto half = [&](bool is_second) {
     Node child{is_second ? middle : node.first, is_second ? end - middle : middle - node.first, node.history};
     child.history.cut(axis, is_second == ascends);

@@ -15,8 +15,8 @@ namespace meander {
 
 // Arrays of one thread, reused from cell to cell.
 struct CellNetScratch {
-  std::vector<std::uint64_t> mass;        // by entry: what is left of it
-  std::vector<std::uint64_t> row, other;  // entries by a coordinate
+  std::vector<std::uint64_t> mass;  // by entry: what is left of it
+  std::vector<std::uint64_t> row;   // entries by a coordinate
 };
 
 // The entry that the sample of the cell lies in. Two digits of the net say which quarter of the cell's mass

@@ -1,0 +1,68 @@
+// The entry of a row at which a given mass is reached, without sorting the row.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace meander {
+
+struct SelectedEntry {
+  std::size_t place;    // in the row
+  std::uint64_t below;  // the mass of all entries before it
+};
+
+// Puts the entry at which the sum of masses, in ascending order of the entries, exceeds `target` in its
+// place: lower entries before it, higher ones behind it, in no order. The last one where the sum never does.
+// `mass` gives that of an entry. Entries are distinct, and there is at least one. Weighted quickselect (Hoare
+// 1961): O(N) on average, O(N log N) at most.
+template <class Mass>
+SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target, const Mass& mass) {
+  constexpr std::size_t sorted_row = 6;
+  std::size_t first = 0, last = row.size();
+  std::uint64_t below = 0;
+  for (int rounds = 3 * std::bit_width(row.size()); last - first > sorted_row; --rounds) {
+    if (rounds == 0) {
+      std::sort(row.begin() + static_cast<std::ptrdiff_t>(first),
+                row.begin() + static_cast<std::ptrdiff_t>(last));
+      break;
+    }
+    const std::uint64_t a = row[first], b = row[first + (last - first) / 2], c = row[last - 1];
+    const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    // Which part an entry belongs to cannot be predicted: no branches. The pivot is not the least, so that
+    // neither part is empty.
+    std::size_t low = first;
+    std::uint64_t lower = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint64_t entry = row[i];
+      const std::uint64_t is_low = entry < pivot;
+      row[i] = row[low];
+      row[low] = entry;
+      low += is_low;
+      lower += mass(entry) & -is_low;
+    }
+    if (target < below + lower) {
+      last = low;
+    } else {
+      below += lower;
+      first = low;
+    }
+  }
+  if (last - first <= sorted_row)
+    for (std::size_t i = first + 1; i < last; ++i) {  // so few are sorted faster so
+      const std::uint64_t entry = row[i];
+      std::size_t to = i;
+      for (; to > first && row[to - 1] > entry; --to) row[to] = row[to - 1];
+      row[to] = entry;
+    }
+  for (; first + 1 < row.size(); ++first) {
+    const std::uint64_t next = mass(row[first]);
+    if (target < below + next) break;
+    below += next;
+  }
+  return {first, below};
+}
+
+}  // namespace meander
