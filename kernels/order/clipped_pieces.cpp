@@ -37,6 +37,12 @@ float sum(__m128 x) {
   return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_shuffle_ps(pairs, pairs, 1)));
 }
 
+std::array<float, 3> three_of(__m128 x) {
+  alignas(16) std::array<float, 4> lanes;
+  _mm_store_ps(lanes.data(), x);
+  return {lanes[0], lanes[1], lanes[2]};
+}
+
 void turn(const Vector3& v, float* to) {
   for (std::size_t k = 0; k < 3; ++k)
     to[k] = static_cast<float>(tilt[k][0] * v.x + tilt[k][1] * v.y + tilt[k][2] * v.z);
@@ -51,9 +57,13 @@ std::array<float, 2> weights_in_triangle(double first, double second) {
 }  // namespace
 
 ClippedPieces::Point ClippedPieces::turned(const Point& direction) {
-  Point to;
-  turn({direction[0], direction[1], direction[2]}, to.data());
-  return to;
+  __m128 sum = _mm_setzero_ps();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const __m128 column = _mm_setr_ps(static_cast<float>(tilt[0][k]), static_cast<float>(tilt[1][k]),
+                                      static_cast<float>(tilt[2][k]), 0);
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(direction[k]), column));
+  }
+  return three_of(sum);
 }
 
 void ClippedPieces::begin(const Vector3& origin, std::size_t triangles) {
@@ -169,10 +179,9 @@ ClippedPieces::Point ClippedPieces::centre(const Extent& extent) const {
 }
 
 ClippedPieces::Point ClippedPieces::place_at(const Polygon& polygon, const std::array<float, 2>& weights) {
-  Point place;
-  for (std::size_t k = 0; k < 3; ++k)
-    place[k] = polygon.corner[k] + weights[0] * polygon.edge[0][k] + weights[1] * polygon.edge[1][k];
-  return place;
+  const __m128 first = _mm_mul_ps(_mm_set1_ps(weights[0]), _mm_loadu_ps(polygon.edge[0])),
+               second = _mm_mul_ps(_mm_set1_ps(weights[1]), _mm_loadu_ps(polygon.edge[1]));
+  return three_of(_mm_add_ps(_mm_add_ps(_mm_loadu_ps(polygon.corner), first), second));
 }
 
 ClippedPieces::Point ClippedPieces::place_of(const Item& item) const {
@@ -186,7 +195,23 @@ ClippedPieces::Point ClippedPieces::place_of(const Item& item) const {
   return place_at(polygon, mean);
 }
 
-// In triangles around its first corner.
+// In one of the triangles around its first corner, in turn.
+std::array<float, 2> ClippedPieces::probe_weights(const Polygon& polygon, std::size_t number) {
+  // The points of an additive recurrence (Roberts 2018) in the plane, folded to the triangle.
+  const auto step = static_cast<std::uint32_t>(number + 1);
+  auto along_first = static_cast<float>(step * 3242174889u >> 8) * 0x1p-24f,
+       along_second = static_cast<float>(step * 2447445414u >> 8) * 0x1p-24f;
+  if (along_first + along_second > 1) {
+    along_first = 1 - along_first;
+    along_second = 1 - along_second;
+  }
+  const std::size_t k = polygon.corners == 3 ? 1 : 1 + number % (polygon.corners - 2);
+  const float a = polygon.first[0], b = polygon.second[0];
+  return {a + along_first * (polygon.first[k] - a) + along_second * (polygon.first[k + 1] - a),
+          b + along_first * (polygon.second[k] - b) + along_second * (polygon.second[k + 1] - b)};
+}
+
+// Uniform, in the triangles around its first corner.
 std::array<float, 2> ClippedPieces::weights_in(const Polygon& polygon, double first, double second) {
   double left = first * 2 * static_cast<double>(polygon.area);
   const float a = polygon.first[0], b = polygon.second[0];

@@ -131,6 +131,7 @@ class ClippedPieces {
   void even_out(List& from, List& to, bool upwards, std::size_t axis, float at, double amount,
                 double tolerance);
   Point place_of(const Item& item) const;
+  static std::array<float, 2> probe_weights(const Polygon& polygon, std::size_t number);
   static std::array<float, 2> weights_in(const Polygon& polygon, double first, double second);
   static Point place_at(const Polygon& polygon, const std::array<float, 2>& weights);
 
@@ -164,13 +165,8 @@ void ClippedPieces::probe(List list, double mass, std::size_t probes, const Visi
     while (i + 1 < list.count && below + item_[list.first + i].mass <= target)
       below += item_[list.first + i++].mass;
     const Item& item = item_[list.first + i];
-    // The points of an additive recurrence (Roberts 2018) in the plane.
-    const double first = 0.7548776662466927 * static_cast<double>(p + 1),
-                 second = 0.5698402909980532 * static_cast<double>(p + 1);
     const Polygon& polygon = polygon_[item.polygon];
-    visit(place_at(polygon, weights_in(polygon, first - static_cast<double>(static_cast<std::size_t>(first)),
-                                       second - static_cast<double>(static_cast<std::size_t>(second)))),
-          item.name);
+    visit(place_at(polygon, probe_weights(polygon, p)), item.name);
   }
 }
 

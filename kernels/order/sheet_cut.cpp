@@ -1,6 +1,9 @@
 #include "kernels/order/sheet_cut.h"
 
+#include <emmintrin.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -26,31 +29,57 @@ constexpr double few_apart = 5.6, few_offset = 2.8;
 using Symmetric = std::array<double, 6>;  // xx, xy, xz, yy, yz, zz
 using Vector = std::array<double, 3>;
 
-template <class Get>
-Vector mean_of(const std::vector<SheetProbe>& probes, const Get& get) {
-  Vector mean{};
-  for (const SheetProbe& probe : probes)
-    for (std::size_t k = 0; k < 3; ++k) mean[k] += static_cast<double>(get(probe)[k]);
-  for (double& x : mean) x /= static_cast<double>(probes.size());
+// The sum over `count` probes of what `term` gives for the four from i on.
+template <class Term>
+double sum_of(std::size_t count, const Term& term) {
+  const __m128i lanes = _mm_setr_epi32(0, 1, 2, 3);
+  __m128 sum = _mm_setzero_ps();
+  for (std::size_t i = 0; i < count; i += 4) {
+    const __m128i left = _mm_set1_epi32(static_cast<int>(count - i));
+    sum = _mm_add_ps(sum, _mm_and_ps(term(i), _mm_castsi128_ps(_mm_cmplt_epi32(lanes, left))));
+  }
+  alignas(16) float sums[4];
+  _mm_store_ps(sums, sum);
+  return (static_cast<double>(sums[0]) + static_cast<double>(sums[1])) +
+         (static_cast<double>(sums[2]) + static_cast<double>(sums[3]));
+}
+
+using Columns = std::array<SheetProbes::Column, 3>;
+
+Vector mean_of(const Columns& v, std::size_t count) {
+  Vector mean;
+  for (std::size_t k = 0; k < 3; ++k)
+    mean[k] =
+        sum_of(count, [&](std::size_t i) { return _mm_loadu_ps(&v[k][i]); }) / static_cast<double>(count);
   return mean;
 }
 
-template <class Get>
-Symmetric covariance_of(const std::vector<SheetProbe>& probes, const Get& get) {
-  const Vector mean = mean_of(probes, get);
-  Symmetric covariance{};
-  for (const SheetProbe& probe : probes) {
-    Vector v;
-    for (std::size_t k = 0; k < 3; ++k) v[k] = static_cast<double>(get(probe)[k]) - mean[k];
-    covariance[0] += v[0] * v[0];
-    covariance[1] += v[0] * v[1];
-    covariance[2] += v[0] * v[2];
-    covariance[3] += v[1] * v[1];
-    covariance[4] += v[1] * v[2];
-    covariance[5] += v[2] * v[2];
+Symmetric covariance_of(const Columns& v, const Vector& mean, std::size_t count) {
+  Symmetric covariance;
+  std::size_t entry = 0;
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t k = j; k < 3; ++k) {
+      const __m128 mean_j = _mm_set1_ps(static_cast<float>(mean[j])),
+                   mean_k = _mm_set1_ps(static_cast<float>(mean[k]));
+      covariance[entry++] = sum_of(count,
+                                   [&](std::size_t i) {
+                                     return _mm_mul_ps(_mm_sub_ps(_mm_loadu_ps(&v[j][i]), mean_j),
+                                                       _mm_sub_ps(_mm_loadu_ps(&v[k][i]), mean_k));
+                                   }) /
+                            static_cast<double>(count);
+    }
   }
-  for (double& x : covariance) x /= static_cast<double>(probes.size());
   return covariance;
+}
+
+// The coordinates of the four probes from i on along a direction, from an origin.
+__m128 along(const Columns& at, const std::array<float, 3>& direction, const std::array<float, 3>& origin,
+             std::size_t i) {
+  __m128 sum = _mm_setzero_ps();
+  for (std::size_t k = 0; k < 3; ++k)
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(direction[k]),
+                                     _mm_sub_ps(_mm_loadu_ps(&at[k][i]), _mm_set1_ps(origin[k]))));
+  return sum;
 }
 
 Vector product(const Symmetric& m, const Vector& v) {
@@ -112,40 +141,57 @@ struct Candidate {
   double offset = -1;  // squared distance of the layers at the cut; negative for sides
 };
 
-// Between the layers on both sides of the gap nearest to the middle, if there is a clear one.
+// Between the layers on both sides of the gap nearest to the middle, if there is a clear one. Such a gap is
+// wider than a bin, so it lies between the heights of different bins.
 bool find_layers(SheetScratch& scratch, Candidate& candidate) {
   SheetCut& cut = candidate.cut;
   cut = {rounded(candidate.direction), 0, false};
-  std::vector<float>& height = scratch.height;
-  height.clear();
-  for (const SheetProbe& p : scratch.probes)
-    height.push_back(cut.direction[0] * p.at[0] + cut.direction[1] * p.at[1] + cut.direction[2] * p.at[2]);
-  std::sort(height.begin(), height.end());
-  const float range = height.back() - height.front();
-  const float clear = std::max(least_gap * range, gap_over_mean * range / static_cast<float>(height.size()));
-  std::size_t best = 0;
-  float nearest = INFINITY;
-  for (std::size_t i = 1; i < height.size(); ++i) {
-    if (!(height[i] - height[i - 1] > clear)) continue;
-    const float from_middle = std::abs(static_cast<float>(i) - 0.5f * static_cast<float>(height.size()));
-    if (from_middle >= nearest) continue;
-    nearest = from_middle;
-    best = i;
+  const std::size_t count = scratch.probes.size();
+  SheetProbes::Column& height = scratch.height;
+  for (std::size_t i = 0; i < count; i += 4)
+    _mm_storeu_ps(&height[i], along(scratch.probes.at, cut.direction, {}, i));
+  const auto [least, most] = std::minmax_element(&height[0], &height[0] + count);
+  const float low = *least, range = *most - low;
+  if (!(range > 0)) return false;
+  const float clear = std::max(least_gap * range, gap_over_mean * range / static_cast<float>(count));
+  constexpr int bins = 8;
+  static_assert(least_gap * bins > 1);
+  struct Bin {
+    float least = INFINITY, most = -INFINITY;
+    std::size_t count = 0;
+  };
+  std::array<Bin, bins> bin;
+  for (std::size_t i = 0; i < count; ++i) {
+    Bin& b = bin[static_cast<std::size_t>(
+        std::min(static_cast<int>((height[i] - low) / range * static_cast<float>(bins)), bins - 1))];
+    b.least = std::min(b.least, height[i]);
+    b.most = std::max(b.most, height[i]);
+    ++b.count;
   }
-  if (best == 0) return false;
-  cut.threshold = 0.5f * (height[best - 1] + height[best]);
-  const double gap = static_cast<double>(height[best]) - static_cast<double>(height[best - 1]);
-  candidate.offset = gap * gap;
-  return true;
+  float nearest = INFINITY, gap = 0, below = low;
+  std::size_t lower = 0;  // probes in the bins before
+  for (const Bin& b : bin) {
+    if (b.count == 0) continue;
+    const float from_middle = std::abs(static_cast<float>(lower) - 0.5f * static_cast<float>(count));
+    if (b.least - below > clear && from_middle < nearest) {
+      nearest = from_middle;
+      gap = b.least - below;
+      cut.threshold = 0.5f * (below + b.least);
+    }
+    below = b.most;
+    lower += b.count;
+  }
+  candidate.offset = static_cast<double>(gap) * static_cast<double>(gap);
+  return gap > 0;
 }
 
 std::optional<Candidate> find_candidate(SheetScratch& scratch) {
-  const std::vector<SheetProbe>& probes = scratch.probes;
-  if (probes.size() < least_probes) return std::nullopt;
-  const auto normal = [](const SheetProbe& p) { return p.normal; };
-  const Vector mean_normal = mean_of(probes, normal);
+  const SheetProbes& probes = scratch.probes;
+  const std::size_t count = probes.size();
+  if (count < least_probes) return std::nullopt;
+  const Vector mean_normal = mean_of(probes.normal, count);
   const double agreement = dot(mean_normal, mean_normal);
-  const Symmetric covariance = covariance_of(probes, [](const SheetProbe& p) { return p.at; });
+  const Symmetric covariance = covariance_of(probes.at, mean_of(probes.at, count), count);
   const double trace = covariance[0] + covariance[3] + covariance[5];
   Candidate candidate;
   const auto is_thin = [&](double share, double width) {
@@ -155,7 +201,8 @@ std::optional<Candidate> find_candidate(SheetScratch& scratch) {
   const double most_width = 0.5 * trace * (1 + 1e-9);
   double share = 1;
   if (1 - agreement > least_spread) {
-    share = largest_eigenvalue(covariance_of(probes, normal), candidate.direction);
+    const Symmetric of_normals = covariance_of(probes.normal, mean_normal, count);
+    share = largest_eigenvalue(of_normals, candidate.direction);
     if (!(share > least_spread) || !is_thin(share, most_width)) return std::nullopt;
     candidate.cut = {rounded(candidate.direction), 0, true};
   } else {
@@ -186,20 +233,26 @@ Overlap overlap_of(SheetScratch& scratch, const Candidate& candidate) {
   const double length = std::sqrt(dot(u, u));
   for (double& x : u) x /= length;
   const Vector v = {d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]};
-  scratch.above.clear();
-  scratch.below.clear();
-  const std::array<float, 3>& origin = scratch.probes.front().at;
-  for (const SheetProbe& probe : scratch.probes) {
-    Vector at;
-    for (std::size_t k = 0; k < 3; ++k)
-      at[k] = static_cast<double>(probe.at[k]) - static_cast<double>(origin[k]);
-    const FlatProbe flat{static_cast<float>(dot(at, u)), static_cast<float>(dot(at, v)),
-                         static_cast<float>(dot(at, d))};
-    (cut.is_above(probe.at, probe.normal) ? scratch.above : scratch.below).push_back(flat);
+  const SheetProbes& probes = scratch.probes;
+  const std::array<float, 3> origin = probes[0].at;
+  scratch.above.count = scratch.below.count = 0;
+  for (std::size_t i = 0; i < probes.size(); i += 4) {
+    alignas(16) std::array<std::array<float, 4>, 3> flat;
+    _mm_store_ps(flat[0].data(), along(probes.at, rounded(u), origin, i));
+    _mm_store_ps(flat[1].data(), along(probes.at, rounded(v), origin, i));
+    _mm_store_ps(flat[2].data(), along(probes.at, rounded(d), origin, i));
+    for (std::size_t k = 0; k < std::min<std::size_t>(4, probes.size() - i); ++k) {
+      const SheetProbe probe = probes[i + k];
+      FlatProbes& side = cut.is_above(probe.at, probe.normal) ? scratch.above : scratch.below;
+      side.u[side.count] = flat[0][k];
+      side.v[side.count] = flat[1][k];
+      side.height[side.count++] = flat[2][k];
+    }
   }
+  const FlatProbes &above = scratch.above, &below = scratch.below;
+  if (above.count == 0 || below.count == 0) return {INFINITY, INFINITY};
   Overlap sum;
-  if (scratch.above.empty() || scratch.below.empty()) return {INFINITY, INFINITY};
-  for (const FlatProbe& above : scratch.above) {
+  for (std::size_t a = 0; a < above.count; ++a) {
     // The nearest four, by their squared distance within the sheets and then across them.
     struct Found {
       float within, across;
@@ -209,23 +262,33 @@ Overlap overlap_of(SheetScratch& scratch, const Candidate& candidate) {
     };
     std::array<Found, 4> nearest;
     nearest.fill({INFINITY, INFINITY});
-    for (const FlatProbe& below : scratch.below) {
-      const float x = above.u - below.u, y = above.v - below.v;
-      const float within = x * x + y * y;
-      if (within > nearest.back().within) continue;
-      const float height = above.height - below.height;
-      const Found found{within, height * height};
-      if (!(found < nearest.back())) continue;
-      nearest.back() = found;
-      for (std::size_t i = nearest.size() - 1; i > 0 && nearest[i] < nearest[i - 1]; --i)
-        std::swap(nearest[i], nearest[i - 1]);
+    const __m128 at_u = _mm_set1_ps(above.u[a]), at_v = _mm_set1_ps(above.v[a]);
+    for (std::size_t i = 0; i < below.count; i += 4) {
+      const __m128 x = _mm_sub_ps(at_u, _mm_loadu_ps(&below.u[i])),
+                   y = _mm_sub_ps(at_v, _mm_loadu_ps(&below.v[i]));
+      const __m128 distance = _mm_add_ps(_mm_mul_ps(x, x), _mm_mul_ps(y, y));
+      auto near =
+          static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(distance, _mm_set1_ps(nearest.back().within))));
+      if (near == 0) continue;
+      alignas(16) std::array<float, 4> within;
+      _mm_store_ps(within.data(), distance);
+      for (; near != 0; near &= near - 1) {
+        const auto k = static_cast<std::size_t>(std::countr_zero(near));
+        if (i + k >= below.count) break;
+        const float height = above.height[a] - below.height[i + k];
+        const Found found{within[k], height * height};
+        if (!(found < nearest.back())) continue;
+        nearest.back() = found;
+        for (std::size_t j = nearest.size() - 1; j > 0 && nearest[j] < nearest[j - 1]; --j)
+          std::swap(nearest[j], nearest[j - 1]);
+      }
     }
     float offset = INFINITY;
     for (const Found& found : nearest) offset = std::min(offset, found.across);
     sum.offset += static_cast<double>(offset);
     sum.apart += static_cast<double>(nearest.front().within);
   }
-  const auto count = static_cast<double>(scratch.above.size());
+  const auto count = static_cast<double>(above.count);
   return {sum.apart / count, sum.offset / count};
 }
 

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace meander {
 
@@ -18,15 +17,39 @@ struct SheetProbe {
   std::array<float, 3> normal;
 };
 
-// A probe by its place within the sheets and its height across them.
-struct FlatProbe {
-  float u, v, height;
+// At most many_sheet_probes of them, by coordinate: four are worked on at once.
+class SheetProbes {
+ public:
+  using Column = std::array<float, many_sheet_probes + 3>;
+  void clear() { count_ = 0; }
+  void push_back(const SheetProbe& probe) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      at[k][count_] = probe.at[k];
+      normal[k][count_] = probe.normal[k];
+    }
+    ++count_;
+  }
+  std::size_t size() const { return count_; }
+  SheetProbe operator[](std::size_t i) const {
+    return {{at[0][i], at[1][i], at[2][i]}, {normal[0][i], normal[1][i], normal[2][i]}};
+  }
+
+  std::array<Column, 3> at{}, normal{};
+
+ private:
+  std::size_t count_ = 0;
+};
+
+// Those on one side of a cut, by their places within the sheets and their heights across them.
+struct FlatProbes {
+  SheetProbes::Column u, v, height;
+  std::size_t count = 0;
 };
 
 struct SheetScratch {
-  std::vector<SheetProbe> probes;
-  std::vector<float> height;
-  std::vector<FlatProbe> above, below;
+  SheetProbes probes;
+  SheetProbes::Column height;
+  FlatProbes above, below;
 };
 
 // An element is above the cut if its normal (sides) or its centroid (layers) is beyond `threshold` along
