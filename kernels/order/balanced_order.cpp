@@ -96,7 +96,7 @@ class Bisection {
     leaves_.resize(n);
     blocks_.resize(traits.net_points == nullptr ? std::size_t{n} + 2 : 1);
     centre_.resize(2 * std::size_t{n});
-    low_leaves_.resize(2 * std::size_t{n});
+    cut_.resize(2 * std::size_t{n});
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
@@ -256,7 +256,8 @@ class Bisection {
     } else {
       for (const Node& child : children) bisect(child, scratch);
     }
-    low_leaves_[node.number] = low_leaves;
+    cut_[node.number] = {low_leaves,
+                         by_coordinate ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)};
     join(node.number, children[0].number, children[1].number,
          static_cast<float>(low_leaves) / static_cast<float>(node.leaves));
   }
@@ -295,7 +296,8 @@ class Bisection {
     if (node.leaves >= parallel_leaves) cancel_.check();
     const ClippedPieces::Mark mark = pieces.mark();
     ExactNode low = node, high = node;
-    if (!cut_sheets(node, extent, pieces, sheets, low, high)) {
+    const bool by_sheets = cut_sheets(node, extent, pieces, sheets, low, high);
+    if (!by_sheets) {
       low.leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
       const double target = extent.mass * low.leaves / node.leaves;
       std::tie(low.pieces, high.pieces) = pieces.cut(node.pieces, extent, target, node.cell);
@@ -322,7 +324,8 @@ class Bisection {
       for (const ExactNode* const child : children) cut_exactly(*child, pieces, sheets);
       pieces.release(mark);
     }
-    low_leaves_[node.number] = low.leaves;
+    cut_[node.number] = {low.leaves,
+                         by_sheets ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)};
     join(node.number, low.number, high.number,
          static_cast<float>(low.leaves) / static_cast<float>(node.leaves));
   }
@@ -513,7 +516,7 @@ class Bisection {
       return node;
     }
     if (leaves > 65536) cancel_.check();
-    const std::uint32_t low_leaves = low_leaves_[node];
+    const std::uint32_t low_leaves = cut_[node].low_leaves;
     const std::size_t low = node + 1, high = node + 2 * std::size_t{low_leaves};
     float straight = 0, swapped = 0;
     if (from && same_group(*from, node)) {
@@ -566,6 +569,7 @@ class Bisection {
       for (std::size_t r = 0; r < path_.size(); ++r) cells.point[r] = points_[path_[r].leaf];
     }
     cells.block = std::move(blocks_);
+    cells.cut = std::move(cut_);
     if (!group_.empty()) order_mixed(cells);
     return cells;
   }
@@ -607,7 +611,7 @@ class Bisection {
   std::vector<CellPoint> points_;  // those of cells that are cut exactly
   DigitalShift shift_;
   std::vector<Point> centre_;  // by node, as the next two
-  std::vector<std::uint32_t> low_leaves_;
+  std::vector<TreeCut> cut_;
   std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
   std::vector<Step> path_;
 };

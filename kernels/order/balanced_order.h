@@ -71,13 +71,22 @@ struct Cell {
   CutHistory history;
 };
 
+// Where a node of the tree is cut.
+struct TreeCut {
+  static constexpr std::uint8_t between_parts = 3;
+  std::uint32_t low_leaves = 0;
+  std::uint8_t axis = 0;  // that the halves lie along, the lower first; or between sheets or groups
+};
+
 // The cells in the order of the path. At most n - 1 more entries than all parts.
 struct BalancedCells {
   std::vector<Cell> cell;                     // n
   std::vector<std::vector<CellEntry>> block;  // some empty
   std::vector<CellPoint> point;               // n in place of entries, where net points were asked for;
                                               // their names are elements
-  std::array<double, 2> unit{};               // of masses: factors, as their product may be out of range
+  std::vector<TreeCut> cut;  // by node of the tree, depth first: those of a node with c leaves below it
+                             // follow it, 2 c - 1 of its low half, then those of the other; leaves have none
+  std::array<double, 2> unit{};  // of masses: factors, as their product may be out of range
   std::span<const CellEntry> entries(const Cell& c) const {
     return std::span(block[c.block]).subspan(c.first, c.entries);
   }

@@ -19,8 +19,8 @@ struct DigitalShift {
     return static_cast<std::uint32_t>(bits[axis] >> (number % 64) & 1u);
   }
 };
-// Uniform. Pure in the key.
-DigitalShift digital_shift(RandomKey key);
+// Uniform, of different numbers independent. Pure.
+DigitalShift digital_shift(RandomKey key, std::uint32_t number = 0);
 
 // Binary digit j of a sample along an axis, below a cell whose history has these sides across the others.
 inline std::uint32_t net_digit(std::uint32_t sides_across_others, std::uint32_t j) {

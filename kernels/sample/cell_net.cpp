@@ -128,32 +128,93 @@ std::size_t longest(const std::array<double, 3>& way) {
   return axis;
 }
 
+// A range of leaves that one sample of a prefix stands for.
 struct Node {
+  static constexpr std::size_t none = ~std::size_t{0};
   std::uint32_t first, leaves;
-  CutHistory history;  // of the cuts between the halves of those above
+  std::size_t tree_node;     // whose leaves these are, or none
+  CutHistory history;        // of the cuts between the halves of those above
+  std::uint32_t parted = 0;  // how often it was parted otherwise than across an axis
 };
 
-// Its halves: the one that the sample which represents it lies in, and the other one.
-std::array<Node, 2> halves_of(const Node& node, const CentreSums& centres, const DigitalShift& shift) {
-  const std::uint32_t end = node.first + node.leaves;
-  std::uint32_t middle = node.first + node.leaves / 2;
-  std::array<double, 3> way = centres.way(node.first, middle, end);
-  const std::size_t axis = longest(way);
-  if (const std::uint32_t lower = lower_leaves(node.leaves, node.history, axis, centres.count());
-      lower != node.leaves / 2) {
-    middle = node.first + lower;
-    way = centres.way(node.first, middle, end);
+// Halves of nodes, down to single leaves: as the tree is cut where that is in halves, else by numbers, as one
+// level of samples follows the other.
+class NodeHalves {
+ public:
+  NodeHalves(const BalancedCells& cells, const CentreSums& centres, RandomKey key)
+      : cells_(cells),
+        centres_(centres),
+        key_(key),
+        shift_(digital_shift(key)),
+        other_shift_(digital_shift(key, 1)) {}
+
+  // The half that the sample which represents the node lies in, and the other one.
+  std::array<Node, 2> of(const Node& node) const {
+    // The digits of the sample in its cell follow those of the cuts above: these and no other cuts may take
+    // theirs from the same shift.
+    if (node.tree_node != Node::none) {
+      const TreeCut cut = cells_.cut[node.tree_node];
+      if (cut.axis != TreeCut::between_parts) return across(node, cut.axis, cut.low_leaves, true, shift_);
+      if (cut.low_leaves == node.leaves / 2 || cut.low_leaves == node.leaves - node.leaves / 2) {
+        // Parts are one more direction, which all others are across.
+        Node parted = node;
+        ++parted.parted;
+        const bool upper = (net_digit(node.history.side, 0) ^ other_shift_.digit(0, node.parted)) != 0;
+        return {half(parted, cut.low_leaves, is_upper(node, cut.low_leaves, upper)),
+                half(parted, cut.low_leaves, !is_upper(node, cut.low_leaves, upper))};
+      }
+    }
+    Node range = node;
+    range.tree_node = Node::none;
+    const std::uint32_t end = node.first + node.leaves;
+    std::uint32_t low = node.leaves / 2;
+    std::array<double, 3> way = centres_.way(node.first, node.first + low, end);
+    const std::size_t axis = longest(way);
+    low = lower_leaves(node.leaves, node.history, axis, centres_.count());
+    way = centres_.way(node.first, node.first + low, end);
+    return across(range, axis, low, way[axis] >= 0, other_shift_);
   }
-  const bool ascends = way[axis] >= 0;
-  const bool upper =
-      (net_digit(node.history.side_across_others[axis], 0) ^ shift.digit(axis, node.history.cuts[axis])) != 0;
-  const auto half = [&](bool is_second) {
-    Node child{is_second ? middle : node.first, is_second ? end - middle : middle - node.first, node.history};
-    child.history.cut(axis, is_second == ascends);
-    return child;
-  };
-  return {half(upper == ascends), half(upper != ascends)};
-}
+
+ private:
+  std::array<Node, 2> across(const Node& node, std::size_t axis, std::uint32_t low_leaves, bool ascends,
+                             const DigitalShift& shift) const {
+    const bool upper = (net_digit(node.history.side_across_others[axis], 0) ^
+                        shift.digit(axis, node.history.cuts[axis])) != 0;
+    const bool second = is_upper(node, low_leaves, upper == ascends);
+    const auto child = [&](bool is_second) {
+      Node n = half(node, low_leaves, is_second);
+      n.history.cut(axis, is_second == ascends);
+      return n;
+    };
+    return {child(second), child(!second)};
+  }
+
+  // Of halves that are one leaf apart the larger one is taken so much more often that all leaves are equally
+  // likely.
+  bool is_upper(const Node& node, std::uint32_t low_leaves, bool upper) const {
+    if (node.leaves % 2 == 0) return upper;
+    const PhiloxBlock words = random_words(key_, Stream::digital_shift, node.first, node.leaves);
+    const bool decides = std::uint64_t{words[0]} * node.leaves < std::uint64_t{1} << 32;
+    return decides ? low_leaves < node.leaves - low_leaves : upper;
+  }
+
+  static Node half(const Node& node, std::uint32_t low_leaves, bool is_second) {
+    Node n = node;
+    if (is_second) {
+      n.first += low_leaves;
+      n.leaves -= low_leaves;
+    } else {
+      n.leaves = low_leaves;
+    }
+    if (n.tree_node != Node::none) n.tree_node += is_second ? 2 * std::size_t{low_leaves} : 1;
+    return n;
+  }
+
+  const BalancedCells& cells_;
+  const CentreSums& centres_;
+  RandomKey key_;
+  DigitalShift shift_, other_shift_;
+};
 
 // The leaves of a node that no sample lies in before the last level, in the order in which they get theirs.
 struct LastLeaves {
@@ -188,15 +249,16 @@ std::vector<std::uint32_t> spread(std::vector<LastLeaves> nodes) {
 
 }  // namespace
 
-std::vector<std::uint32_t> cell_net_order(std::span<const Cell> cells, const DigitalShift& shift) {
-  const auto count = static_cast<std::uint32_t>(cells.size());
+std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey key) {
+  const auto count = static_cast<std::uint32_t>(cells.cell.size());
   std::vector<std::uint32_t> order;
   if (count < 2) return std::vector<std::uint32_t>(count, 0u);
   std::vector<std::uint32_t> rank(count);  // by number in the tree
-  for (std::uint32_t r = 0; r < count; ++r) rank[cells[r].leaf] = r;
-  const CentreSums centres(cells, rank);
+  for (std::uint32_t r = 0; r < count; ++r) rank[cells.cell[r].leaf] = r;
+  const CentreSums centres(cells.cell, rank);
+  const NodeHalves halves(cells, centres, key);
   // By sample: the node that it represents. Every level halves them; the halves without a sample get one.
-  std::vector<Node> nodes{{0, count, {}}};
+  std::vector<Node> nodes{{0, count, 0, {}}};
   nodes.reserve(count);
   std::vector<LastLeaves> last;
   const int levels = std::bit_width(count - 1);
@@ -208,7 +270,7 @@ std::vector<std::uint32_t> cell_net_order(std::span<const Cell> cells, const Dig
         if (level + 1 == levels) last.push_back({node.first, sample, {}});
         continue;
       }
-      const auto [taken, other] = halves_of(node, centres, shift);
+      const auto [taken, other] = halves.of(node);
       nodes[j] = taken;
       if (level + 1 < levels)
         nodes.push_back(other);

@@ -183,7 +183,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
     SampleSites sites = elements_in_net(cells, key, parameters.place == PlaceKind::vertex, cancel);
     std::vector<std::uint32_t> order;
     if (parameters.order == OrderKind::progressive)
-      order = cell_net_order(cells.cells.cell, digital_shift(key));
+      order = cell_net_order(cells.cells, key);
     return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, std::move(order), {},
                  repairs, cancel);
   }

@@ -89,11 +89,48 @@ TEST_CASE("cell net: every entry is selected as often as its share of the mass a
   CHECK(chi_square > 380 - 110);
 }
 
+TEST_CASE("cell net: the first sample of the file is anywhere, on two sheets and for any number of samples") {
+  // Two sides of a thin plate, of as many samples or not, cut apart at some level of the tree; the sheets'
+  // own digits and those of the samples in their cells must not follow from each other.
+  const std::uint32_t n = GENERATE(64u, 85u, 96u);
+  const std::uint32_t lower_rows = GENERATE(20u, 12u);  // the upper side has 20
+  constexpr std::uint32_t side = 20;
+  std::vector<MassPoint> points;
+  std::vector<float> normals;
+  std::vector<std::uint32_t> triangle;
+  for (std::uint32_t sheet = 0; sheet < 2; ++sheet)
+    for (std::uint32_t i = 0; i < (sheet == 0 ? lower_rows : side); ++i)
+      for (std::uint32_t j = 0; j < side; ++j) {
+        const auto place = [](std::uint32_t k) { return (static_cast<float>(k) + 0.5f) / side; };
+        points.push_back({{place(i), 0.9f * place(j), sheet == 0 ? 0.0f : 0.01f}, 1});
+        triangle.push_back(static_cast<std::uint32_t>(triangle.size()));
+        for (const float x : {0.0f, 0.0f, sheet == 0 ? -1.0f : 1.0f}) normals.push_back(x);
+      }
+  const BalancedCells cells = balanced_order(points, n, {triangle, {}, normals, {}});
+  const bool parted = std::any_of(cells.cut.begin(), cells.cut.end(),
+                                  [](const TreeCut& cut) { return cut.axis == TreeCut::between_parts; });
+  CHECK(parted);
+  constexpr int sets = 20000;
+  CellNetScratch scratch;
+  std::vector<double> count(points.size());
+  for (std::uint64_t seed = 0; seed < sets; ++seed) {
+    const RandomKey key = make_random_key(seed, {});
+    const std::uint32_t first = cell_net_order(cells, key)[0];
+    const double choice = random_pair(key, Stream::sequence, first).first;
+    ++count[entry_in_net(cells, cells.cell[first], digital_shift(key), choice, scratch).element()];
+  }
+  const auto degrees = static_cast<double>(points.size() - 1);
+  const double expected = static_cast<double>(sets) / static_cast<double>(points.size());
+  double chi_square = 0;
+  for (const double c : count) chi_square += (c - expected) * (c - expected) / expected;
+  CAPTURE(n, lower_rows, chi_square, degrees);
+  CHECK(chi_square < degrees + 4 * std::sqrt(2 * degrees));
+}
+
 TEST_CASE("cell net: prefixes of powers of two have one sample in every node of the tree") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u, 1000u, 1024u}) {
     const BalancedCells cells = balanced_order(square_grid(100), n);
-    const DigitalShift shift = digital_shift(make_random_key(n, {}));
-    const std::vector<std::uint32_t> order = cell_net_order(cells.cell, shift);
+    const std::vector<std::uint32_t> order = cell_net_order(cells, make_random_key(n, {}));
     REQUIRE(order.size() == n);
     std::vector<std::uint32_t> sorted = order;
     std::sort(sorted.begin(), sorted.end());
@@ -119,8 +156,7 @@ TEST_CASE("cell net: every prefix is spread over the surface") {
   constexpr std::uint32_t n = 1024, level = 256;
   const BalancedCells cells = balanced_order(square_grid(128), n);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const std::vector<std::uint32_t> order =
-        cell_net_order(cells.cell, digital_shift(make_random_key(seed, {})));
+    const std::vector<std::uint32_t> order = cell_net_order(cells, make_random_key(seed, {}));
     for (std::uint32_t length = level; length <= n; length += 37) {
       std::array<int, 16> held{};
       for (std::uint32_t i = 0; i < length; ++i) ++held[cells.cell[order[i]].leaf / 64];
@@ -136,6 +172,6 @@ TEST_CASE("cell net: cells without extent, of one entry and of entries without m
     const BalancedCells cells = balanced_order(points, n);
     for (std::uint64_t seed = 0; seed < 50; ++seed)
       for (const CellEntry& entry : net_of(cells, seed)) REQUIRE(entry.mass > 0);
-    CHECK(cell_net_order(cells.cell, digital_shift(make_random_key(1, {}))).size() == n);
+    CHECK(cell_net_order(cells, make_random_key(1, {})).size() == n);
   }
 }
