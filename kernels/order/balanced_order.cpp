@@ -12,6 +12,8 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/order/exact_cells.h"
+#include "kernels/order/mass_units.h"
 #include "kernels/order/node_items.h"
 #include "kernels/order/sheet_cut.h"
 #include "kernels/order/weighted_selection.h"
@@ -25,10 +27,6 @@ constexpr std::uint32_t halved_leaves = 64, block_leaves = 16;
 constexpr int all_parts = 2;  // levels of splits
 // Nodes of more elements than this are worked on by other threads too.
 constexpr std::size_t parallel_node = 32768;
-// Nodes of fewer shares are not looked at for sheets: a stack thin against its cells shows above.
-constexpr std::uint32_t least_stack = 16;
-// Nodes of so many leaves that are cut exactly are worked on by other threads too.
-constexpr std::uint32_t parallel_leaves = 4096;
 
 using Point = std::array<float, 3>;
 
@@ -63,7 +61,8 @@ class Bisection {
         count_(elements.size()),
         elements_(elements),
         traits_(traits),
-        cancel_(cancel) {
+        cancel_(cancel),
+        tree_(n) {
     double total = 0;
     for (const MassPoint& e : elements) total += e.mass;
     if (n == 0 || !(total > 0)) throw std::invalid_argument("balanced_order: no samples or no mass");
@@ -73,36 +72,26 @@ class Bisection {
       throw std::invalid_argument("balanced_order: traits of triangles without the triangles");
     if (!traits.split.empty() && traits.split.size() != elements.size())
       throw std::invalid_argument("balanced_order: splits of other elements");
-    // Units of mass are 2^-61 of the power of two above the total, so that sums stay below 2^61. In two
-    // factors, as one may be beyond the range of double.
-    int exponent = 0;
-    std::frexp(total, &exponent);
-    const int bits = 61 - exponent, part = bits / 2;
-    to_units_ = {std::ldexp(1.0, part), std::ldexp(1.0, bits - part)};
-    from_units_ = {std::ldexp(1.0, -part), std::ldexp(1.0, part - bits)};
+    mass_ = total;
+    units_ = MassUnits(total);
+    leaves_.resize(n);
     if (traits.net_points != nullptr) {
       if (!traits.split.empty() || !traits.group.empty() || shares != n)
         throw std::invalid_argument("balanced_order: points of nets in cells that are not cut exactly");
-      shift_ = digital_shift(traits.net_points->key);
-      points_.resize(n);
+      return;
     }
-    if (traits.net_points == nullptr) {
-      front_.resize(elements.size() + n);
-      for (std::uint32_t e = 0; e < elements.size(); ++e) {
-        front_[e] = part_item(e, 1);
-        total_ += front_[e].mass;
-      }
+    front_.resize(elements.size() + n);
+    for (std::uint32_t e = 0; e < elements.size(); ++e) {
+      front_[e] = part_item(e, 1);
+      total_ += front_[e].mass;
     }
-    leaves_.resize(n);
-    blocks_.resize(traits.net_points == nullptr ? std::size_t{n} + 2 : 1);
-    centre_.resize(2 * std::size_t{n});
-    cut_.resize(2 * std::size_t{n});
+    blocks_.resize(std::size_t{n} + 2);
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
 
   BalancedCells cells() {
     if (traits_.net_points != nullptr)
-      cut_exactly();
+      cut_all_exactly();
     else
       bisect_all();
     path_.reserve(n_);
@@ -112,6 +101,14 @@ class Bisection {
 
  private:
   static constexpr std::uint32_t several_groups = ~0u;
+
+  void cut_all_exactly() {
+    ExactCells exact = cut_exactly(elements_, mass_, n_, traits_, cancel_);
+    tree_ = std::move(exact.tree);
+    points_ = std::move(exact.point);
+    for (std::size_t leaf = 0; leaf < n_; ++leaf) leaves_[leaf].history = exact.history[leaf];
+    blocks_.resize(1);
+  }
 
   void bisect_all() {
     back_.resize(front_.size());  // the elements may be gone by now
@@ -138,9 +135,7 @@ class Bisection {
     CutHistory history;
   };
 
-  std::uint64_t units(const MassPoint& e) const {
-    return static_cast<std::uint64_t>(e.mass * to_units_[0] * to_units_[1]);
-  }
+  std::uint64_t units(const MassPoint& e) const { return static_cast<std::uint64_t>(units_.of(e.mass)); }
 
   // Items are named by element and part.
   static std::uint32_t name(std::uint32_t element, std::uint32_t part) { return element << 3 | part; }
@@ -245,8 +240,9 @@ class Bisection {
       above.cut(extent.axis, true);
     }
     const Node children[2] = {
-        {node.number + 1, node.first, low_leaves, to, node.items, low, node.level, node.block, below},
-        {node.number + 2 * std::size_t{low_leaves}, node.first + low_leaves, high_leaves, high_items,
+        {CutTree::low(node.number), node.first, low_leaves, to, node.items, low, node.level, node.block,
+         below},
+        {CutTree::high(node.number, low_leaves), node.first + low_leaves, high_leaves, high_items,
          node.items + (high_items - to), high, node.level, node.block, above}};
     if (node.count > parallel_node && node.level < all_parts) {
       parallel_tasks(2, [&](std::size_t i) {
@@ -256,132 +252,12 @@ class Bisection {
     } else {
       for (const Node& child : children) bisect(child, scratch);
     }
-    cut_[node.number] = {low_leaves,
-                         by_coordinate ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)};
-    join(node.number, children[0].number, children[1].number,
-         static_cast<float>(low_leaves) / static_cast<float>(node.leaves));
-  }
-
-  // The same where triangles are clipped at the planes, down to the points of cells.
-  void cut_exactly() {
-    ClippedPieces pieces;
-    const MassPoint& middle = elements_[count_ / 2];
-    pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, count_);
-    double total = 0;
-    for (std::uint32_t e = 0; e < count_; ++e) {
-      const double mass = elements_[e].mass * to_units_[0] * to_units_[1];
-      pieces.add(traits_.net_points->corners(e), mass, e);
-      total += mass;
+    tree_.join(node.number, node.leaves,
+               {low_leaves, by_coordinate ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)});
+    if (!group_.empty()) {
+      const std::uint32_t low_group = group_[children[0].number], high_group = group_[children[1].number];
+      group_[node.number] = low_group == high_group ? low_group : several_groups;
     }
-    SheetScratch sheets;
-    cut_exactly({0, 0, n_, pieces.all(), {}, total / n_}, pieces, sheets);
-  }
-
-  struct ExactNode {
-    std::size_t number;
-    std::uint32_t first, leaves;
-    ClippedPieces::List pieces;
-    CutHistory history;
-    double cell;  // mass of one
-  };
-
-  void cut_exactly(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets) {
-    const ClippedPieces::Extent extent = pieces.extent_of(node.pieces);
-    if (node.leaves == 1) {
-      centre_[node.number] = pieces.centre(extent);
-      leaves_[node.first].history = node.history;
-      points_[node.first] = net_point(node, extent, pieces);
-      return;
-    }
-    if (node.leaves >= parallel_leaves) cancel_.check();
-    const ClippedPieces::Mark mark = pieces.mark();
-    ExactNode low = node, high = node;
-    const bool by_sheets = cut_sheets(node, extent, pieces, sheets, low, high);
-    if (!by_sheets) {
-      low.leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
-      const double target = extent.mass * low.leaves / node.leaves;
-      std::tie(low.pieces, high.pieces) = pieces.cut(node.pieces, extent, target, node.cell);
-      low.history.cut(extent.axis, false);
-      high.history.cut(extent.axis, true);
-    }
-    low.number = node.number + 1;
-    high.number = node.number + 2 * std::size_t{low.leaves};
-    high.first = node.first + low.leaves;
-    high.leaves = node.leaves - low.leaves;
-    const ExactNode* const children[2] = {&low, &high};
-    if (node.leaves >= parallel_leaves) {  // as all nodes above: the pieces are its own
-      ClippedPieces halves[2];
-      for (std::size_t i = 0; i < 2; ++i) halves[i].take(pieces, children[i]->pieces);
-      pieces = ClippedPieces();
-      parallel_tasks(2, [&](std::size_t i) {
-        ClippedPieces own = std::move(halves[i]);
-        SheetScratch own_sheets;
-        ExactNode child = *children[i];
-        child.pieces = own.all();
-        cut_exactly(child, own, own_sheets);
-      });
-    } else {
-      for (const ExactNode* const child : children) cut_exactly(*child, pieces, sheets);
-      pieces.release(mark);
-    }
-    cut_[node.number] = {low.leaves,
-                         by_sheets ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)};
-    join(node.number, low.number, high.number,
-         static_cast<float>(low.leaves) / static_cast<float>(node.leaves));
-  }
-
-  // Cuts a node that is a stack of sheets between these, as separate_sheets does; false if it is none.
-  bool cut_sheets(const ExactNode& node, const ClippedPieces::Extent& extent, ClippedPieces& pieces,
-                  SheetScratch& sheets, ExactNode& low, ExactNode& high) const {
-    if (node.leaves < least_stack || traits_.normal.empty()) return false;
-    const auto normal_here = [&](std::uint32_t name) { return ClippedPieces::turned(normal_of(name)); };
-    const auto look = [&](std::size_t probes) {
-      sheets.probes.clear();
-      pieces.probe(node.pieces, extent.mass, probes, [&](const Point& at, std::uint32_t name) {
-        sheets.probes.push_back({at, normal_here(name)});
-      });
-    };
-    look(few_sheet_probes);
-    if (!may_be_stack(sheets, node.leaves)) return false;
-    look(many_sheet_probes);
-    const std::optional<SheetCut> cut = find_sheet_cut(sheets, node.leaves);
-    if (!cut) return false;
-    const auto [below, above] = pieces.part(node.pieces, [&](const Point& at, std::uint32_t name) {
-      return cut->is_above(at, normal_here(name));
-    });
-    // The halves get as many leaves as their masses ask for; what one has too much is cut off.
-    const ClippedPieces::Extent lower = pieces.extent_of(below), upper = pieces.extent_of(above);
-    const auto wanted = static_cast<std::uint32_t>(std::lround(lower.mass / extent.mass * node.leaves));
-    if (wanted == 0 || wanted >= node.leaves) return false;
-    low.leaves = wanted;
-    const double target = extent.mass * wanted / node.leaves;
-    if (lower.mass > target) {
-      const auto [kept, rest] = pieces.cut(below, lower, target, node.cell);
-      low.pieces = kept;
-      high.pieces = pieces.joined(rest, above);
-    } else {
-      const auto [more, rest] = pieces.cut(above, upper, target - lower.mass, node.cell);
-      low.pieces = pieces.joined(below, more);
-      high.pieces = rest;
-    }
-    return true;
-  }
-
-  CellPoint net_point(const ExactNode& leaf, const ClippedPieces::Extent& extent,
-                      ClippedPieces& pieces) const {
-    const NetPoints& net = *traits_.net_points;
-    const PhiloxBlock words = random_words(net.key, Stream::sequence, net.first_cell + leaf.first);
-    const auto share = [&](std::size_t across, std::uint32_t rest) {
-      return CellDigits(leaf.history, shift_, across).share(unit_double(rest, 0));
-    };
-    const std::size_t along = pieces.cross(leaf.pieces, extent, share(extent.axis, words[0]));
-    return pieces.point(share(along, words[1]), unit_double(words[2], 0));
-  }
-
-  void join(std::size_t node, std::size_t low, std::size_t high, float share) {
-    for (std::size_t k = 0; k < 3; ++k)
-      centre_[node][k] = share * centre_[low][k] + (1 - share) * centre_[high][k];
-    if (!group_.empty()) group_[node] = group_[low] == group_[high] ? group_[low] : several_groups;
   }
 
   static ItemExtent range_of(const std::vector<float>& values) {
@@ -484,7 +360,7 @@ class Bisection {
       mass += m;
     }
     for (std::size_t k = 0; k < 3; ++k)
-      centre_[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
+      tree_.centre[node.number][k] = mass > 0 ? static_cast<float>(sum[k] / mass) : 0.0f;
     if (!group_.empty()) {
       group_[node.number] = items.empty() ? 0 : group_of(items.front());
       for (const NodeItem& item : items)
@@ -516,16 +392,16 @@ class Bisection {
       return node;
     }
     if (leaves > 65536) cancel_.check();
-    const std::uint32_t low_leaves = cut_[node].low_leaves;
-    const std::size_t low = node + 1, high = node + 2 * std::size_t{low_leaves};
+    const std::uint32_t low_leaves = tree_.cut[node].low_leaves;
+    const std::size_t low = CutTree::low(node), high = tree_.high(node);
     float straight = 0, swapped = 0;
     if (from && same_group(*from, node)) {
-      straight += distance(centre_[*from], centre_[low]);
-      swapped += distance(centre_[*from], centre_[high]);
+      straight += distance(tree_.centre[*from], tree_.centre[low]);
+      swapped += distance(tree_.centre[*from], tree_.centre[high]);
     }
     if (to && same_group(*to, node)) {
-      straight += distance(centre_[*to], centre_[high]);
-      swapped += distance(centre_[*to], centre_[low]);
+      straight += distance(tree_.centre[*to], tree_.centre[high]);
+      swapped += distance(tree_.centre[*to], tree_.centre[low]);
     }
     if (swapped < straight && same_group(low, high)) {
       const std::size_t last = visit(high, first + low_leaves, leaves - low_leaves, from, &low);
@@ -542,7 +418,7 @@ class Bisection {
     const std::size_t after =
         r + 1 < path_.size() && same_group(path_[r + 1].node, node) ? path_[r + 1].node : node;
     Point d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = centre_[after][k] - centre_[before][k];
+    for (std::size_t k = 0; k < 3; ++k) d[k] = tree_.centre[after][k] - tree_.centre[before][k];
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) {  // alone: along its largest extent
       const Leaf& leaf = leaves_[path_[r].leaf];
       d[largest_extent(std::span<const NodeItem>(blocks_[leaf.block]).subspan(leaf.first, leaf.count)).axis] =
@@ -554,13 +430,13 @@ class Bisection {
   BalancedCells collect() {
     BalancedCells cells;
     cells.cell.resize(path_.size());
-    cells.unit = from_units_;
+    cells.unit = units_.from;
     parallel_blocks(path_.size(), sum_block, [&](std::size_t from, std::size_t to) {
       cancel_.check();
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
         cells.cell[r] = {leaf.block,   leaf.count,    leaf.first,
-                         direction(r), path_[r].leaf, centre_[path_[r].node],
+                         direction(r), path_[r].leaf, tree_.centre[path_[r].node],
                          leaf.history};
       }
     });
@@ -569,7 +445,7 @@ class Bisection {
       for (std::size_t r = 0; r < path_.size(); ++r) cells.point[r] = points_[path_[r].leaf];
     }
     cells.block = std::move(blocks_);
-    cells.cut = std::move(cut_);
+    cells.cut = std::move(tree_.cut);
     if (!group_.empty()) order_mixed(cells);
     return cells;
   }
@@ -602,17 +478,16 @@ class Bisection {
   std::span<const MassPoint> elements_;
   const ElementTraits& traits_;
   const CancelToken& cancel_;
-  std::uint64_t total_ = 0;
-  std::array<double, 2> to_units_{}, from_units_{};  // factors, in turn
-  std::vector<NodeItem> front_, back_;               // a node's items are in one, its halves' in the other
-  std::vector<std::vector<NodeItem>> blocks_;        // by first leaf: the items of a block's leaves; at n and
+  double mass_ = 0;          // of all elements
+  std::uint64_t total_ = 0;  // likewise, in units
+  MassUnits units_;
+  std::vector<NodeItem> front_, back_;         // a node's items are in one, its halves' in the other
+  std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves; at n and
   // n + 1 all, where none are taken apart
   std::vector<Leaf> leaves_;       // by place in the tree, as
   std::vector<CellPoint> points_;  // those of cells that are cut exactly
-  DigitalShift shift_;
-  std::vector<Point> centre_;  // by node, as the next two
-  std::vector<TreeCut> cut_;
-  std::vector<std::uint32_t> group_;  // that all its elements belong to, or several_groups
+  CutTree tree_;
+  std::vector<std::uint32_t> group_;  // by node: that all its elements belong to, or several_groups
   std::vector<Step> path_;
 };
 

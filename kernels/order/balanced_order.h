@@ -14,6 +14,7 @@
 #include "kernels/core/vector3.h"
 #include "kernels/order/clipped_pieces.h"
 #include "kernels/order/cut_history.h"
+#include "kernels/order/cut_tree.h"
 #include "kernels/order/net_digits.h"
 
 namespace meander {
@@ -69,13 +70,6 @@ struct Cell {
   std::uint32_t leaf;              // its number in the tree
   std::array<float, 3> centre;     // of its mass
   CutHistory history;
-};
-
-// Where a node of the tree is cut.
-struct TreeCut {
-  static constexpr std::uint8_t between_parts = 3;
-  std::uint32_t low_leaves = 0;
-  std::uint8_t axis = 0;  // that the halves lie along, the lower first; or between sheets or groups
 };
 
 // The cells in the order of the path. At most n - 1 more entries than all parts.

@@ -12,6 +12,9 @@ namespace meander {
 // Elements looked at: to see whether there may be a stack at all, and, where there may, to cut it.
 inline constexpr std::size_t few_sheet_probes = 32, many_sheet_probes = 128;
 
+// Nodes of fewer samples are not looked at: a stack thin against its cells shows above.
+inline constexpr std::uint32_t least_stack = 16;
+
 struct SheetProbe {
   std::array<float, 3> at;
   std::array<float, 3> normal;

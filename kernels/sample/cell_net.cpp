@@ -206,7 +206,8 @@ class NodeHalves {
     } else {
       n.leaves = low_leaves;
     }
-    if (n.tree_node != Node::none) n.tree_node += is_second ? 2 * std::size_t{low_leaves} : 1;
+    if (n.tree_node != Node::none)
+      n.tree_node = is_second ? CutTree::high(n.tree_node, low_leaves) : CutTree::low(n.tree_node);
     return n;
   }
 

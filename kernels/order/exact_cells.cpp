@@ -1,0 +1,166 @@
+#include "kernels/order/exact_cells.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "kernels/core/parallel.h"
+#include "kernels/order/mass_units.h"
+#include "kernels/order/net_digits.h"
+#include "kernels/order/sheet_cut.h"
+
+namespace meander {
+
+namespace {
+
+// Nodes of at least so many leaves are worked on by other threads too.
+constexpr std::uint32_t parallel_leaves = 4096;
+
+using Point = ClippedPieces::Point;
+
+struct ExactNode {
+  std::size_t number;
+  std::uint32_t first, leaves;  // by place in the tree
+  ClippedPieces::List pieces;
+  CutHistory history;
+};
+
+class ExactBisection {
+ public:
+  ExactBisection(std::span<const MassPoint> elements, double total, std::uint32_t n,
+                 const ElementTraits& traits, const CancelToken& cancel)
+      : traits_(traits),
+        net_(*traits.net_points),
+        shift_(digital_shift(net_.key)),
+        cancel_(cancel),
+        n_(n),
+        cells_{CutTree(n), std::vector<CutHistory>(n), std::vector<CellPoint>(n)} {
+    ClippedPieces pieces;
+    const MassPoint& middle = elements[elements.size() / 2];
+    pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, elements.size());
+    const MassUnits units(total);
+    double mass = 0;
+    for (std::uint32_t e = 0; e < elements.size(); ++e) {
+      pieces.add(net_.corners(e), units.of(elements[e].mass), e);
+      mass += units.of(elements[e].mass);
+    }
+    cell_mass_ = mass / n;
+    SheetScratch sheets;
+    cut({0, 0, n, pieces.all(), {}}, pieces, sheets);
+  }
+
+  ExactCells&& cells() { return std::move(cells_); }
+
+ private:
+  void cut(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets) {
+    const ClippedPieces::Extent extent = pieces.extent_of(node.pieces);
+    if (node.leaves == 1) {
+      cells_.tree.centre[node.number] = pieces.centre(extent);
+      cells_.history[node.first] = node.history;
+      cells_.point[node.first] = net_point(node, extent, pieces);
+      return;
+    }
+    if (node.leaves >= parallel_leaves) cancel_.check();
+    const ClippedPieces::Mark mark = pieces.mark();
+    ExactNode low = node, high = node;
+    const bool by_sheets = cut_sheets(node, extent, pieces, sheets, low, high);
+    if (!by_sheets) {
+      low.leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
+      const double target = extent.mass * low.leaves / node.leaves;
+      std::tie(low.pieces, high.pieces) = pieces.cut(node.pieces, extent, target, cell_mass_);
+      low.history.cut(extent.axis, false);
+      high.history.cut(extent.axis, true);
+    }
+    low.number = CutTree::low(node.number);
+    high.number = CutTree::high(node.number, low.leaves);
+    high.first = node.first + low.leaves;
+    high.leaves = node.leaves - low.leaves;
+    const ExactNode* const children[2] = {&low, &high};
+    if (node.leaves >= parallel_leaves) {  // as all nodes above: the pieces are its own
+      ClippedPieces halves[2];
+      for (std::size_t i = 0; i < 2; ++i) halves[i].take(pieces, children[i]->pieces);
+      pieces = ClippedPieces();
+      parallel_tasks(2, [&](std::size_t i) {
+        ClippedPieces own = std::move(halves[i]);
+        SheetScratch own_sheets;
+        ExactNode child = *children[i];
+        child.pieces = own.all();
+        cut(child, own, own_sheets);
+      });
+    } else {
+      for (const ExactNode* const child : children) cut(*child, pieces, sheets);
+      pieces.release(mark);
+    }
+    cells_.tree.join(
+        node.number, node.leaves,
+        {low.leaves, by_sheets ? TreeCut::between_parts : static_cast<std::uint8_t>(extent.axis)});
+  }
+
+  // Cuts a node that is a stack of sheets between these; false if it is none.
+  bool cut_sheets(const ExactNode& node, const ClippedPieces::Extent& extent, ClippedPieces& pieces,
+                  SheetScratch& sheets, ExactNode& low, ExactNode& high) const {
+    if (node.leaves < least_stack || traits_.normal.empty()) return false;
+    const auto normal_here = [&](std::uint32_t name) {
+      const float* n = &traits_.normal[3 * std::size_t{traits_.triangle[name]}];
+      return ClippedPieces::turned({n[0], n[1], n[2]});
+    };
+    const auto look = [&](std::size_t probes) {
+      sheets.probes.clear();
+      pieces.probe(node.pieces, extent.mass, probes, [&](const Point& at, std::uint32_t name) {
+        sheets.probes.push_back({at, normal_here(name)});
+      });
+    };
+    look(few_sheet_probes);
+    if (!may_be_stack(sheets, node.leaves)) return false;
+    look(many_sheet_probes);
+    const std::optional<SheetCut> cut = find_sheet_cut(sheets, node.leaves);
+    if (!cut) return false;
+    const auto [below, above] = pieces.part(node.pieces, [&](const Point& at, std::uint32_t name) {
+      return cut->is_above(at, normal_here(name));
+    });
+    // The halves get as many leaves as their masses ask for; what one has too much is cut off.
+    const ClippedPieces::Extent lower = pieces.extent_of(below), upper = pieces.extent_of(above);
+    const auto wanted = static_cast<std::uint32_t>(std::lround(lower.mass / extent.mass * node.leaves));
+    if (wanted == 0 || wanted >= node.leaves) return false;
+    low.leaves = wanted;
+    const double target = extent.mass * wanted / node.leaves;
+    if (lower.mass > target) {
+      const auto [kept, rest] = pieces.cut(below, lower, target, cell_mass_);
+      low.pieces = kept;
+      high.pieces = pieces.joined(rest, above);
+    } else {
+      const auto [more, rest] = pieces.cut(above, upper, target - lower.mass, cell_mass_);
+      low.pieces = pieces.joined(below, more);
+      high.pieces = rest;
+    }
+    return true;
+  }
+
+  CellPoint net_point(const ExactNode& leaf, const ClippedPieces::Extent& extent,
+                      ClippedPieces& pieces) const {
+    const PhiloxBlock words = random_words(net_.key, Stream::sequence, net_.first_cell + leaf.first);
+    const auto share = [&](std::size_t across, std::uint32_t rest) {
+      return CellDigits(leaf.history, shift_, across).share(unit_double(rest, 0));
+    };
+    const std::size_t along = pieces.cross(leaf.pieces, extent, share(extent.axis, words[0]));
+    return pieces.point(share(along, words[1]), unit_double(words[2], 0));
+  }
+
+  const ElementTraits& traits_;
+  const NetPoints& net_;
+  DigitalShift shift_;
+  const CancelToken& cancel_;
+  std::uint32_t n_;
+  double cell_mass_ = 0;
+  ExactCells cells_;
+};
+
+}  // namespace
+
+ExactCells cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
+                       const ElementTraits& traits, const CancelToken& cancel) {
+  return ExactBisection(elements, total, n, traits, cancel).cells();
+}
+
+}  // namespace meander
