@@ -20,13 +20,14 @@ struct SelectedEntry {
 // 1961): O(N) on average, O(N log N) at most.
 template <class Mass>
 SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target, const Mass& mass) {
-  constexpr std::size_t sorted_row = 6;
+  constexpr std::size_t short_row = 8;
   std::size_t first = 0, last = row.size();
   std::uint64_t below = 0;
-  for (int rounds = 3 * std::bit_width(row.size()); last - first > sorted_row; --rounds) {
+  for (int rounds = 3 * std::bit_width(row.size()); last - first > short_row; --rounds) {
     if (rounds == 0) {
       std::sort(row.begin() + static_cast<std::ptrdiff_t>(first),
                 row.begin() + static_cast<std::ptrdiff_t>(last));
+      last = first;  // nothing is left to be put in order
       break;
     }
     const std::uint64_t a = row[first], b = row[first + (last - first) / 2], c = row[last - 1];
@@ -50,15 +51,18 @@ SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target,
       first = low;
     }
   }
-  if (last - first <= sorted_row)
-    for (std::size_t i = first + 1; i < last; ++i) {  // so few are sorted faster so
-      const std::uint64_t entry = row[i];
-      std::size_t to = i;
-      for (; to > first && row[to - 1] > entry; --to) row[to] = row[to - 1];
-      row[to] = entry;
-    }
+  // The least of what is left, again and again.
   for (; first + 1 < row.size(); ++first) {
-    const std::uint64_t next = mass(row[first]);
+    std::uint64_t least = row[first];
+    std::size_t place = first;
+    for (std::size_t i = first + 1; i < last; ++i) {
+      const bool is_less = row[i] < least;
+      least = is_less ? row[i] : least;
+      place = is_less ? i : place;
+    }
+    row[place] = row[first];
+    row[first] = least;
+    const std::uint64_t next = mass(least);
     if (target < below + next) break;
     below += next;
   }

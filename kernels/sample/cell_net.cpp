@@ -22,22 +22,24 @@ class CellPart {
         array->resize(entries.size());
     mass_ = scratch.mass.data();
     row_ = scratch.row.data();
+    ItemBox box;
     for (std::size_t i = 0; i < entries.size(); ++i) {
       mass_[i] = entries[i].mass;
-      row_[i] = i;
       total_ += entries[i].mass;
+      box.hold(entries[i]);
     }
+    axis_ = largest_extent(box).axis;
+    for (std::size_t i = 0; i < entries.size(); ++i) row_[i] = row_entry(entries[i].at[axis_], i);
   }
   std::uint64_t mass() const { return total_; }
-
-  std::size_t longest_axis() const {
+  // What is done is along this axis: the largest extent of all entries, or of what is left.
+  std::size_t axis() const { return axis_; }
+  void turn_to_largest_extent() {
     ItemBox box;
     for (std::size_t i = begin_; i < end_; ++i) box.hold(entries_[number_of(row_[i])]);
-    return largest_extent(box).axis;
-  }
-
-  // The axis that what follows is along.
-  void lay_out(std::size_t axis) {
+    const std::size_t axis = largest_extent(box).axis;
+    if (axis == axis_) return;
+    axis_ = axis;
     for (std::size_t i = begin_; i < end_; ++i) {
       const std::uint32_t number = number_of(row_[i]);
       row_[i] = row_entry(entries_[number].at[axis], number);
@@ -75,6 +77,7 @@ class CellPart {
 
   std::span<const CellEntry> entries_;
   std::uint64_t *mass_, *row_;
+  std::size_t axis_ = 0;
   std::size_t begin_ = 0, end_ = 0;
   std::uint64_t total_ = 0;
 };
@@ -85,12 +88,11 @@ const CellEntry& entry_in_net(const BalancedCells& cells, const Cell& cell, cons
                               double choice, CellNetScratch& scratch) {
   const std::span<const CellEntry> entries = cells.entries(cell);
   CellPart part(entries, scratch);
-  const std::size_t first = part.longest_axis();
-  part.lay_out(first);
+  const std::size_t first = part.axis();
   const CellDigits digits(cell.history, shift, first);
   for (std::uint32_t j = 0; j < net_digits_in_cell; ++j) part.keep_half(digits(j) != 0);
-  const std::size_t second = part.longest_axis();
-  if (second != first) part.lay_out(second);
+  part.turn_to_largest_extent();
+  const std::size_t second = part.axis();
   const double share =
       CellDigits(cell.history, shift, second, second == first ? net_digits_in_cell : 0).share(choice);
   const auto target = static_cast<std::uint64_t>(share * static_cast<double>(part.mass()));
