@@ -156,17 +156,20 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
+    double exact = 0;  // where cells may be cut exactly; that is known once the areas are
     if (cuts_exactly(element_parameters(parameters), !method.makes_charts,
                      parameters.density.kind == DensityKind::uniform) &&
-        of_triangles <= static_cast<double>(most_clipped_triangles) * of_samples)
-      return of_triangles * (bytes_per_clipped_piece +
-                             (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
-             of_samples * bytes_per_balanced_sample;
+        may_clip(of_triangles, of_samples))
+      exact = of_triangles * (bytes_per_clipped_piece +
+                              (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
+              of_samples * bytes_per_balanced_sample;
+    if (of_triangles <= most_typical_triangles * of_samples && exact > 0) return exact;
     if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
     const double pieces = of_triangles + (count - of_triangles) / split_parts;
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);
-    return pieces * bytes_per_split_piece + count * bytes_per_entry +
-           in_blocks * (pieces + count) * bytes_per_block_item + of_samples * bytes_per_balanced_sample;
+    return std::max(exact, pieces * bytes_per_split_piece + count * bytes_per_entry +
+                               in_blocks * (pieces + count) * bytes_per_block_item +
+                               of_samples * bytes_per_balanced_sample);
   };
   const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_written_block));
   const double placed =

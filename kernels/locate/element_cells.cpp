@@ -57,6 +57,23 @@ std::array<Vector3, 3> corners_of(const PlacedPieces& pieces, const PreparedMesh
   return corner;
 }
 
+// Whether triangles, or pieces of a region, are few enough.
+bool is_clipped(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells) {
+  const std::span<const double> area = source.surface.mesh().area;
+  const std::size_t count = region != nullptr ? region->piece.size() : area.size();
+  const auto n = static_cast<double>(cells);
+  if (!may_clip(static_cast<double>(count), n)) return false;
+  double roots = 0, total = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double mass =
+        region != nullptr ? area[region->piece[i].triangle] * region->piece[i].share : area[i];
+    roots += std::sqrt(mass);
+    total += mass;
+  }
+  constexpr double rounding = 1 + 1e-9;  // so that no few triangles are ever too many
+  return roots * roots <= most_typical_triangles * total * n * rounding;
+}
+
 }  // namespace
 
 std::uint32_t ElementCells::path_of(const CellEntry& entry) const {
@@ -70,11 +87,9 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   const bool in_space = source.hits.empty() && !source.places.any() && source.surface.in_space();
   const bool is_split = in_space && splits_pieces(parameters, true, source.density.uniform());
   // Triangles that will be clipped need no cutting.
-  const std::size_t triangles =
-      region != nullptr ? region->piece.size() : source.surface.mesh().triangle_count();
   const bool is_exact = is_split && cells == strata &&
                         cuts_exactly(parameters, true, source.density.uniform()) &&
-                        triangles <= most_clipped_triangles * cells;
+                        is_clipped(source, region, cells);
   const KeptOfPieces kept{parameters.keep_vertices, is_exact, is_split && !is_exact ? limit : 0};
   const double most = is_exact ? INFINITY : is_split ? limit * split_parts : limit;
   PlacedPieces pieces = cut_source(

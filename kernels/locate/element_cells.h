@@ -35,9 +35,20 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
 constexpr bool cuts_exactly(const ElementParameters& parameters, bool in_space, bool uniform) {
   return parameters.net_points && !parameters.random_axes && splits_pieces(parameters, in_space, uniform);
 }
-// Triangles a sample (of regions, coarse pieces) of which cells are cut exactly. With more of them clipping
-// takes longer than what it replaces (bench/README.md, "Exact cells").
-inline constexpr std::uint64_t most_clipped_triangles = 4;
+// They are where clipping costs about what elements do (bench/README.md, "Exact cells"). A cell's clips grow
+// with the root of the number of triangles that it holds. A point in a triangle of mass m has W / (n m) of
+// its own size in a cell; the mean of the root of that over the mass, squared, must be at most this. That is
+// (sum of sqrt(m))^2 / (W n): the number of triangles a sample where these are alike, less where most of the
+// mass lies in a few. Of regions, triangles are coarse pieces.
+inline constexpr double most_typical_triangles = 4;
+// Nor may there be more of them than so many a sample, and so many at all unless they are few a sample: each
+// has a place in the tree and takes memory, however small it is.
+inline constexpr std::uint64_t most_clipped_triangles = 16, most_clipped_at_all = std::uint64_t{1} << 18;
+constexpr bool may_clip(double triangles, double cells) {
+  return triangles <= most_typical_triangles * cells ||
+         (triangles <= static_cast<double>(most_clipped_triangles) * cells &&
+          triangles <= static_cast<double>(most_clipped_at_all));
+}
 
 // Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of
 // balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is

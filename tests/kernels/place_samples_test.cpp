@@ -97,6 +97,28 @@ TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every ce
   }
 }
 
+TEST_CASE("build_cells: cells are cut exactly where triangles are few for most of the mass") {
+  const auto is_exact = [](const PolygonMesh& file, std::uint32_t samples, bool net = true) {
+    const PreparedMesh mesh = prepare_mesh(file);
+    ElementParameters parameters;
+    parameters.samples = samples;
+    parameters.elements_per_sample = 12;
+    parameters.net_points = net;
+    const ElementCells cells = build_cells(mesh, measure_of(mesh, {}), {}, {}, test_key, parameters);
+    REQUIRE(cells.count() == samples);
+    return !cells.cells.point.empty();
+  };
+  const PolygonMesh ball = icosphere(3);  // 1,280 triangles that are nearly alike
+  CHECK(is_exact(ball, 320));
+  CHECK_FALSE(is_exact(ball, 320, false));
+  CHECK_FALSE(is_exact(ball, 213));  // 6 a sample
+  // Beside a large cube, most samples are in its twelve triangles; but there may not be any number of others.
+  const PolygonMesh soup = merged(moved(ball, 0.05, 3, 0, 0), cube());
+  CHECK(is_exact(soup, 213));
+  CHECK(is_exact(soup, 82));
+  CHECK_FALSE(is_exact(soup, 80));  // 16.2 a sample
+}
+
 TEST_CASE("build_cells: parts of split pieces lie where their paths say") {
   // One cell is passed along x, the largest extent, so entries ascend by the centroids of their pieces.
   PolygonMesh file;
