@@ -156,14 +156,18 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
-    double exact = 0;  // where cells may be cut exactly; that is known once the areas are
+    // Where cells may be cut exactly: whether they are is known once the areas are. Triangles may be fewer
+    // than estimated, and then be clipped.
+    double exact = 0;
     if (cuts_exactly(element_parameters(parameters), !method.makes_charts,
-                     parameters.density.kind == DensityKind::uniform) &&
-        may_clip(of_triangles, of_samples))
-      exact = of_triangles * (bytes_per_clipped_piece +
-                              (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
+                     parameters.density.kind == DensityKind::uniform)) {
+      const double clipped =
+          std::min(of_triangles, most_clipped_triangles(of_samples, places_in_regions(parameters)));
+      exact = clipped * (bytes_per_clipped_piece +
+                         (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
               of_samples * bytes_per_balanced_sample;
-    if (of_triangles <= most_typical_triangles * of_samples && exact > 0) return exact;
+      if (of_triangles <= most_typical_triangles * of_samples) return exact;
+    }
     if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
     const double pieces = of_triangles + (count - of_triangles) / split_parts;
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);

@@ -57,21 +57,19 @@ std::array<Vector3, 3> corners_of(const PlacedPieces& pieces, const PreparedMesh
   return corner;
 }
 
-// Whether triangles, or pieces of a region, are few enough.
-bool is_clipped(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells) {
+// Whether triangles, or pieces of a region, are few enough for cells to be cut out of them.
+bool has_few_triangles(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells) {
   const std::span<const double> area = source.surface.mesh().area;
-  const std::size_t count = region != nullptr ? region->piece.size() : area.size();
   const auto n = static_cast<double>(cells);
-  if (!may_clip(static_cast<double>(count), n)) return false;
+  const auto count = static_cast<double>(region != nullptr ? region->piece.size() : area.size());
+  if (count > most_clipped_triangles(n, region != nullptr)) return false;
+  if (count <= most_typical_triangles * n) return true;
   double roots = 0, total = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double mass =
-        region != nullptr ? area[region->piece[i].triangle] * region->piece[i].share : area[i];
+  for (const double mass : area) {
     roots += std::sqrt(mass);
     total += mass;
   }
-  constexpr double rounding = 1 + 1e-9;  // so that no few triangles are ever too many
-  return roots * roots <= most_typical_triangles * total * n * rounding;
+  return roots * roots <= most_typical_triangles * total * n;
 }
 
 }  // namespace
@@ -89,7 +87,7 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   // Triangles that will be clipped need no cutting.
   const bool is_exact = is_split && cells == strata &&
                         cuts_exactly(parameters, true, source.density.uniform()) &&
-                        is_clipped(source, region, cells);
+                        has_few_triangles(source, region, cells);
   const KeptOfPieces kept{parameters.keep_vertices, is_exact, is_split && !is_exact ? limit : 0};
   const double most = is_exact ? INFINITY : is_split ? limit * split_parts : limit;
   PlacedPieces pieces = cut_source(

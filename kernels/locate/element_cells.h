@@ -1,6 +1,7 @@
 // Curve elements in the cells of balanced bisection (docs/METHODS.md 6.5).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,19 +36,18 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
 constexpr bool cuts_exactly(const ElementParameters& parameters, bool in_space, bool uniform) {
   return parameters.net_points && !parameters.random_axes && splits_pieces(parameters, in_space, uniform);
 }
-// They are where clipping costs about what elements do (bench/README.md, "Exact cells"). A cell's clips grow
-// with the root of the number of triangles that it holds. A point in a triangle of mass m has W / (n m) of
-// its own size in a cell; the mean of the root of that over the mass, squared, must be at most this. That is
-// (sum of sqrt(m))^2 / (W n): the number of triangles a sample where these are alike, less where most of the
-// mass lies in a few. Of regions, triangles are coarse pieces.
-inline constexpr double most_typical_triangles = 4;
-// Nor may there be more of them than so many a sample, and so many at all unless they are few a sample: each
-// has a place in the tree and takes memory, however small it is.
-inline constexpr std::uint64_t most_clipped_triangles = 16, most_clipped_at_all = std::uint64_t{1} << 18;
-constexpr bool may_clip(double triangles, double cells) {
-  return triangles <= most_typical_triangles * cells ||
-         (triangles <= static_cast<double>(most_clipped_triangles) * cells &&
-          triangles <= static_cast<double>(most_clipped_at_all));
+// Cells are cut exactly where that costs about what elements do (bench/README.md, "Exact cells"). A cell's
+// clips grow with the root of the number of triangles that it holds. A point in a triangle of mass m shares
+// its cell with W / (n m) triangles of that size; the mean of the root of this over the mass, squared, must
+// be at most the first of these. It is (sum of sqrt(m))^2 / (W n): the number of triangles a sample where
+// these are alike, less where most of the mass lies in a few. And as each triangle has a place in the tree
+// and takes memory, however small it is, there may not be more than so many a sample, and so many in all.
+inline constexpr double most_typical_triangles = 4, most_clipped_per_sample = 16, most_clipped = 1 << 18;
+// The number of triangles above which they are never clipped; up to most_typical_triangles a sample they
+// always are. Of regions (`coarse`) these are coarse pieces, and both limits are the same.
+constexpr double most_clipped_triangles(double samples, bool coarse) {
+  const double always = most_typical_triangles * samples;
+  return coarse ? always : std::max(always, std::min(most_clipped_per_sample * samples, most_clipped));
 }
 
 // Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of

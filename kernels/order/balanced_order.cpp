@@ -8,7 +8,6 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "kernels/core/parallel.h"

@@ -20,9 +20,10 @@ constexpr std::array<std::array<double, 3>, 3> rotation_by(double x, double y, d
 }
 constexpr auto tilt = rotation_by(0.0019, -0.0012, 0.0016);
 
-// Of a cell: what may be missing before the last step to a plane, which at least squares it, and after it.
-constexpr double near_cut = 0x1p-7, cut_tolerance = 0x1p-14, near_section = 0x1p-6;
-constexpr double model_tolerance = 4;  // times as much
+// Of a cell: what may be missing before the last step to a plane, and what may be left after it. The last
+// step squares what is missing unless it passes a face along the plane: a cut then moves that much mass; of
+// sections only so many are wrong.
+constexpr double near_model = 0x1p-5, near_cut = 0x1p-7, cut_tolerance = 0x1p-14, near_section = 0x1p-12;
 constexpr int most_trials = 32;
 constexpr float last_step = 0x1p-6f;  // of the extent
 // What extends less across a plane than this times its node is not clipped.
@@ -285,9 +286,9 @@ void ClippedPieces::lay_out(List list, const Extent& extent) {
   for (std::size_t i = list.count; i < room; ++i) from_[i] = mass_[i] = density_[i] = 0;
 }
 
-// Newton's method, within the bounds that have been found: in the first model, then for the polygons
-// themselves. Once no more than the tolerance is missing, one more step is the last.
-float ClippedPieces::plane(List list, const Extent& extent, double target, double tolerance) {
+// Steps within the bounds that have been found: Newton's in the first model, then to the parabola of the
+// polygons themselves. Once no more than the tolerance is missing, one more step is the last.
+float ClippedPieces::plane(List list, const Extent& extent, double target, double cell, double near) {
   lay_out(list, extent);
   const std::size_t axis = extent.axis;
   const float length = extent.high[axis] - extent.low[axis];
@@ -361,8 +362,8 @@ float ClippedPieces::plane(List list, const Extent& extent, double target, doubl
     }
   };
   constexpr std::size_t few = 12;  // polygons, for which the model saves nothing
-  if (list.count > few) find(model, model_tolerance * tolerance);
-  find(exact, tolerance);
+  if (list.count > few) find(model, near_model * cell);
+  find(exact, near * cell);
   return at;
 }
 
@@ -485,7 +486,7 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
   const std::size_t axis = extent.axis;
   // Shares are of what the node has: what a large one lacks is spread over its cells.
   const double few_cells = std::sqrt(cell * extent.mass), tolerance = cut_tolerance * few_cells;
-  const float at = plane(list, extent, target, near_cut * few_cells);
+  const float at = plane(list, extent, target, few_cells, near_cut);
   // The lower ones stay at the front of the list, the upper ones go behind all others.
   List lower{list.first, 0}, upper{item_.size(), 0};
   double mass = 0;
@@ -516,7 +517,7 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
 
 std::size_t ClippedPieces::cross(List list, const Extent& extent, double share) {
   const std::size_t axis = extent.axis, b = (axis + 1) % 3, c = (axis + 2) % 3;
-  const float at = plane(list, extent, share * extent.mass, near_section * extent.mass);
+  const float at = plane(list, extent, share * extent.mass, extent.mass, near_section);
   section_.clear();
   float low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   float nearest = INFINITY;

@@ -126,7 +126,7 @@ class ClippedPieces {
   static float area_of(const Polygon& polygon);
   static __m128 below(const Polygon& polygon, std::size_t axis, float at);
   void lay_out(List list, const Extent& extent);
-  float plane(List list, const Extent& extent, double target, double tolerance);
+  float plane(List list, const Extent& extent, double target, double cell, double near);
   bool clip(Item& item, std::size_t axis, float at, Item& above);
   void even_out(List& from, List& to, bool upwards, std::size_t axis, float at, double amount,
                 double tolerance);

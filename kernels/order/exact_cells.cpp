@@ -4,8 +4,10 @@
 #include <cmath>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/random.h"
 #include "kernels/order/mass_units.h"
 #include "kernels/order/net_digits.h"
 #include "kernels/order/sheet_cut.h"
@@ -39,11 +41,13 @@ class ExactBisection {
     ClippedPieces pieces;
     const MassPoint& middle = elements[elements.size() / 2];
     pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, elements.size());
+    // The total is near one: masses over lengths are in the range of float.
     const MassUnits units(total);
     double mass = 0;
     for (std::uint32_t e = 0; e < elements.size(); ++e) {
-      pieces.add(net_.corners(e), units.of(elements[e].mass), e);
-      mass += units.of(elements[e].mass);
+      const double share = 0x1p-61 * units.of(elements[e].mass);
+      pieces.add(net_.corners(e), share, e);
+      mass += share;
     }
     cell_mass_ = mass / n;
     SheetScratch sheets;

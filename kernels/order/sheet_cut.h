@@ -45,13 +45,13 @@ class SheetProbes {
 
 // Those on one side of a cut, by their places within the sheets and their heights across them.
 struct FlatProbes {
-  SheetProbes::Column u, v, height;
+  SheetProbes::Column u{}, v{}, height{};
   std::size_t count = 0;
 };
 
 struct SheetScratch {
   SheetProbes probes;
-  SheetProbes::Column height;
+  SheetProbes::Column height{};
   FlatProbes above, below;
 };
 

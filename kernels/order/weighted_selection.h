@@ -19,18 +19,21 @@ struct SelectedEntry {
 // `mass` gives that of an entry. Entries are distinct, and there is at least one. Weighted quickselect (Hoare
 // 1961): O(N) on average, O(N log N) at most.
 template <class Mass>
-SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target, const Mass& mass) {
+SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target, const Mass& mass,
+                             int most_rounds) {
   constexpr std::size_t short_row = 8;
   std::size_t first = 0, last = row.size();
   std::uint64_t below = 0;
-  for (int rounds = 3 * std::bit_width(row.size()); last - first > short_row; --rounds) {
+  for (int rounds = most_rounds; last - first > short_row; --rounds) {
     if (rounds == 0) {
       std::sort(row.begin() + static_cast<std::ptrdiff_t>(first),
                 row.begin() + static_cast<std::ptrdiff_t>(last));
       last = first;  // nothing is left to be put in order
       break;
     }
-    const std::uint64_t a = row[first], b = row[first + (last - first) / 2], c = row[last - 1];
+    // Not of the ends: rows that are in order, one way or the other, are common.
+    const std::size_t quarter = (last - first) / 4;
+    const std::uint64_t a = row[first + quarter], b = row[first + 2 * quarter], c = row[first + 3 * quarter];
     const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
     // Which part an entry belongs to cannot be predicted: no branches. The pivot is not the least, so that
     // neither part is empty.
@@ -67,6 +70,10 @@ SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target,
     below += next;
   }
   return {first, below};
+}
+template <class Mass>
+SelectedEntry select_by_mass(std::span<std::uint64_t> row, std::uint64_t target, const Mass& mass) {
+  return select_by_mass(row, target, mass, 3 * static_cast<int>(std::bit_width(row.size())));
 }
 
 }  // namespace meander

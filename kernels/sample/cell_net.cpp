@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <utility>
 
+#include "kernels/core/random.h"
 #include "kernels/order/node_items.h"
 #include "kernels/order/weighted_selection.h"
 
@@ -148,12 +150,13 @@ class NodeHalves {
         centres_(centres),
         key_(key),
         shift_(digital_shift(key)),
-        other_shift_(digital_shift(key, 1)) {}
+        other_shift_(digital_shift(key, 1)),
+        part_shift_(digital_shift(key, 2)) {}
 
   // The half that the sample which represents the node lies in, and the other one.
   std::array<Node, 2> of(const Node& node) const {
-    // The digits of the sample in its cell follow those of the cuts above: these and no other cuts may take
-    // theirs from the same shift.
+    // The digits of a sample in its cell follow those of the cuts above it: no other cuts may take theirs
+    // from the same shift, and no two of them the same bit.
     if (node.tree_node != Node::none) {
       const TreeCut cut = cells_.cut[node.tree_node];
       if (cut.axis != TreeCut::between_parts) return across(node, cut.axis, cut.low_leaves, true, shift_);
@@ -161,9 +164,9 @@ class NodeHalves {
         // Parts are one more direction, which all others are across.
         Node parted = node;
         ++parted.parted;
-        const bool upper = (net_digit(node.history.side, 0) ^ other_shift_.digit(0, node.parted)) != 0;
-        return {half(parted, cut.low_leaves, is_upper(node, cut.low_leaves, upper)),
-                half(parted, cut.low_leaves, !is_upper(node, cut.low_leaves, upper))};
+        const bool upper = (net_digit(node.history.side, 0) ^ part_shift_.digit(0, node.parted)) != 0;
+        const bool second = takes_second(node, cut.low_leaves, upper);
+        return {half(parted, cut.low_leaves, second), half(parted, cut.low_leaves, !second)};
       }
     }
     Node range = node;
@@ -182,7 +185,7 @@ class NodeHalves {
                              const DigitalShift& shift) const {
     const bool upper = (net_digit(node.history.side_across_others[axis], 0) ^
                         shift.digit(axis, node.history.cuts[axis])) != 0;
-    const bool second = is_upper(node, low_leaves, upper == ascends);
+    const bool second = takes_second(node, low_leaves, upper == ascends);
     const auto child = [&](bool is_second) {
       Node n = half(node, low_leaves, is_second);
       n.history.cut(axis, is_second == ascends);
@@ -193,11 +196,11 @@ class NodeHalves {
 
   // Of halves that are one leaf apart the larger one is taken so much more often that all leaves are equally
   // likely.
-  bool is_upper(const Node& node, std::uint32_t low_leaves, bool upper) const {
-    if (node.leaves % 2 == 0) return upper;
+  bool takes_second(const Node& node, std::uint32_t low_leaves, bool second) const {
+    if (node.leaves % 2 == 0) return second;
     const PhiloxBlock words = random_words(key_, Stream::digital_shift, node.first, node.leaves);
     const bool decides = std::uint64_t{words[0]} * node.leaves < std::uint64_t{1} << 32;
-    return decides ? low_leaves < node.leaves - low_leaves : upper;
+    return decides ? low_leaves < node.leaves - low_leaves : second;
   }
 
   static Node half(const Node& node, std::uint32_t low_leaves, bool is_second) {
@@ -216,7 +219,7 @@ class NodeHalves {
   const BalancedCells& cells_;
   const CentreSums& centres_;
   RandomKey key_;
-  DigitalShift shift_, other_shift_;
+  DigitalShift shift_, other_shift_, part_shift_;
 };
 
 // The leaves of a node that no sample lies in before the last level, in the order in which they get theirs.

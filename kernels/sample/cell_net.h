@@ -27,9 +27,10 @@ const CellEntry& entry_in_net(const BalancedCells& cells, const Cell& cell, cons
                               double choice, CellNetScratch& scratch);
 
 // order[i] = rank of the cell of the i-th sample of the file: a permutation whose first 2^k ranks have one in
-// each of 2^k nodes of the tree, as progressive_order has in blocks of ranks; but which leaf stands for a
-// node follows from the digits of the net instead of one mask for all. Over all keys every cell is the first
-// one equally often, whatever the sample in it. Pure. O(n log n), 100 bytes a cell.
+// each of 2^k nodes of the tree (ranges of its leaves, where sheets are not parted in halves), as
+// progressive_order has in blocks of ranks; but which leaf stands for a node follows from the digits of the
+// net instead of one mask for all. Over all keys every cell is the first one equally often, independently of
+// where its sample lies. Pure. O(n log n), 100 bytes a cell.
 std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey key);
 
 }  // namespace meander

@@ -151,6 +151,32 @@ TEST_CASE("clipped pieces: points of cross-sections are distributed by mass") {
   }
 }
 
+TEST_CASE("clipped pieces: a riser between two steps gets its share of the points of cross-sections") {
+  // Faces across the longest extent, that the plane may jump over.
+  for (const double height : {0.3, 0.04, 0.01}) {
+    std::vector<Corners> stair;
+    const auto rectangle = [&](const Vector3& corner, const Vector3& u, const Vector3& v) {
+      stair.push_back({corner, corner + u, corner + v});
+      stair.push_back({corner + u + v, corner + u, corner + v});
+    };
+    rectangle({0, 0, 0}, {0.5, 0, 0}, {0, 0.8, 0});
+    rectangle({0.5, 0, height}, {0.5, 0, 0}, {0, 0.8, 0});
+    rectangle({0.5, 0, 0}, {0, 0, height}, {0, 0.8, 0});
+    ClippedPieces pieces = pieces_of(stair);
+    const ClippedPieces::Extent extent = pieces.extent_of(pieces.all());
+    REQUIRE(extent.axis == 0);
+    constexpr int shares = 20000;
+    double risers = 0;
+    for (int i = 0; i < shares; ++i) {
+      pieces.cross(pieces.all(), extent, (i + 0.5) / shares);
+      const double turns = 0.6180339887498949 * i;  // next to the riser a section meets a step as well
+      if (pieces.point(turns - std::floor(turns), 0.5).name >= 4) risers += 1;
+    }
+    CAPTURE(height);
+    CHECK(risers / shares == Approx(height / (1 + height)).margin(0x1p-11));
+  }
+}
+
 TEST_CASE("clipped pieces: faces across the axis are cut along it like others") {
   // The long sides of a bar along x, and its ends: the middle cut of three cells falls into an end.
   std::vector<Corners> bar;

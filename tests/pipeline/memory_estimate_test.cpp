@@ -236,8 +236,11 @@ TEST_CASE(
   PolygonMesh many = icosphere(1);
   for (int i = 1; i < 60; ++i) many = merged(many, moved(icosphere(1), 1, 3.0 * i, 0, 0));
   add("many.off", many);
+  // Many small triangles beside a few large ones: cells are cut exactly out of up to 16 triangles a sample.
+  add("soup.obj", merged(moved(icosphere(5), 0.05, 3, 0, 0), cube()));
   check_models(models, 2048);
   check_models({models[0], models[2]}, 16384);
+  check_models({models.back()}, 4500);
 }
 
 TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
