@@ -468,9 +468,9 @@ void ClippedPieces::even_out(List& from, List& to, bool upwards, std::size_t axi
   from.count = static_cast<std::size_t>(std::remove_if(begin, begin + static_cast<std::ptrdiff_t>(from.count),
                                                        [](const Item& left) { return !(left.mass > 0); }) -
                                         begin);
-  const List added{item_.size(), moved.size()};
+  if (to.first + to.count != item_.size()) to = joined(to, {});
   item_.insert(item_.end(), moved.begin(), moved.end());
-  to = joined(to, added);
+  to.count += moved.size();
 }
 
 ClippedPieces::List ClippedPieces::joined(List first, List second) {
@@ -487,27 +487,35 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
   // Shares are of what the node has: what a large one lacks is spread over its cells.
   const double few_cells = std::sqrt(cell * extent.mass), tolerance = cut_tolerance * few_cells;
   const float at = plane(list, extent, target, few_cells, near_cut);
-  // The lower ones stay at the front of the list, the upper ones go behind all others.
-  List lower{list.first, 0}, upper{item_.size(), 0};
-  double mass = 0;
-  const auto keep = [&](const Item& item) {
-    item_[lower.first + lower.count++] = item;
-    mass += item.mass;
+  // The longer part stays at the front of the list, the other one goes behind all others: so all that the
+  // nodes above this one hold besides is no more than the triangles once again, wherever most of them lie.
+  std::size_t count_below = 0;
+  for (std::size_t i = 0; i < list.count; ++i) {
+    const Item& item = item_[list.first + i];
+    count_below += item.low[axis] + item.high[axis] < 2 * at ? 1 : 0;
+  }
+  const bool lower_stays = 2 * count_below >= list.count;
+  List stays{list.first, 0}, goes{item_.size(), 0};
+  const auto keep = [&](const Item& item, bool is_lower) {
+    if (!(item.mass > 0)) return;
+    if (is_lower == lower_stays)
+      item_[stays.first + stays.count++] = item;
+    else
+      item_.push_back(item);
   };
+  double mass = 0;  // of the lower part
   for (std::size_t i = 0; i < list.count; ++i) {
     Item item = item_[list.first + i];
     const float low = item.low[axis], high = item.high[axis];
     Item above;
-    if (low < at && high > at && clip(item, axis, at, above)) {
-      if (item.mass > 0) keep(item);
-      if (above.mass > 0) item_.push_back(above);
-    } else if (low + high < 2 * at) {
-      keep(item);
-    } else {
-      item_.push_back(item);
-    }
+    const bool is_clipped = low < at && high > at && clip(item, axis, at, above);
+    const bool is_lower = is_clipped || low + high < 2 * at;
+    keep(item, is_lower);
+    if (is_lower) mass += item.mass;
+    if (is_clipped) keep(above, false);
   }
-  upper.count = item_.size() - upper.first;
+  goes.count = item_.size() - goes.first;
+  List lower = lower_stays ? stays : goes, upper = lower_stays ? goes : stays;
   if (mass > target)
     even_out(lower, upper, true, axis, at, mass - target, tolerance);
   else
