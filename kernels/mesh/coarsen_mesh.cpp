@@ -27,21 +27,26 @@ constexpr int longest_walk = 8;
 
 using NeighbourIndex = std::uint32_t;
 template <class Value>
-using ByNeighbour = std::array<Value, most_neighbours + 1>;
+using ByNeighbour = std::array<Value, most_neighbours + 2>;
 
 // The neighbourhood of a vertex v, counter-clockwise: edge[i] is the half-edge from v to ring[i], triangle i
-// lies between ring[i] and the next. On the boundary there is one triangle less than neighbours.
+// lies between ring[i] and the next. On the boundary there is one triangle less than neighbours. Inside, the
+// places of the ring end with that of ring[0] again.
 struct Star {
   std::uint32_t vertex = no_index;
   bool inside = false;
   NeighbourIndex neighbours = 0, triangles = 0;
   ByNeighbour<std::uint32_t> edge, ring;
-  ByNeighbour<Vector3> position;       // of the ring, relative to v
-  ByNeighbour<double> squared_length;  // of the edges
-  ByNeighbour<Vector3> normal;         // of the triangles, twice as long as their area
-  ByNeighbour<double> shape;           // (height / longest edge)^2 that a triangle has to keep
+  ByNeighbour<double> x, y, z;                       // of the ring, relative to v
+  ByNeighbour<double> squared_length;                // of the edges
+  ByNeighbour<double> squared_far;                   // of the side of a triangle that lies across v
+  ByNeighbour<double> normal_x, normal_y, normal_z;  // of the triangles, twice as long as their area
+  ByNeighbour<double> squared_normal;
+  ByNeighbour<double> shape;  // (height / longest edge)^2 that a triangle has to keep
 
   NeighbourIndex after(NeighbourIndex i) const { return i + 1 < neighbours ? i + 1 : 0; }
+  // The triangle before neighbour k; `triangles` where there is none.
+  NeighbourIndex before(NeighbourIndex k) const { return k > 0 ? k - 1 : inside ? triangles - 1 : triangles; }
 };
 
 double longest_of(double a, double b, double c) { return std::max({a, b, c}); }
@@ -171,36 +176,59 @@ class Coarsener {
       star.ring[star.neighbours++] = corner_[previous_half_edge(star.edge[star.triangles - 1])];
     const Vector3 centre = position(v);
     for (NeighbourIndex i = 0; i < star.neighbours; ++i) {
-      star.position[i] = position(star.ring[i]) - centre;
-      star.squared_length[i] = dot(star.position[i], star.position[i]);
+      const Vector3 to = position(star.ring[i]) - centre;
+      star.x[i] = to.x;
+      star.y[i] = to.y;
+      star.z[i] = to.z;
+      star.squared_length[i] = dot(to, to);
+    }
+    if (star.inside) {
+      star.x[star.neighbours] = star.x[0];
+      star.y[star.neighbours] = star.y[0];
+      star.z[star.neighbours] = star.z[0];
+      star.squared_length[star.neighbours] = star.squared_length[0];
     }
     return star.triangles >= (star.inside ? 3u : 2u);
   }
 
   void measure(Star& star) const {
     for (NeighbourIndex i = 0; i < star.triangles; ++i) {
-      const NeighbourIndex j = star.after(i);
-      const Vector3 far = star.position[j] - star.position[i];
-      star.normal[i] = cross(star.position[i], star.position[j]);
-      const double longest = longest_of(star.squared_length[i], star.squared_length[j], dot(far, far));
+      const Vector3 a{star.x[i], star.y[i], star.z[i]}, b{star.x[i + 1], star.y[i + 1], star.z[i + 1]};
+      const Vector3 far = b - a, normal = cross(a, b);
+      star.normal_x[i] = normal.x;
+      star.normal_y[i] = normal.y;
+      star.normal_z[i] = normal.z;
+      star.squared_normal[i] = dot(normal, normal);
+      star.squared_far[i] = dot(far, far);
+      const double longest =
+          longest_of(star.squared_length[i], star.squared_length[i + 1], star.squared_far[i]);
       // A triangle that is thin already may stay so.
-      star.shape[i] =
-          std::min(thinnest_ * thinnest_, dot(star.normal[i], star.normal[i]) / (longest * longest));
+      star.shape[i] = std::min(thinnest_ * thinnest_, star.squared_normal[i] / (longest * longest));
     }
   }
 
   // Whether the triangles that remain are neither thin nor turned, with the vertex at neighbour k.
   static bool keeps_shape(const Star& star, NeighbourIndex k) {
+    const Vector3 to{star.x[k], star.y[k], star.z[k]};
+    const NeighbourIndex before_k = star.before(k);
+    Vector3 a{star.x[0] - to.x, star.y[0] - to.y, star.z[0] - to.z};
+    double squared_a = dot(a, a);
     for (NeighbourIndex i = 0; i < star.triangles; ++i) {
-      const NeighbourIndex j = star.after(i);
-      if (i == k || j == k) continue;
-      const Vector3 a = star.position[i] - star.position[k], b = star.position[j] - star.position[k];
-      const Vector3 far = star.position[j] - star.position[i], normal = cross(a, b);
-      const double longest = longest_of(dot(a, a), dot(b, b), dot(far, far)), size = dot(normal, normal);
-      if (!(size > 0 && size >= star.shape[i] * longest * longest)) return false;
-      const double before = dot(star.normal[i], star.normal[i]), turn = dot(normal, star.normal[i]);
-      if (before > 0 && !(turn > 0 && turn * turn > largest_turn * largest_turn * before * size))
-        return false;
+      const Vector3 b{star.x[i + 1] - to.x, star.y[i + 1] - to.y, star.z[i + 1] - to.z};
+      const double squared_b = dot(b, b);
+      if (i != k && i != before_k) {
+        const Vector3 normal = cross(a, b);
+        const double longest = longest_of(squared_a, squared_b, star.squared_far[i]),
+                     size = dot(normal, normal);
+        if (!(size > 0 && size >= star.shape[i] * longest * longest)) return false;
+        const double before = star.squared_normal[i], turn = normal.x * star.normal_x[i] +
+                                                             normal.y * star.normal_y[i] +
+                                                             normal.z * star.normal_z[i];
+        if (before > 0 && !(turn > 0 && turn * turn > largest_turn * largest_turn * before * size))
+          return false;
+      }
+      a = b;
+      squared_a = squared_b;
     }
     return true;
   }
