@@ -156,7 +156,8 @@ class RunJob {
   }
 
   void write_reports(const PlannedStore& planned) {
-    outcome_.summary = summarise(StoreReader(options_.store, StoreCheck::none));
+    made_store_ = std::make_unique<StoreReader>(options_.store, StoreCheck::none);
+    outcome_.summary = summarise(*made_store_);
     outcome_.root = inputs_.root;
     outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
     write_run_report(options_, outcome_);
@@ -180,7 +181,9 @@ class RunJob {
   // of inputs was made once.
   int bring_up_to_date(std::optional<RunPlan> unfinished) {
     for (;;) {
-      const StoreReader store(options_.store, take_check());
+      const std::unique_ptr<StoreReader> opened =
+          made_store_ ? std::move(made_store_) : std::make_unique<StoreReader>(options_.store, take_check());
+      const StoreReader& store = *opened;
       require_same_parameters(store);
       const auto since = known_since_.value_or(inputs_read_since(options_.store));
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
@@ -229,6 +232,8 @@ class RunJob {
   RetryOptions retry_ = options_.retry;   // what is still to be tried again
   StoreCheck check_ = options_.check;
   bool made_ = false;
+  std::unique_ptr<StoreReader>
+      made_store_;  // the store that was just made, until it is compared with the inputs
   Inputs inputs_;
   StoreHeader header_;
   RunOutcome outcome_;

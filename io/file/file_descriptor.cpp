@@ -87,6 +87,11 @@ void sync_data(const FileDescriptor& file, const fs::path& path) {
   if (uninterrupted([&] { return ::fdatasync(file.get()); }) != 0) throw_file_error(errno, "sync", path);
 }
 
+void begin_sync(const FileDescriptor& file) {
+  // Its result is no news: an error of the disk stays with the file until a sync has reported it.
+  uninterrupted([&] { return ::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE); });
+}
+
 void truncate_file(const FileDescriptor& file, std::uint64_t bytes, const fs::path& path) {
   if (uninterrupted([&] { return ::ftruncate(file.get(), static_cast<off_t>(bytes)); }) != 0)
     throw_file_error(errno, "truncate", path);

@@ -62,6 +62,9 @@ std::size_t read_at(const FileDescriptor& file, std::span<std::byte> bytes, std:
                     const std::filesystem::path& path);
 void sync_file(const FileDescriptor& file, const std::filesystem::path& path);  // contents and length
 void sync_data(const FileDescriptor& file, const std::filesystem::path& path);  // without times
+// Has the system begin to write what it holds of the file to the disk, so that a later sync waits for less.
+// Only a hint: what goes wrong, the sync reports.
+void begin_sync(const FileDescriptor& file);
 void truncate_file(const FileDescriptor& file, std::uint64_t bytes, const std::filesystem::path& path);
 
 // Makes sure that `path`, which exists, can grow to `bytes`: reserves the blocks where the file system can,

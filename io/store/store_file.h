@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/file/file_descriptor.h"
 #include "io/store/hdf5_handles.h"
 #include "io/store/schema.h"
 #include "io/store/store.h"
@@ -85,6 +86,8 @@ class StoreFileWriter {
   const StoreLayout& layout_;
   Hdf5File file_;
   std::vector<Hdf5Dataset> datasets_;
+  FileDescriptor written_;           // the same file
+  std::uint64_t written_bytes_ = 0;  // since the system was last asked to write
   bool sealed_ = false;
 };
 

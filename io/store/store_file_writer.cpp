@@ -13,6 +13,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// What is written before the system is asked to bring it to the disk, so that seal() need not wait for all of
+// it.
+constexpr std::uint64_t bytes_at_once = std::uint64_t{2} << 20;
+
 Hdf5Properties file_creation() {
   Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
   const hid_t id = creation.get();
@@ -135,6 +139,7 @@ void StoreFileWriter::begin(const StoreHeader& header, const std::optional<RowRa
         Hdf5File(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, file_creation().get(), file_access(layout_).get()),
                  "create " + path_.string());
     reserve_space(path_, reserve);
+    written_ = open_file(path_, O_RDWR);
     create(header, shard, packs);
   } catch (const Hdf5Error& error) {
     abandon();
@@ -197,8 +202,13 @@ void StoreFileWriter::write_chunk(std::size_t dataset, std::uint64_t row, std::u
   const Hdf5Lock lock;
   const DatasetLayout& layout = layout_.datasets[dataset];
   if (H5Dwrite_chunk(datasets_[dataset].get(), H5P_DEFAULT, 0, chunk_offset(layout, row, part).data(),
-                     filtered.size(), filtered.data()) >= 0)
+                     filtered.size(), filtered.data()) >= 0) {
+    written_bytes_ += filtered.size();
+    if (written_bytes_ < bytes_at_once) return;
+    begin_sync(written_);
+    written_bytes_ = 0;
     return;
+  }
   try {
     throw_hdf5_error(fmt::format("write {} row {} of {}", layout.spec.path, row, path_.string()));
   } catch (const Hdf5Error& error) {
@@ -218,12 +228,12 @@ void StoreFileWriter::seal() {
   } catch (const Hdf5Error& error) {
     throw RunError(RunError::Kind::stopped, error.what());
   }
-  const FileDescriptor file = open_file(path_, O_RDWR);
-  release_reserved(file, path_);
-  const std::uint64_t bytes = file_size(file, path_);
-  const std::string block = user_block_text(bytes, checksum_of_file(file, user_block_bytes, path_));
-  write_at(file, std::as_bytes(std::span(block)), 0, path_);
-  sync_file(file, path_);
+  release_reserved(written_, path_);
+  begin_sync(written_);
+  const std::uint64_t bytes = file_size(written_, path_);
+  const std::string block = user_block_text(bytes, checksum_of_file(written_, user_block_bytes, path_));
+  write_at(written_, std::as_bytes(std::span(block)), 0, path_);
+  sync_file(written_, path_);
   sealed_ = true;
 }
 
