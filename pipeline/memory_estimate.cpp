@@ -46,9 +46,11 @@ constexpr double bytes_per_element = 120;  // element, two sort arrays, result
 // parts, and entries of cells while they grow.
 constexpr double bytes_per_balanced_piece = 110, bytes_per_balanced_sample = 230;
 constexpr double bytes_per_split_piece = 160, bytes_per_entry = 30;
-// Clipped triangles: pieces, polygons and lists of these; more of the polygons while halves of large nodes
-// are copied.
-constexpr double bytes_per_clipped_piece = 420, bytes_per_copied_piece = 300, samples_of_copied_nodes = 4096;
+// Clipped triangles: pieces, polygons and lists of these, with room for a whole tree. Large nodes have less,
+// but hold them twice while their halves are copied.
+constexpr double bytes_per_clipped_piece = 740, samples_of_copied_nodes = 4096, bytes_per_copied_piece = 450;
+// Polygons that cells keep, with their corners; those of cells that are still cut are in vectors that grow.
+constexpr double bytes_per_kept_polygon = 64, bytes_per_growing_polygon = 96, bytes_per_kept_cell = 72;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
 constexpr double samples_per_block = 64, bytes_per_block_item = 50;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
@@ -156,17 +158,27 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
     const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
                                         parameters.density.kind == DensityKind::uniform);
-    // Where cells may be cut exactly: whether they are is known once the areas are. Triangles may be fewer
-    // than estimated, and then be clipped.
+    // Where cells may be cut exactly: whether they are is known once the areas are, and where polygons are
+    // kept, their number. Triangles may be fewer than estimated, and then be clipped.
     double exact = 0;
     if (cuts_exactly(element_parameters(parameters), !method.makes_charts,
                      parameters.density.kind == DensityKind::uniform)) {
       const double clipped =
           std::min(of_triangles, most_clipped_triangles(of_samples, places_in_regions(parameters)));
-      exact = clipped * (bytes_per_clipped_piece +
-                         (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
+      // Nodes of up to twice that size that are copied to trees.
+      const double at_once = of_samples < samples_of_copied_nodes
+                                 ? 0
+                                 : std::min(1.0, 2 * threads * samples_of_copied_nodes / of_samples);
+      exact = clipped * (bytes_per_clipped_piece + at_once * bytes_per_copied_piece) +
               of_samples * bytes_per_balanced_sample;
-      if (of_triangles <= most_typical_triangles * of_samples) return exact;
+      if (element_parameters(parameters).keep_polygons) {
+        const double growing = std::min(1.0, threads * samples_of_copied_nodes / of_samples);
+        exact += most_kept_polygons(clipped, of_samples) *
+                     (bytes_per_kept_polygon + growing * bytes_per_growing_polygon) +
+                 of_samples * bytes_per_kept_cell;
+      } else if (of_triangles <= most_typical_triangles * of_samples) {
+        return exact;
+      }
     }
     if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
     const double pieces = of_triangles + (count - of_triangles) / split_parts;

@@ -13,22 +13,28 @@ namespace meander {
 
 namespace {
 
-// Turns everything that cells are cut by, over charts in their plane; shrinks it, so that points stay in the
-// cube [-1, 1]^3.
-void turn_axes(RandomKey key, bool in_plane, PlacedPieces& pieces, std::vector<float>& normals) {
+// Below 1 / sqrt(3): what is turned and shrunk stays in the cube [-1, 1]^3.
+constexpr double shrink = 0.577;
+
+// The axes that cells are cut across, over charts in their plane.
+Rotation random_axes(RandomKey key, bool in_plane) {
   Rotation rotation = random_rotation(key, Stream::cell_axes);
   const double length = std::hypot(rotation[0].x, rotation[0].y);
   if (in_plane && length > 0) {
     const double c = rotation[0].x / length, s = rotation[0].y / length;
     rotation = {Vector3{c, -s, 0}, Vector3{s, c, 0}, Vector3{0, 0, 1}};
   }
+  return rotation;
+}
+
+// Turns everything that cells are cut by, and shrinks it.
+void turn_axes(const Rotation& rotation, PlacedPieces& pieces, std::vector<float>& normals) {
   const auto turn = [&](float* v, double scale) {
     const Vector3 turned = scale * rotated(rotation, {v[0], v[1], v[2]});
     v[0] = static_cast<float>(turned.x);
     v[1] = static_cast<float>(turned.y);
     v[2] = static_cast<float>(turned.z);
   };
-  constexpr double shrink = 0.577;  // below 1 / sqrt(3)
   parallel_blocks(pieces.point.size(), sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) turn(pieces.point[i].at, shrink);
   });
@@ -95,21 +101,39 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   check_count(pieces.point.size(), most_balanced_elements);
   cancel.check();
   std::vector<float> turned;
+  Rotation rotation;
   if (parameters.random_axes) {
     turned = source.normal;
-    turn_axes(source.key, source.places.any(), pieces, turned);
+    rotation = random_axes(source.key, source.places.any());
+    turn_axes(rotation, pieces, turned);
   }
   ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
                        source.group};
-  NetPoints net;
+  ExactTriangles exact;
   if (is_exact) {
-    net = {[&pieces, &mesh = source.surface.mesh()](std::uint32_t e) { return corners_of(pieces, mesh, e); },
-           source.key, first_cell};
-    traits.net_points = &net;
+    const auto corners = [&](std::uint32_t e) {
+      std::array<Vector3, 3> corner = corners_of(pieces, source.surface.mesh(), e);
+      if (parameters.random_axes)
+        for (Vector3& at : corner) at = shrink * rotated(rotation, at);
+      return corner;
+    };
+    exact = {corners, source.key, first_cell};
+    if (parameters.keep_polygons) {
+      exact.keep_polygons = true;
+      exact.most_polygons = static_cast<std::uint64_t>(
+          most_kept_polygons(static_cast<double>(pieces.point.size()), static_cast<double>(cells)));
+    }
+    traits.exact = &exact;
   }
   ElementCells result;
   result.cells =
       balanced_order(std::move(pieces.point), static_cast<std::uint32_t>(cells), traits, cancel, strata);
+  if (result.cells.cell.empty()) {
+    ElementParameters of_elements = parameters;
+    of_elements.net_points = of_elements.keep_polygons = false;
+    pieces = PlacedPieces(source.places, source.key, {});
+    return cells_from(source, region, cells, strata, first_cell, limit, of_elements, cancel);
+  }
   result.triangle = std::move(pieces.triangle);
   result.path = std::move(pieces.path);
   result.vertex = std::move(pieces.vertex);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -21,6 +22,8 @@ struct ElementCells {
   std::vector<float> vertex;  // 2 E, as in CurveElements; only filled when `vertex placement` is asked for
   std::size_t count() const { return cells.cell.size(); }
   std::uint32_t path_of(const CellEntry& entry) const;
+  // Whether entries are polygons, which are clipped out of pieces.
+  bool has_polygons() const { return !cells.polygon.empty(); }
 };
 
 // Parts that pieces are split into at most.
@@ -32,9 +35,10 @@ constexpr bool splits_pieces(const ElementParameters& parameters, bool in_space,
          parameters.elements_per_sample >= 1.5 * split_parts;
 }
 
-// Whether cells are cut exactly where triangles are few: pieces are as above, and samples form a net.
+// Whether cells are cut exactly where triangles are few: pieces are as above, and samples form a net or are
+// spaced.
 constexpr bool cuts_exactly(const ElementParameters& parameters, bool in_space, bool uniform) {
-  return parameters.net_points && !parameters.random_axes && splits_pieces(parameters, in_space, uniform);
+  return (parameters.net_points != parameters.keep_polygons) && splits_pieces(parameters, in_space, uniform);
 }
 // Cells are cut exactly where that costs about what elements do (bench/README.md, "Exact cells"). A cell's
 // clips grow with the root of the number of triangles that it holds. A point in a triangle of mass m shares
@@ -48,6 +52,14 @@ inline constexpr double most_typical_triangles = 4, most_clipped_per_sample = 16
 constexpr double most_clipped_triangles(double samples, bool coarse) {
   const double always = most_typical_triangles * samples;
   return coarse ? always : std::max(always, std::min(most_clipped_per_sample * samples, most_clipped));
+}
+
+// Polygons that cells may keep of so many triangles. Compact cells of compact triangles have (sqrt T + sqrt
+// n)^2; real models have 1.8 times as many in the middle, and one in thirty has more than this: soups of long
+// thin triangles, whose cells get elements.
+inline double most_kept_polygons(double triangles, double samples) {
+  const double side = std::sqrt(triangles) + std::sqrt(samples);
+  return std::min(4 * side * side, triangles + 32 * samples);
 }
 
 // Bisects every triangle of positive mass as build_elements does, and puts the pieces in the order of

@@ -61,7 +61,8 @@ struct ElementParameters {
   ElementOrder order = ElementOrder::hilbert;
   bool keep_vertices = false;  // fill CurveElements::vertex
   bool random_axes = false;    // of build_cells: cut across axes that the key has turned, not those of space
-  bool net_points = false;     // of build_cells: cells that can be cut exactly are points of the net
+  // Of build_cells: what cells that can be cut exactly become, their points of the net or polygons.
+  bool net_points = false, keep_polygons = false;
 };
 
 // What the locator learned about each triangle; both spans empty for the locator `elements`.

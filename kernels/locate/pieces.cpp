@@ -80,6 +80,29 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
   return uniform_point(piece, uniform.first, uniform.second);
 }
 
+// In one of the triangles around its first corner.
+std::array<double, 2> uniform_point(std::span<const std::array<float, 2>> polygon, double first,
+                                    double second) {
+  const auto corner = [&](std::size_t k) {
+    return std::array<double, 2>{double(polygon[k][0]), double(polygon[k][1])};
+  };
+  const std::array<double, 2> a = corner(0);
+  if (polygon.size() < 3) return a;
+  const auto area = [&](std::size_t k) {
+    const std::array<double, 2> b = corner(k), c = corner(k + 1);
+    return std::abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+  };
+  double whole = 0;
+  for (std::size_t k = 1; k + 1 < polygon.size(); ++k) whole += area(k);
+  double left = first * whole;
+  std::size_t k = 1;
+  for (; k + 2 < polygon.size() && left >= area(k); ++k) left -= area(k);
+  const std::array<double, 2> b = corner(k), c = corner(k + 1);
+  const double twice = area(k);
+  return uniform_point(Piece{{a[0], b[0], c[0]}, {a[1], b[1], c[1]}},
+                       twice > 0 ? std::min(left / twice, 1.0) : 0, second);
+}
+
 bool is_needle(const PlainPiece& piece, double mass, double limit) {
   if (!(8 * mass > limit)) return false;
   const double longest = piece.squared_edge[longest_edge(piece)];

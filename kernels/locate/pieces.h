@@ -135,6 +135,10 @@ inline std::array<double, 2> uniform_point(const Piece& piece, double first, dou
           w0 * piece.b2[0] + w1 * piece.b2[1] + w2 * piece.b2[2]};
 }
 
+// The same of a convex polygon, by the weights of its corners (one or more).
+std::array<double, 2> uniform_point(std::span<const std::array<float, 2>> polygon, double first,
+                                    double second);
+
 // Those of a uniformly random point of it; a pure function of (key, triangle, path).
 std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std::uint32_t path,
                                    RandomKey key);

@@ -114,8 +114,8 @@ class PlacedPieces {
 
   // Whole triangles that are not split.
   double whole_limit() const { return split_limit_ > 0 ? split_limit_ : INFINITY; }
-  void operator()(std::size_t t, const std::array<Vector3, 3>& corners, double mass) {
-    add(t, centroid(corners), 1, mass);
+  void operator()(std::size_t t, const std::array<Vector3, 3>& whole, double mass) {
+    add(t, centroid(whole), 1, mass);
   }
 
   std::vector<MassPoint> point;

@@ -79,7 +79,7 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
   ElementParameters coarse = parameters;
   coarse.samples = count;
   coarse.elements_per_sample = static_cast<double>(most) / samples_per_piece;
-  coarse.keep_vertices = coarse.net_points = false;
+  coarse.keep_vertices = coarse.net_points = coarse.keep_polygons = false;
   const double limit = element_limit(measure, coarse);
   ElementSource source(surface, measure.density, charts, {},
                        sheet_groups(surface.mesh(), charts.charts, sheet), parameters.order, key);

@@ -149,6 +149,7 @@ ElementParameters element_parameters(const SampleParameters& parameters) {
   // Places in fixed cells would prefer the same parts of the surface for every seed (docs/METHODS.md 7.5).
   elements.random_axes = parameters.place.sequence == SequenceKind::spaced;
   elements.net_points = parameters.place.sequence == SequenceKind::shifted;
+  elements.keep_polygons = parameters.place.sequence == SequenceKind::spaced;
   return elements;
 }
 

@@ -74,9 +74,10 @@ class Bisection {
     mass_ = total;
     units_ = MassUnits(total);
     leaves_.resize(n);
-    if (traits.net_points != nullptr) {
+    if (traits.exact != nullptr) {
       if (!traits.split.empty() || !traits.group.empty() || shares != n)
-        throw std::invalid_argument("balanced_order: points of nets in cells that are not cut exactly");
+        throw std::invalid_argument(
+            "balanced_order: exact cells of elements with splits or groups, or of shares");
       return;
     }
     front_.resize(elements.size() + n);
@@ -89,10 +90,10 @@ class Bisection {
   }
 
   BalancedCells cells() {
-    if (traits_.net_points != nullptr)
-      cut_all_exactly();
-    else
+    if (traits_.exact == nullptr)
       bisect_all();
+    else if (!cut_all_exactly())
+      return {};
     path_.reserve(n_);
     visit(0, 0, n_, nullptr, nullptr);
     return collect();
@@ -101,12 +102,26 @@ class Bisection {
  private:
   static constexpr std::uint32_t several_groups = ~0u;
 
-  void cut_all_exactly() {
-    ExactCells exact = cut_exactly(elements_, mass_, n_, traits_, cancel_);
+  bool cut_all_exactly() {
+    std::optional<ExactCells> cut = cut_exactly(elements_, mass_, n_, traits_, cancel_);
+    if (!cut) return false;
+    ExactCells& exact = *cut;
     tree_ = std::move(exact.tree);
     points_ = std::move(exact.point);
     for (std::size_t leaf = 0; leaf < n_; ++leaf) leaves_[leaf].history = exact.history[leaf];
-    blocks_.resize(1);
+    if (!traits_.exact->keep_polygons) {
+      blocks_.resize(1);
+      return true;
+    }
+    for (std::size_t leaf = 0; leaf < n_; ++leaf) {
+      const EntryRange& range = exact.entries[leaf];
+      leaves_[leaf].block = range.block;
+      leaves_[leaf].first = range.first;
+      leaves_[leaf].count = range.count;
+    }
+    blocks_ = std::move(exact.block);
+    polygons_ = std::move(exact.polygon);
+    return true;
   }
 
   void bisect_all() {
@@ -444,6 +459,7 @@ class Bisection {
       for (std::size_t r = 0; r < path_.size(); ++r) cells.point[r] = points_[path_[r].leaf];
     }
     cells.block = std::move(blocks_);
+    cells.polygon = std::move(polygons_);
     cells.cut = std::move(tree_.cut);
     if (!group_.empty()) order_mixed(cells);
     return cells;
@@ -484,7 +500,8 @@ class Bisection {
   std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves; at n and
   // n + 1 all, where none are taken apart
   std::vector<Leaf> leaves_;       // by place in the tree, as
-  std::vector<CellPoint> points_;  // those of cells that are cut exactly
+  std::vector<CellPoint> points_;  // those of cells that are cut exactly, or, by block,
+  std::vector<CellPolygons> polygons_;
   CutTree tree_;
   std::vector<std::uint32_t> group_;  // by node: that all its elements belong to, or several_groups
   std::vector<Step> path_;
@@ -522,7 +539,7 @@ BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n,
   std::vector<MassPoint> own = std::move(elements);
   Bisection bisection(own, n, checked_shares(shares, n), traits, cancel);
   // From here on only splits and triangles are made of them.
-  if (traits.split.empty() && traits.net_points == nullptr) own = std::vector<MassPoint>();
+  if (traits.split.empty() && traits.exact == nullptr) own = std::vector<MassPoint>();
   return bisection.cells();
 }
 

@@ -37,20 +37,22 @@ struct ElementSplit {
 };
 
 // Elements that are triangles of even mass: cells are cut exactly, and each gets its point of the net
-// (docs/METHODS.md 6.5 and 7.7) at once.
-struct NetPoints {
+// (docs/METHODS.md 6.5 and 7.7) at once, or keeps what it was cut out of.
+struct ExactTriangles {
   std::function<std::array<Vector3, 3>(std::uint32_t element)> corners;  // `at` is their centroid
   RandomKey key;
-  std::uint64_t first_cell = 0;  // the number of cell 0 among those of the key
+  std::uint64_t first_cell = 0;                         // the number of cell 0 among those of the key
+  bool keep_polygons = false;                           // cells get entries, and no point;
+  std::uint64_t most_polygons = ~std::uint64_t{0} - 1;  // with more of these there are no cells
 };
 
-// What else is known of the elements. `split`, `normal` and `group` may be empty, `net_points` null.
+// What else is known of the elements. `split`, `normal` and `group` may be empty, `exact` null.
 struct ElementTraits {
   std::span<const std::uint32_t> triangle;  // by element
   std::span<const ElementSplit> split;      // by element; empty: none is taken apart
   std::span<const float> normal;            // 3 a triangle, unit: tells the two sides of a thin plate apart
   std::span<const std::uint32_t> group;     // by triangle: all elements of one group come before the next
-  const NetPoints* net_points = nullptr;    // without splits, groups and shares
+  const ExactTriangles* exact = nullptr;    // without splits, groups and shares
 };
 
 // An element, a part of a split one, or, where a cut divides it, a share of the mass of either.
@@ -72,12 +74,23 @@ struct Cell {
   CutHistory history;
 };
 
+// The convex polygons that the entries of a block are, by the weights of corners 1 and 2 of their triangles.
+struct CellPolygons {
+  std::vector<std::uint32_t> end;  // by entry: where its corners end, which begin where those before end
+  std::vector<std::array<float, 2>> corner;
+  std::span<const std::array<float, 2>> operator[](std::size_t entry) const {
+    const std::uint32_t begin = entry > 0 ? end[entry - 1] : 0;
+    return std::span(corner).subspan(begin, end[entry] - begin);
+  }
+};
+
 // The cells in the order of the path. At most n - 1 more entries than all parts.
 struct BalancedCells {
   std::vector<Cell> cell;                     // n
   std::vector<std::vector<CellEntry>> block;  // some empty
   std::vector<CellPoint> point;               // n in place of entries, where net points were asked for;
                                               // their names are elements
+  std::vector<CellPolygons> polygon;          // of each block, where exact cells keep theirs; else none
   std::vector<TreeCut> cut;  // by node of the tree, depth first: those of a node with c leaves below it
                              // follow it, 2 c - 1 of its low half, then those of the other; leaves have none
   std::array<double, 2> unit{};  // of masses: factors, as their product may be out of range
@@ -99,7 +112,7 @@ struct BalancedCells {
 // levels more for its parts; 80 bytes an element (120 where some are split) and 230 a sample at the peak, and
 // 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29
 // elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
-// those from floor(k shares / n) to floor((k + 1) shares / n). With net points no element is given to one
+// those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one
 // side of a cut: triangles are clipped at the plane, and cells are of equal mass to 2^-12. About 80 ns a
 // clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 300 bytes an element.
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,

@@ -67,12 +67,14 @@ ClippedPieces::Point ClippedPieces::turned(const Point& direction) {
   return three_of(sum);
 }
 
-void ClippedPieces::begin(const Vector3& origin, std::size_t triangles) {
+void ClippedPieces::begin(const Vector3& origin, std::size_t triangles, Room room) {
+  constexpr std::size_t least = 256;
   origin_ = origin;
+  room_ = room;
   item_.clear();
   polygon_.clear();
-  item_.reserve(2 * triangles);
-  polygon_.reserve(triangles + triangles / 2);
+  item_.reserve(room == Room::tree ? 7 * triangles / 2 + least : 2 * triangles);
+  polygon_.reserve(room == Room::tree ? 21 * triangles / 8 + least : triangles + triangles / 2);
 }
 
 void ClippedPieces::add(const std::array<Vector3, 3>& corner, double mass, std::uint32_t name) {
@@ -97,8 +99,8 @@ void ClippedPieces::add(const std::array<Vector3, 3>& corner, double mass, std::
   item_.push_back(item);
 }
 
-void ClippedPieces::take(const ClippedPieces& other, List list) {
-  begin(other.origin_, list.count);
+void ClippedPieces::take(const ClippedPieces& other, List list, Room room) {
+  begin(other.origin_, list.count, room);
   for (std::size_t i = 0; i < list.count; ++i) {
     Item item = other.item_[list.first + i];
     polygon_.push_back(other.polygon_[item.polygon]);
@@ -167,16 +169,20 @@ ClippedPieces::Extent ClippedPieces::extent_of(List list) const {
   return extent;
 }
 
-// Turned back by the transpose.
 ClippedPieces::Point ClippedPieces::centre(const Extent& extent) const {
   const double scale = extent.mass > 0 ? 0.5 / extent.mass : 0;
-  Point centre;
+  return in_space({extent.moment[0], extent.moment[1], extent.moment[2]}, scale);
+}
+
+// Turned back by the transpose.
+ClippedPieces::Point ClippedPieces::in_space(const Point& at, double scale) const {
   const double origin[3] = {origin_.x, origin_.y, origin_.z};
+  Point place;
   for (std::size_t k = 0; k < 3; ++k)
-    centre[k] = static_cast<float>(origin[k] + scale * (tilt[0][k] * static_cast<double>(extent.moment[0]) +
-                                                        tilt[1][k] * static_cast<double>(extent.moment[1]) +
-                                                        tilt[2][k] * static_cast<double>(extent.moment[2])));
-  return centre;
+    place[k] = static_cast<float>(origin[k] + scale * (tilt[0][k] * static_cast<double>(at[0]) +
+                                                       tilt[1][k] * static_cast<double>(at[1]) +
+                                                       tilt[2][k] * static_cast<double>(at[2])));
+  return place;
 }
 
 ClippedPieces::Point ClippedPieces::place_at(const Polygon& polygon, const std::array<float, 2>& weights) {
@@ -481,6 +487,12 @@ ClippedPieces::List ClippedPieces::joined(List first, List second) {
   return both;
 }
 
+bool ClippedPieces::has_room_to_clip(List list) const {
+  constexpr std::size_t spare = 64;  // for polygons that lie on both sides of a plane, one a level
+  return room_ == Room::one_cut || (polygon_.size() + list.count + spare <= polygon_.capacity() &&
+                                    item_.size() + list.count + spare <= item_.capacity());
+}
+
 std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list, const Extent& extent,
                                                                        double target, double cell) {
   const std::size_t axis = extent.axis;
@@ -494,7 +506,7 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
     const Item& item = item_[list.first + i];
     count_below += item.low[axis] + item.high[axis] < 2 * at ? 1 : 0;
   }
-  const bool lower_stays = 2 * count_below >= list.count;
+  const bool lower_stays = 2 * count_below >= list.count, clips = has_room_to_clip(list);
   List stays{list.first, 0}, goes{item_.size(), 0};
   const auto keep = [&](const Item& item, bool is_lower) {
     if (!(item.mass > 0)) return;
@@ -508,7 +520,7 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::cut(List list
     Item item = item_[list.first + i];
     const float low = item.low[axis], high = item.high[axis];
     Item above;
-    const bool is_clipped = low < at && high > at && clip(item, axis, at, above);
+    const bool is_clipped = clips && low < at && high > at && clip(item, axis, at, above);
     const bool is_lower = is_clipped || low + high < 2 * at;
     keep(item, is_lower);
     if (is_lower) mass += item.mass;

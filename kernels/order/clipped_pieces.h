@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -44,15 +45,18 @@ class ClippedPieces {
     std::size_t items, polygons;
   };
 
+  // What there is room for: one cut, or a whole tree of them, which holds the polygons of all nodes above
+  // one.
+  enum class Room { one_cut, tree };
   // Forgets everything. Places are kept relative to `origin`, which should lie near the next ones, of which
   // so many are expected.
-  void begin(const Vector3& origin, std::size_t triangles);
+  void begin(const Vector3& origin, std::size_t triangles, Room room = Room::tree);
   // Mass, spread evenly over a triangle. O(1).
   void add(const std::array<Vector3, 3>& corner, double mass, std::uint32_t name);
   // What has been added since begin().
   List all() const { return {0, item_.size()}; }
   // A list of another object; begins with it.
-  void take(const ClippedPieces& other, List list);
+  void take(const ClippedPieces& other, List list, Room room);
 
   Mark mark() const { return {item_.size(), polygon_.size()}; }
   void release(const Mark& mark) {
@@ -67,8 +71,19 @@ class ClippedPieces {
 
   // Both sides of the plane across the axis of the extent that has `target` of the mass below it, to 2^-14 of
   // a `cell`'s mass times the root of the number of cells; what else is missing goes over from what lies next
-  // to the plane. The list itself must not be used any more. O(P), and O(P log P) where mass goes over.
+  // to the plane. Where there is no room in a tree for what the plane would part, it parts nothing. The list
+  // itself must not be used any more. O(P), and O(P log P) where mass goes over.
   std::pair<List, List> cut(List list, const Extent& extent, double target, double cell);
+  // A polygon: the mean of its corners, in space, and these by their weights.
+  struct Part {
+    std::uint32_t name;
+    double mass;
+    Point at;
+    std::span<const float> first, second;
+  };
+  // visit(part) for every one. O(P).
+  template <class Visit>
+  void visit(List list, const Visit& visit) const;
   // Those that `is_second(place, name)` selects, behind the others. The list itself must not be used any
   // more.
   template <class IsSecond>
@@ -122,6 +137,9 @@ class ClippedPieces {
     double rate;        // mass swept over
   };
 
+  // Of real models with few triangles one in a hundred has nodes without it: soups of long thin triangles,
+  // which many planes part again and again.
+  bool has_room_to_clip(List list) const;
   void close(Polygon& polygon, Item& item) const;
   static float area_of(const Polygon& polygon);
   static __m128 below(const Polygon& polygon, std::size_t axis, float at);
@@ -131,11 +149,14 @@ class ClippedPieces {
   void even_out(List& from, List& to, bool upwards, std::size_t axis, float at, double amount,
                 double tolerance);
   Point place_of(const Item& item) const;
+  // scale * at, in space.
+  Point in_space(const Point& at, double scale) const;
   static std::array<float, 2> probe_weights(const Polygon& polygon, std::size_t number);
   static std::array<float, 2> weights_in(const Polygon& polygon, double first, double second);
   static Point place_at(const Polygon& polygon, const std::array<float, 2>& weights);
 
   Vector3 origin_;
+  Room room_ = Room::tree;
   std::vector<Item> item_;
   std::vector<Polygon> polygon_;
   std::vector<float> from_, density_, mass_;  // by item of a list, along an axis: as if it were a ramp
@@ -152,6 +173,19 @@ std::pair<ClippedPieces::List, ClippedPieces::List> ClippedPieces::part(List lis
                             [&](const Item& item) { return !is_second(place_of(item), item.name); });
   const auto count = static_cast<std::size_t>(middle - begin);
   return {{list.first, count}, {list.first + count, list.count - count}};
+}
+
+template <class Visit>
+void ClippedPieces::visit(List list, const Visit& visit) const {
+  for (std::size_t i = 0; i < list.count; ++i) {
+    const Item& item = item_[list.first + i];
+    const Polygon& polygon = polygon_[item.polygon];
+    visit(Part{item.name,
+               item.mass,
+               in_space(place_of(item), 1),
+               {polygon.first, polygon.corners},
+               {polygon.second, polygon.corners}});
+  }
 }
 
 template <class Visit>

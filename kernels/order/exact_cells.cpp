@@ -1,6 +1,8 @@
 #include "kernels/order/exact_cells.h"
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <optional>
 #include <tuple>
@@ -33,14 +35,21 @@ class ExactBisection {
   ExactBisection(std::span<const MassPoint> elements, double total, std::uint32_t n,
                  const ElementTraits& traits, const CancelToken& cancel)
       : traits_(traits),
-        net_(*traits.net_points),
+        net_(*traits.exact),
         shift_(digital_shift(net_.key)),
         cancel_(cancel),
         n_(n),
-        cells_{CutTree(n), std::vector<CutHistory>(n), std::vector<CellPoint>(n)} {
+        cells_{CutTree(n), std::vector<CutHistory>(n), {}, {}, {}, {}} {
+    if (net_.keep_polygons) {
+      cells_.entries.resize(n);
+      cells_.block.resize(n);
+      cells_.polygon.resize(n);
+    } else {
+      cells_.point.resize(n);
+    }
     ClippedPieces pieces;
     const MassPoint& middle = elements[elements.size() / 2];
-    pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, elements.size());
+    pieces.begin({middle.at[0], middle.at[1], middle.at[2]}, elements.size(), room_of(n));
     // The total is near one: masses over lengths are in the range of float.
     const MassUnits units(total);
     double mass = 0;
@@ -51,18 +60,28 @@ class ExactBisection {
     }
     cell_mass_ = mass / n;
     SheetScratch sheets;
-    cut({0, 0, n, pieces.all(), {}}, pieces, sheets);
+    cut({0, 0, n, pieces.all(), {}}, pieces, sheets, 0);
+    if (n < parallel_leaves) close_block(0);
   }
 
-  ExactCells&& cells() { return std::move(cells_); }
+  // None where there are more polygons than may be kept.
+  std::optional<ExactCells> cells() {
+    if (is_abandoned_) return std::nullopt;
+    return std::move(cells_);
+  }
 
  private:
-  void cut(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets) {
+  // `block`: that of the entries of cells below.
+  void cut(const ExactNode& node, ClippedPieces& pieces, SheetScratch& sheets, std::uint32_t block) {
+    if (is_abandoned_.load(std::memory_order_relaxed)) return;
     const ClippedPieces::Extent extent = pieces.extent_of(node.pieces);
     if (node.leaves == 1) {
       cells_.tree.centre[node.number] = pieces.centre(extent);
       cells_.history[node.first] = node.history;
-      cells_.point[node.first] = net_point(node, extent, pieces);
+      if (net_.keep_polygons)
+        keep_entries(node, pieces, block);
+      else
+        cells_.point[node.first] = net_point(node, extent, pieces);
       return;
     }
     if (node.leaves >= parallel_leaves) cancel_.check();
@@ -83,17 +102,19 @@ class ExactBisection {
     const ExactNode* const children[2] = {&low, &high};
     if (node.leaves >= parallel_leaves) {  // as all nodes above: the pieces are its own
       ClippedPieces halves[2];
-      for (std::size_t i = 0; i < 2; ++i) halves[i].take(pieces, children[i]->pieces);
+      for (std::size_t i = 0; i < 2; ++i)
+        halves[i].take(pieces, children[i]->pieces, room_of(children[i]->leaves));
       pieces = ClippedPieces();
       parallel_tasks(2, [&](std::size_t i) {
         ClippedPieces own = std::move(halves[i]);
         SheetScratch own_sheets;
         ExactNode child = *children[i];
         child.pieces = own.all();
-        cut(child, own, own_sheets);
+        cut(child, own, own_sheets, child.first);
+        if (child.leaves < parallel_leaves) close_block(child.first);
       });
     } else {
-      for (const ExactNode* const child : children) cut(*child, pieces, sheets);
+      for (const ExactNode* const child : children) cut(*child, pieces, sheets, block);
       pieces.release(mark);
     }
     cells_.tree.join(
@@ -141,6 +162,37 @@ class ExactBisection {
     return true;
   }
 
+  // Nodes of many leaves are cut once, then their halves are copied.
+  static ClippedPieces::Room room_of(std::uint32_t leaves) {
+    return leaves < parallel_leaves ? ClippedPieces::Room::tree : ClippedPieces::Room::one_cut;
+  }
+
+  // A cell of nothing is one too many: that can only be rounding.
+  void keep_entries(const ExactNode& leaf, const ClippedPieces& pieces, std::uint32_t block) {
+    std::vector<CellEntry>& entries = cells_.block[block];
+    CellPolygons& polygons = cells_.polygon[block];
+    const std::size_t first = entries.size();
+    pieces.visit(leaf.pieces, [&](const ClippedPieces::Part& part) {
+      const auto mass = static_cast<std::uint64_t>(std::llround(part.mass * 0x1p61));
+      if (mass == 0) return;
+      entries.push_back({{part.at[0], part.at[1], part.at[2]}, part.name << 3 | 1, mass});
+      for (std::size_t k = 0; k < part.first.size(); ++k)
+        polygons.corner.push_back({part.first[k], part.second[k]});
+      polygons.end.push_back(static_cast<std::uint32_t>(polygons.corner.size()));
+    });
+    const std::size_t count = entries.size() - first;
+    cells_.entries[leaf.first] = {block, static_cast<std::uint32_t>(count), first};
+    if (count == 0 || kept_.fetch_add(count) + count > net_.most_polygons) is_abandoned_ = true;
+  }
+
+  // No more is added to it: vectors that have grown may be twice as long as what they hold.
+  void close_block(std::uint32_t block) {
+    if (!net_.keep_polygons) return;
+    cells_.block[block].shrink_to_fit();
+    cells_.polygon[block].end.shrink_to_fit();
+    cells_.polygon[block].corner.shrink_to_fit();
+  }
+
   CellPoint net_point(const ExactNode& leaf, const ClippedPieces::Extent& extent,
                       ClippedPieces& pieces) const {
     const PhiloxBlock words = random_words(net_.key, Stream::sequence, net_.first_cell + leaf.first);
@@ -152,18 +204,20 @@ class ExactBisection {
   }
 
   const ElementTraits& traits_;
-  const NetPoints& net_;
+  const ExactTriangles& net_;
   DigitalShift shift_;
   const CancelToken& cancel_;
   std::uint32_t n_;
   double cell_mass_ = 0;
+  std::atomic<std::uint64_t> kept_ = 0;  // polygons of cells
+  std::atomic<bool> is_abandoned_ = false;
   ExactCells cells_;
 };
 
 }  // namespace
 
-ExactCells cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
-                       const ElementTraits& traits, const CancelToken& cancel) {
+std::optional<ExactCells> cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
+                                      const ElementTraits& traits, const CancelToken& cancel) {
   return ExactBisection(elements, total, n, traits, cancel).cells();
 }
 

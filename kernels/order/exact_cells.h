@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,17 +15,26 @@
 
 namespace meander {
 
-struct ExactCells {
-  CutTree tree;
-  std::vector<CutHistory> history;  // by cell, in the order of the tree
-  std::vector<CellPoint> point;     // likewise
+// The entries of a cell.
+struct EntryRange {
+  std::uint32_t block = 0, count = 0;
+  std::size_t first = 0;
 };
 
-// Cuts triangles of even mass (traits.net_points) into n cells, and gives each its point of the net. `traits`
-// has neither splits nor groups; `total` > 0 is the sum of the masses. Pure, the same for every thread count.
-// About 80 ns a clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 300 bytes an
-// element.
-ExactCells cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
-                       const ElementTraits& traits, const CancelToken& cancel);
+struct ExactCells {
+  CutTree tree;
+  std::vector<CutHistory> history;            // by cell, in the order of the tree
+  std::vector<CellPoint> point;               // likewise, or none where polygons are kept:
+  std::vector<EntryRange> entries;            // likewise
+  std::vector<std::vector<CellEntry>> block;  // by first cell, some empty
+  std::vector<CellPolygons> polygon;          // likewise
+};
+
+// Cuts triangles of even mass (traits.exact) into n cells, and gives each its point of the net, or keeps its
+// polygons. None where there are more than may be kept. `traits` has neither splits nor groups; `total` > 0
+// is the sum of the masses. Pure, the same for every thread count. About 80 ns a clip, of which a cell takes
+// 2 (large triangles) to 9 (6 triangles a cell); 300 bytes an element.
+std::optional<ExactCells> cut_exactly(std::span<const MassPoint> elements, double total, std::uint32_t n,
+                                      const ElementTraits& traits, const CancelToken& cancel);
 
 }  // namespace meander

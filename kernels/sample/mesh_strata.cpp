@@ -65,6 +65,19 @@ StratumPoint MeshStrata::point_in(const OpenElement& element, const PointDraw& d
   return point;
 }
 
+StratumPoint MeshStrata::point_in(const OpenElement& element, std::span<const std::array<float, 2>> polygon,
+                                  const PointDraw& draw) const {
+  StratumPoint point;
+  point.triangle = element.triangle;
+  point.path = element.path;
+  const auto weights = uniform_point(polygon, unit_from(draw.words[1]), unit_from(draw.words[2]));
+  point.first = weights[0];
+  point.second = weights[1];
+  const Vector3 at = element.source.at(point.first, point.second) - origin_;
+  point.at = {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+  return point;
+}
+
 template <class TriangleOf>
 void MeshStrata::set_origin(std::size_t count, const TriangleOf& triangle_of) {
   constexpr std::size_t most = 1025;
@@ -142,9 +155,14 @@ void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> 
     return std::min(static_cast<std::size_t>(draw.at), cells_.count() - 1);
   };
   OpenElement opened;
-  const auto place = [&](const CellEntry& entry, std::size_t i) {
+  const auto place = [&](const Cell& cell, const CellEntry& entry, std::size_t i) {
     open(cells_.triangle[entry.element()], cells_.path_of(entry), opened);
-    points[i] = point_in(opened, draws[i]);
+    if (cells_.has_polygons()) {
+      const auto number = static_cast<std::size_t>(&entry - cells_.cells.block[cell.block].data());
+      points[i] = point_in(opened, cells_.cells.polygon[cell.block][number], draws[i]);
+    } else {
+      points[i] = point_in(opened, draws[i]);
+    }
   };
   std::vector<std::uint64_t> scratch;
   std::vector<std::uint32_t> order;
@@ -156,7 +174,8 @@ void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> 
       return std::clamp(draws[i].at - static_cast<double>(c), 0.0, 1.0);
     };
     if (end - begin < ordered_draws) {
-      for (std::size_t i = begin; i < end; ++i) place(entry_at(cells_.cells, cell, share(i), scratch), i);
+      for (std::size_t i = begin; i < end; ++i)
+        place(cell, entry_at(cells_.cells, cell, share(i), scratch), i);
       continue;
     }
     // The same entries, all at once.
@@ -170,7 +189,7 @@ void CellStrata::draw(std::span<const PointDraw> draws, std::span<StratumPoint> 
       const auto target =
           std::min(static_cast<std::uint64_t>(share(i) * static_cast<double>(total)), total - 1);
       while (below <= target && at + 1 < order.size()) below += entries[order[++at]].mass;
-      place(entries[order[at]], i);
+      place(cell, entries[order[at]], i);
     }
   }
 }

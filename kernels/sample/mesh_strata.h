@@ -34,6 +34,9 @@ class MeshStrata : public Strata {
   void open(std::uint32_t triangle, std::uint32_t path, OpenElement& element) const;
   // A point of the element, distributed by mass.
   StratumPoint point_in(const OpenElement& element, const PointDraw& draw) const;
+  // A point of that polygon of a triangle, which has uniform density.
+  StratumPoint point_in(const OpenElement& element, std::span<const std::array<float, 2>> polygon,
+                        const PointDraw& draw) const;
   // Puts the origin of the points in the middle of the mass, where float is precise: in a file with stray
   // parts the rest may be small against its box. element(i): triangle of the i-th of `count` elements.
   template <class TriangleOf>

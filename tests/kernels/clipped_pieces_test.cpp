@@ -6,6 +6,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -47,26 +48,49 @@ std::vector<Corners> triangle_soup(std::uint32_t count) {
   return soup;
 }
 
+// With room for the polygons of many nodes at once.
 ClippedPieces pieces_of(const std::vector<Corners>& triangles) {
   ClippedPieces pieces;
-  pieces.begin({0.5, 0.5, 0.5}, triangles.size());
+  pieces.begin({0.5, 0.5, 0.5}, 64 * triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i)
     pieces.add(triangles[i], area_of_triangle(triangles[i]), i);
   return pieces;
 }
 
-// The cells of triangles and their points.
-BalancedCells cells_of_triangles(const std::vector<Corners>& triangles, std::uint32_t n, std::uint64_t seed) {
+std::vector<MassPoint> elements_of(const std::vector<Corners>& triangles) {
   std::vector<MassPoint> elements;
   for (const Corners& t : triangles) {
     const Vector3 c = (1.0 / 3) * (t[0] + t[1] + t[2]);
     elements.push_back(
         {{static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)}, area_of_triangle(t)});
   }
-  const NetPoints net{[&](std::uint32_t e) { return triangles[e]; }, make_random_key(seed, {}), 0};
+  return elements;
+}
+
+// The cells of triangles and their points.
+BalancedCells cells_of_triangles(const std::vector<Corners>& triangles, std::uint32_t n, std::uint64_t seed) {
+  const ExactTriangles net{[&](std::uint32_t e) { return triangles[e]; }, make_random_key(seed, {})};
   ElementTraits traits;
-  traits.net_points = &net;
-  return balanced_order(elements, n, traits);
+  traits.exact = &net;
+  return balanced_order(elements_of(triangles), n, traits);
+}
+
+// The cells and the polygons that they are made of, at most so many.
+BalancedCells polygons_of_triangles(const std::vector<Corners>& triangles, std::uint32_t n,
+                                    std::uint64_t most) {
+  const ExactTriangles exact{[&](std::uint32_t e) { return triangles[e]; }, {}, 0, true, most};
+  ElementTraits traits;
+  traits.exact = &exact;
+  return balanced_order(elements_of(triangles), n, traits);
+}
+
+double area_of_polygon(std::span<const std::array<float, 2>> corner) {
+  double twice = 0;
+  for (std::size_t k = 0; k < corner.size(); ++k) {
+    const std::array<float, 2>&a = corner[k], &b = corner[(k + 1) % corner.size()];
+    twice += double(a[0]) * double(b[1]) - double(b[0]) * double(a[1]);
+  }
+  return std::abs(twice) / 2;
 }
 
 Vector3 place_of_point(const std::vector<Corners>& triangles, const CellPoint& point) {
@@ -287,12 +311,97 @@ TEST_CASE("clipped pieces: cells and points are the same for 1, 2 and 8 threads"
   }
 }
 
+TEST_CASE(
+    "clipped pieces: the polygons that cells keep make up the triangles, and weigh what their areas say") {
+  const std::vector<Corners> soup = triangle_soup(300);
+  double total = 0;
+  for (const Corners& t : soup) total += area_of_triangle(t);
+  for (const std::uint32_t n : {1u, 100u, 5000u}) {
+    const BalancedCells cells = polygons_of_triangles(soup, n, 1u << 20);
+    REQUIRE(cells.cell.size() == n);
+    CHECK(cells.point.empty());
+    std::vector<double> share(soup.size());
+    double moved = 0;  // what cuts have given to the other side as it is, without parting the polygon
+    for (const Cell& cell : cells.cell) {
+      double mass = 0;
+      const std::span<const CellEntry> entries = cells.entries(cell);
+      REQUIRE(!entries.empty());
+      for (std::size_t i = 0; i < entries.size(); ++i) {
+        const std::uint32_t t = entries[i].element();
+        const auto polygon = cells.polygon[cell.block][cell.first + i];
+        REQUIRE(polygon.size() >= 3);
+        share[t] += cells.mass(entries[i]);
+        mass += cells.mass(entries[i]);
+        moved += std::abs(cells.mass(entries[i]) - 2 * area_of_polygon(polygon) * area_of_triangle(soup[t]));
+        Vector3 mean;
+        for (const std::array<float, 2>& w : polygon)
+          mean = mean +
+                 (1.0 / static_cast<double>(polygon.size())) * place_of_point(soup, CellPoint{t, w[0], w[1]});
+        for (std::size_t k = 0; k < 3; ++k)
+          CHECK(double(entries[i].at[k]) == Approx(k == 0 ? mean.x : k == 1 ? mean.y : mean.z).margin(1e-5));
+      }
+      CHECK(mass == Approx(total / n).epsilon(0x1p-11));
+    }
+    CHECK(moved <= 1e-3 * total);
+    for (std::size_t t = 0; t < soup.size(); ++t)
+      CHECK(share[t] == Approx(area_of_triangle(soup[t])).epsilon(1e-6).margin(1e-9 * total));
+  }
+}
+
+TEST_CASE("clipped pieces: with more polygons than may be kept there are no cells") {
+  const std::vector<Corners> soup = triangle_soup(300);
+  const BalancedCells cells = polygons_of_triangles(soup, 1000, 1u << 20);
+  std::size_t count = 0;
+  for (const Cell& cell : cells.cell) count += cell.entries;
+  CHECK(polygons_of_triangles(soup, 1000, count).cell.size() == 1000);
+  CHECK(polygons_of_triangles(soup, 1000, count - 1).cell.empty());
+}
+
+TEST_CASE("clipped pieces: cells of needles, whose polygons there is no room for, weigh the same") {
+  std::vector<Corners> needles;
+  double total = 0;
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    const UnitPair from = random_pair(soup_key, Stream::test_shapes, i),
+                   to = random_pair(soup_key, Stream::test_shapes, i, 1),
+                   z = random_pair(soup_key, Stream::test_shapes, i, 2);
+    needles.push_back({Vector3{from.first, from.second, z.first}, Vector3{to.first, to.second, z.second},
+                       Vector3{to.first + 1e-3, to.second, z.second + 1e-3}});
+    total += area_of_triangle(needles.back());
+  }
+  const BalancedCells cells = polygons_of_triangles(needles, 3000, 1u << 24);
+  REQUIRE(cells.cell.size() == 3000);
+  std::size_t alone = 0;
+  for (const Cell& cell : cells.cell) {
+    double mass = 0;
+    for (const CellEntry& entry : cells.entries(cell)) mass += cells.mass(entry);
+    CHECK(mass == Approx(total / 3000).epsilon(0x1p-10));
+    alone += cell.entries == 1;
+  }
+  CHECK(alone < 300);
+}
+
+TEST_CASE("clipped pieces: polygons of cells are the same for 1, 2 and 8 threads") {
+  const std::vector<Corners> soup = triangle_soup(3000);
+  std::vector<std::tuple<std::uint32_t, std::uint64_t, float, float>> expected;
+  for (const std::size_t threads : {1u, 2u, 8u}) {
+    const BalancedCells cells =
+        test::on_threads(threads, [&] { return polygons_of_triangles(soup, 20000, 1u << 24); });
+    std::vector<std::tuple<std::uint32_t, std::uint64_t, float, float>> found;
+    for (const Cell& cell : cells.cell)
+      for (std::size_t i = 0; i < cell.entries; ++i)
+        for (const std::array<float, 2>& corner : cells.polygon[cell.block][cell.first + i])
+          found.emplace_back(cells.entries(cell)[i].name, cells.entries(cell)[i].mass, corner[0], corner[1]);
+    if (expected.empty()) expected = found;
+    CHECK(found == expected);
+  }
+}
+
 TEST_CASE("clipped pieces: net points of elements with splits or groups are refused") {
   const std::vector<MassPoint> elements{{{0, 0, 0}, 1}};
   const std::vector<ElementSplit> splits(1);
-  const NetPoints net{[](std::uint32_t) { return Corners{}; }, {}, 0};
+  const ExactTriangles net{[](std::uint32_t) { return Corners{}; }, {}, 0};
   ElementTraits traits;
-  traits.net_points = &net;
+  traits.exact = &net;
   traits.split = splits;
   CHECK_THROWS_AS(balanced_order(elements, 1, traits), std::invalid_argument);
 }

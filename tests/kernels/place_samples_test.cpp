@@ -98,25 +98,52 @@ TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every ce
 }
 
 TEST_CASE("build_cells: cells are cut exactly where triangles are few for most of the mass") {
-  const auto is_exact = [](const PolygonMesh& file, std::uint32_t samples, bool net = true) {
+  const auto is_exact = [](const PolygonMesh& file, std::uint32_t samples, bool net = true,
+                           bool polygons = false) {
     const PreparedMesh mesh = prepare_mesh(file);
     ElementParameters parameters;
     parameters.samples = samples;
     parameters.elements_per_sample = 12;
     parameters.net_points = net;
+    parameters.keep_polygons = parameters.random_axes = polygons;
     const ElementCells cells = build_cells(mesh, measure_of(mesh, {}), {}, {}, test_key, parameters);
     REQUIRE(cells.count() == samples);
-    return !cells.cells.point.empty();
+    CHECK((cells.cells.point.empty() || !polygons));
+    return !cells.cells.point.empty() || cells.has_polygons();
   };
   const PolygonMesh ball = icosphere(3);  // 1,280 triangles that are nearly alike
   CHECK(is_exact(ball, 320));
   CHECK_FALSE(is_exact(ball, 320, false));
   CHECK_FALSE(is_exact(ball, 213));  // 6 a sample
+  CHECK(is_exact(ball, 320, false, true));
+  CHECK_FALSE(is_exact(ball, 213, false, true));
   // Beside a large cube, most samples are in its twelve triangles; but there may not be any number of others.
   const PolygonMesh soup = merged(moved(ball, 0.05, 3, 0, 0), cube());
   CHECK(is_exact(soup, 213));
   CHECK(is_exact(soup, 82));
   CHECK_FALSE(is_exact(soup, 80));  // 16.2 a sample
+}
+
+TEST_CASE("build_cells: cells of long needles, which have more polygons than may be kept, have elements") {
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t i = 0; i < 10000; ++i) {
+    const UnitPair from = random_pair(test_key, Stream::test_shapes, i, 0),
+                   to = random_pair(test_key, Stream::test_shapes, i, 1),
+                   z = random_pair(test_key, Stream::test_shapes, i, 2);
+    xyz.insert(xyz.end(), {from.first, from.second, z.first, to.first, to.second, z.second, to.first + 1e-3,
+                           to.second, z.second + 1e-3});
+    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const PreparedMesh needles = prepare_mesh(polygon_mesh(xyz, faces));
+  ElementParameters parameters;
+  parameters.samples = 3000;
+  parameters.elements_per_sample = 12;
+  parameters.keep_polygons = true;
+  const ElementCells cells = build_cells(needles, measure_of(needles, {}), {}, {}, test_key, parameters);
+  REQUIRE(cells.count() == 3000);
+  CHECK_FALSE(cells.has_polygons());
+  CHECK(!cells.cells.entries(cells.cells.cell.front()).empty());
 }
 
 TEST_CASE("build_cells: parts of split pieces lie where their paths say") {

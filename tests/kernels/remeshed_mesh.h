@@ -23,11 +23,11 @@ struct Remeshed {
 };
 
 inline Remeshed remeshed(PolygonMesh file, std::uint32_t samples, const RemeshParameters& wanted = {},
-                         SequenceKind sequence = SequenceKind::shifted) {
+                         SequenceKind sequence = SequenceKind::shifted, std::uint64_t seed = 7) {
   Remeshed result;
   Model& model = result.model;
   model.file = std::move(file);
-  model.key = make_random_key(7, {});
+  model.key = make_random_key(seed, {});
   SampleParameters parameters;
   parameters.place.sequence = sequence;
   set_samples(parameters, samples);

@@ -27,7 +27,7 @@ constexpr std::array<const char*, 6> meshes = {"bunny_closed.off", "maxplanck_25
 
 struct PrefixFigures {
   std::size_t first = 0;
-  double mean_rho = 0, least_rho = 1, error = 0, fresh = 0;  // fresh: of a shifted set of as many points
+  double mean_rho = 0, least_rho = 1, error = 0, fresh = 0;  // fresh: of a stratified set of as many points
 };
 
 // Prefixes of `seeds` progressive sets of n points.
@@ -64,13 +64,13 @@ std::vector<std::size_t> powers_of_two(std::uint32_t below) {
 void check_prefixes(const PolygonMesh& mesh, const std::string& name, const char* method, std::uint32_t n,
                     std::uint64_t seeds) {
   SampledModel model(mesh, method, SequenceKind::spaced, OrderKind::progressive),
-      control(mesh, method, SequenceKind::shifted, OrderKind::progressive);
+      control(mesh, method, SequenceKind::stratified, OrderKind::progressive);
   for (const PrefixFigures& f : prefixes(model, control, n, powers_of_two(n), seeds)) {
     INFO(name << ", " << method << ", first " << f.first << " of " << n << ": rho " << f.mean_rho << " ("
-              << f.least_rho << "), error " << f.error << ", fresh shifted " << f.fresh << ": "
+              << f.least_rho << "), error " << f.error << ", fresh stratified " << f.fresh << ": "
               << f.error / f.fresh);
     CHECK(f.mean_rho >= 0.50);
-    CHECK(f.error <= (f.first <= 512 ? 1.3 : 1.15) * f.fresh);
+    CHECK(f.error <= (f.first <= 512 ? 0.95 : 1.02) * f.fresh);
   }
   std::vector<std::size_t> between;
   for (const std::size_t size :
@@ -78,7 +78,7 @@ void check_prefixes(const PolygonMesh& mesh, const std::string& name, const char
     if (size < n) between.push_back(size);
   for (const PrefixFigures& f : prefixes(model, control, n, between, seeds)) {
     INFO(name << ", " << method << ", first " << f.first << " of " << n << ": rho " << f.mean_rho << " ("
-              << f.least_rho << "), error " << f.error << ", fresh shifted " << f.fresh << ": "
+              << f.least_rho << "), error " << f.error << ", fresh stratified " << f.fresh << ": "
               << f.error / f.fresh);
     CHECK(f.least_rho >= 0.35);
   }

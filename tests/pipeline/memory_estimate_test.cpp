@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -240,6 +241,34 @@ TEST_CASE(
   add("soup.obj", merged(moved(icosphere(5), 0.05, 3, 0, 0), cube()));
   check_models(models, 2048);
   check_models({models[0], models[2], models.back()}, 16384);
+}
+
+TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, auto, shifted and spaced") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  // The planes of the cells would part each of them again and again.
+  std::vector<double> xyz;
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t i = 0; i < 5000; ++i) {
+    const double a = 0.61803398875 * i, b = 0.7548776662 * i, c = 0.5698402910 * i;
+    const double x = a - std::floor(a), y = b - std::floor(b), z = c - std::floor(c);
+    xyz.insert(xyz.end(), {x, y, z, y, z, x, y + 1e-3, z, x + 1e-3});
+    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  write_mesh(scratch / "needles.obj", polygon_mesh(xyz, faces));
+  const EmbreeDevice device;
+  for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::spaced})
+    for (const std::uint32_t samples : {2048u, 16384u})
+      for (const int threads : {1, 2}) {
+        Setting setting{"needles", parameters_for("auto")};
+        setting.parameters.place.sequence = sequence;
+        set_samples(setting.parameters, samples);
+        oneapi::tbb::task_arena(threads).execute(
+            [&] { check_models({scratch / "needles.obj"}, setting, threads, device); });
+      }
 }
 
 TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
