@@ -44,6 +44,25 @@ void space_keys(benchmark::State& state) {
 }
 BENCHMARK(space_keys);
 
+template <bool coarse>
+void space_keys_at_once(benchmark::State& state) {
+  const std::vector<double> u = random_numbers(3 * count);
+  std::vector<float> points(u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) points[i] = static_cast<float>(2 * u[i] - 1);
+  std::vector<std::uint64_t> keys(count);
+  for ([[maybe_unused]] auto _ : state) {
+    if (coarse)
+      coarse_hilbert_keys_3d({points.data(), 3}, keys);
+    else
+      hilbert_keys_3d({points.data(), 3}, keys);
+    benchmark::DoNotOptimize(keys.data());
+  }
+  count_items(state, "point", count);
+  check_sum(state, coarse ? "coarse" : "whole", keys);
+}
+BENCHMARK_TEMPLATE(space_keys_at_once, true);
+BENCHMARK_TEMPLATE(space_keys_at_once, false);
+
 void refine_full_tree(benchmark::State& state) {
   const auto kind = static_cast<CurveKind>(state.range(0));
   const int levels = kind == CurveKind::hilbert ? 8 : 5;  // 65,536 and 59,049 leaves

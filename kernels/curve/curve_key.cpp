@@ -31,7 +31,7 @@ constexpr std::uint64_t spread_by_three(std::uint64_t v) {
 std::uint32_t grid_coordinate(double w) {
   constexpr double cells = 1 << axis_bits_3d;
   const double scaled = (w + 1.0) * 0.5 * cells;
-  return static_cast<std::uint32_t>(std::clamp(scaled, 0.0, cells - 1.0));
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(scaled, 0.0, cells - 1.0)));
 }
 
 // Four levels of the 2-D curve a step: the 4 + 4 cell bits in, 8 key bits and the next frame out.
@@ -210,47 +210,81 @@ std::uint64_t curve_key(CurveKind kind, double u, double v) {
 
 namespace {
 
-const std::vector<std::array<std::uint16_t, 512>>& three_level_steps() {
-  static const std::vector<std::array<std::uint16_t, 512>> steps = make_three_levels();
-  return steps;
-}
+// Seven bits of x, of y and of z with two zero bits between any two of them, where their interleaved sequence
+// has them.
+struct SpreadBits {
+  std::array<std::uint32_t, 128> x, y, z;
+};
+constexpr SpreadBits spread_bits = [] {
+  SpreadBits bits{};
+  for (std::uint32_t v = 0; v < 128; ++v) {
+    bits.z[v] = static_cast<std::uint32_t>(spread_by_three(v));
+    bits.y[v] = bits.z[v] << 1;
+    bits.x[v] = bits.z[v] << 2;
+  }
+  return bits;
+}();
+
+using GridCell = std::array<std::uint32_t, 3>;
+
+// The rank of a cell of the 2^levels grid along the curve; levels is a multiple of 3.
+template <int levels>
+class CellKeys {
+ public:
+  std::uint64_t operator()(const GridCell& cell) const {
+    constexpr int chunk = levels % 7 == 0 ? 7 : 6, digits = 3 * chunk;
+    static_assert(levels % chunk == 0 && levels % 3 == 0);
+    constexpr std::uint32_t mask = (1u << chunk) - 1;
+    std::uint64_t cells = 0;
+    for (int shift = levels - chunk; shift >= 0; shift -= chunk)
+      cells = cells << digits | spread_bits.x[cell[0] >> shift & mask] |
+              spread_bits.y[cell[1] >> shift & mask] | spread_bits.z[cell[2] >> shift & mask];
+    std::uint64_t key = 0;
+    std::uint32_t at = 0;
+    for (int shift = 3 * levels - 9; shift >= 0; shift -= 9) {
+      at = step_[(at & ~511u) | (cells >> shift & 511)];
+      key = key << 9 | (at & 511u);
+    }
+    return key;
+  }
+
+ private:
+  static const std::vector<std::array<std::uint16_t, 512>>& steps() {
+    static const std::vector<std::array<std::uint16_t, 512>> made = make_three_levels();
+    return made;
+  }
+  const std::uint16_t* step_ = steps().front().data();
+};
 
 }  // namespace
 
-void coarse_hilbert_keys_3d(std::size_t count, const float* first, std::size_t stride, std::uint64_t* keys) {
-  constexpr int axis_bits = coarse_key_bits / 3;
-  const std::uint16_t* const step = three_level_steps().front().data();
-  const auto cell = [](float w) {
-    constexpr float cells = 1 << axis_bits;
-    return spread_by_three(
-        static_cast<std::uint32_t>(std::clamp((w + 1.0f) * (0.5f * cells), 0.0f, cells - 1.0f)));
-  };
-  for (std::size_t i = 0; i < count; ++i) {
-    const float* p = first + i * stride;
-    const std::uint64_t cells = cell(p[0]) << 2 | cell(p[1]) << 1 | cell(p[2]);
-    std::uint64_t key = 0;
-    std::uint32_t at = 0;
-    for (int shift = coarse_key_bits - 9; shift >= 0; shift -= 9) {
-      at = step[(at & ~511u) | (cells >> shift & 511)];
-      key = key << 9 | (at & 511u);
-    }
-    keys[i] = key;
+std::uint64_t hilbert_key_3d(Vector3 p) {
+  return CellKeys<axis_bits_3d>()({grid_coordinate(p.x), grid_coordinate(p.y), grid_coordinate(p.z)});
+}
+
+void hilbert_keys_3d(const StridedPoints& points, std::span<std::uint64_t> keys) {
+  const CellKeys<axis_bits_3d> key_of;
+  const float* p = points.first;
+  for (std::uint64_t& key : keys) {
+    key = key_of({grid_coordinate(static_cast<double>(p[0])), grid_coordinate(static_cast<double>(p[1])),
+                  grid_coordinate(static_cast<double>(p[2]))});
+    p += points.stride;
   }
 }
 
-std::uint64_t hilbert_key_3d(Vector3 p) {
-  const auto& steps = three_level_steps();
-  const std::uint64_t cells = spread_by_three(grid_coordinate(p.x)) << 2 |
-                              spread_by_three(grid_coordinate(p.y)) << 1 |
-                              spread_by_three(grid_coordinate(p.z));
-  const std::uint16_t* const step = steps.front().data();
-  std::uint64_t key = 0;
-  std::uint32_t at = 0;
-  for (int shift = 54; shift >= 0; shift -= 9) {
-    at = step[(at & ~511u) | (cells >> shift & 511)];
-    key = key << 9 | (at & 511u);
+void coarse_hilbert_keys_3d(const StridedPoints& points, std::span<std::uint64_t> keys) {
+  constexpr int levels = coarse_key_bits / 3;
+  const CellKeys<levels> key_of;
+  const auto coordinate = [](float w) {
+    constexpr float cells = 1 << levels;
+    return static_cast<std::uint32_t>(
+        static_cast<std::int32_t>(std::clamp((w + 1.0f) * (0.5f * cells), 0.0f, cells - 1.0f)));
+  };
+  const float* p = points.first;
+  for (std::uint64_t& key : keys) {
+    key = key_of({coordinate(p[0]), coordinate(p[1]), coordinate(p[2])});
+    p += points.stride;
   }
-  return key;
 }
 
 }  // namespace meander

@@ -112,9 +112,10 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
-// Words of equal coarse keys in the order of their whole keys. A small part of a large box may share one
-// cell.
-void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> words, int number_bits) {
+// Words of equal coarse keys in the order of their whole keys, which key_of(number) gives. A small part of a
+// large box may share one cell.
+template <class KeyOf>
+void sort_ties(std::span<std::uint64_t> words, int number_bits, const KeyOf& key_of) {
   std::vector<KeyIndex> tied;
   for (std::size_t begin = 0, end; begin < words.size(); begin = end) {
     for (end = begin + 1; end < words.size() && words[end] >> number_bits == words[begin] >> number_bits;)
@@ -123,10 +124,7 @@ void sort_ties(const std::vector<MassPoint>& points, std::span<std::uint64_t> wo
     tied.clear();
     for (std::size_t i = begin; i < end; ++i) {
       const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
-      const float* p = points[number].at;
-      tied.push_back(
-          {hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}),
-           number});
+      tied.push_back({key_of(number), number});
     }
     std::stable_sort(tied.begin(), tied.end(),
                      [](const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; });
@@ -142,38 +140,58 @@ struct SpaceOrder {
   std::size_t operator[](std::size_t i) const { return static_cast<std::size_t>(words[i] & mask); }
 };
 
-// Coarse keys, which fit into one word with the numbers, are faster unless many of them are equal, as in a
-// region of the surface.
+StridedPoints points_from(const std::vector<MassPoint>& points, std::size_t begin) {
+  return {points[begin].at, sizeof(MassPoint) / sizeof(float)};
+}
+
+// A coarse key and the number fit into one word. `dense`: most points may share a cell of the coarse grid, as
+// those of a region of the surface; their keys begin with the first bit in which any two of them differ.
 SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
-  constexpr int number_bits = 64 - coarse_key_bits;
-  constexpr std::size_t most_coarse = std::size_t{1} << number_bits;
+  constexpr int number_bits = 64 - coarse_key_bits, key_bits = 63;
+  constexpr std::size_t most_numbered = std::size_t{1} << number_bits;
   const std::size_t count = points.size();
   SpaceOrder order;
   std::vector<std::uint64_t>& words = order.words;
   words.resize(count);
-  if (!dense && count <= most_coarse) {
-    if (count > 0)
-      coarse_hilbert_keys_3d(count, points[0].at, sizeof(MassPoint) / sizeof(float), words.data());
+  if (count == 0) return order;
+  if (!dense && count <= most_numbered) {
+    coarse_hilbert_keys_3d(points_from(points, 0), words);
     for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
     {
       std::vector<std::uint64_t> scratch;
       radix_sort_words(words, scratch, number_bits);
     }
-    sort_ties(points, words, number_bits);
-    order.mask = most_coarse - 1;
+    sort_ties(words, number_bits, [&](std::uint32_t number) {
+      const float* p = points[number].at;
+      return hilbert_key_3d(
+          {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+    });
+    order.mask = most_numbered - 1;
     return order;
   }
-  std::vector<KeyIndex> keys(count), scratch;
+  std::vector<std::uint64_t> keys(count);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const float* p = points[i].at;
-      keys[i] = {
-          hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}),
-          static_cast<std::uint32_t>(i)};
-    }
+    hilbert_keys_3d(points_from(points, begin), std::span(keys).subspan(begin, end - begin));
   });
-  radix_sort(keys, scratch);
-  for (std::size_t i = 0; i < count; ++i) words[i] = keys[i].index;
+  if (count <= most_numbered) {
+    std::uint64_t differ = 0;
+    for (const std::uint64_t key : keys) differ |= key ^ keys[0];
+    // Those that all share are shifted out on the left.
+    const int shared = key_bits - std::max(static_cast<int>(std::bit_width(differ)), 1);
+    for (std::size_t i = 0; i < count; ++i)
+      words[i] = keys[i] << (64 - key_bits + shared) >> number_bits << number_bits | i;
+    {
+      std::vector<std::uint64_t> scratch;
+      radix_sort_words(words, scratch, number_bits);
+    }
+    sort_ties(words, number_bits, [&](std::uint32_t number) { return keys[number]; });
+    order.mask = most_numbered - 1;
+    return order;
+  }
+  std::vector<KeyIndex> numbered(count), scratch;
+  for (std::size_t i = 0; i < count; ++i) numbered[i] = {keys[i], static_cast<std::uint32_t>(i)};
+  radix_sort(numbered, scratch);
+  for (std::size_t i = 0; i < count; ++i) words[i] = numbered[i].index;
   return order;
 }
 
