@@ -8,7 +8,8 @@ set(program $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
 
 add_library(meander_hdf5 INTERFACE)
 target_include_directories(meander_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
-find_library(MEANDER_HDF5_ARCHIVE libhdf5.a HINTS ${HDF5_LIBRARY_DIRS})
+# Only beside the headers: that of another installation may be another version.
+find_library(MEANDER_HDF5_ARCHIVE libhdf5.a PATHS ${HDF5_LIBRARY_DIRS} ${HDF5_LIBDIR} NO_DEFAULT_PATH)
 find_library(MEANDER_SZIP_LIBRARY sz)
 mark_as_advanced(MEANDER_HDF5_ARCHIVE MEANDER_SZIP_LIBRARY)
 if(MEANDER_HDF5_ARCHIVE AND MEANDER_SZIP_LIBRARY)

@@ -47,8 +47,8 @@ constexpr double bytes_per_element = 120;  // element, two sort arrays, result
 constexpr double bytes_per_balanced_piece = 110, bytes_per_balanced_sample = 230;
 constexpr double bytes_per_split_piece = 160, bytes_per_entry = 30;
 // Clipped triangles: pieces, polygons and lists of these, with room for a whole tree. Large nodes have less,
-// but hold them twice while their halves are copied.
-constexpr double bytes_per_clipped_piece = 740, samples_of_copied_nodes = 4096, bytes_per_copied_piece = 450;
+// but hold them twice while their halves are copied; most of the triangles may be in one of them.
+constexpr double bytes_per_clipped_piece = 750, samples_of_copied_nodes = 4096, bytes_per_copied_piece = 430;
 // Polygons that cells keep, with their corners; those of cells that are still cut are in vectors that grow.
 constexpr double bytes_per_kept_polygon = 64, bytes_per_growing_polygon = 96, bytes_per_kept_cell = 72;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
@@ -165,11 +165,8 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
                      parameters.density.kind == DensityKind::uniform)) {
       const double clipped =
           std::min(of_triangles, most_clipped_triangles(of_samples, places_in_regions(parameters)));
-      // Nodes of up to twice that size that are copied to trees.
-      const double at_once = of_samples < samples_of_copied_nodes
-                                 ? 0
-                                 : std::min(1.0, 2 * threads * samples_of_copied_nodes / of_samples);
-      exact = clipped * (bytes_per_clipped_piece + at_once * bytes_per_copied_piece) +
+      exact = clipped * (bytes_per_clipped_piece +
+                         (of_samples < samples_of_copied_nodes ? 0 : bytes_per_copied_piece)) +
               of_samples * bytes_per_balanced_sample;
       if (element_parameters(parameters).keep_polygons) {
         const double growing = std::min(1.0, threads * samples_of_copied_nodes / of_samples);

@@ -93,6 +93,7 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
   // Triangles that will be clipped need no cutting.
   const bool is_exact = is_split && cells == strata &&
                         cuts_exactly(parameters, true, source.density.uniform()) &&
+                        !(parameters.keep_polygons && region != nullptr) &&  // weights are of triangles
                         has_few_triangles(source, region, cells);
   const KeptOfPieces kept{parameters.keep_vertices, is_exact, is_split && !is_exact ? limit : 0};
   const double most = is_exact ? INFINITY : is_split ? limit * split_parts : limit;

@@ -66,10 +66,10 @@ inline double most_kept_polygons(double triangles, double samples) {
 // balanced bisection by their centroids: chart by chart and sheet by sheet, or in space where `charts` is
 // empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
 // elements may be, and split in small cells only; where triangles are few they are whole, and the cells are
-// points of a net. The masses of a triangle's entries, if there are any, sum to its exact mass.
-// O(E log E); 80 bytes a piece (160 where some are split) and 230 a sample, and 24 an entry of split pieces,
-// at the peak. Throws ItemError(zero_density) when the total is zero, ItemError(too_large) for more than 2^29
-// pieces. Deterministic for every thread count.
+// points of a net, or keep polygons unless these are too many. The masses of a triangle's entries, if there
+// are any, sum to its exact mass. O(E log E); 80 bytes a piece (160 where some are split) and 230 a sample,
+// and 24 an entry of split pieces, at the peak. Throws ItemError(zero_density) when the total is zero,
+// ItemError(too_large) for more than 2^29 pieces. Deterministic for every thread count.
 ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
                          const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                          const CancelToken& cancel = {});

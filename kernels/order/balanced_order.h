@@ -114,7 +114,8 @@ struct BalancedCells {
 // elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
 // those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one
 // side of a cut: triangles are clipped at the plane, and cells are of equal mass to 2^-12. About 80 ns a
-// clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 300 bytes an element.
+// clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 700 bytes an element, 1,000
+// from 4,096 cells on, and 64 a kept polygon.
 BalancedCells balanced_order(std::span<const MassPoint> elements, std::uint32_t n,
                              const ElementTraits& traits = {}, const CancelToken& cancel = {},
                              std::uint64_t shares = 0);

@@ -73,7 +73,7 @@ void ClippedPieces::begin(const Vector3& origin, std::size_t triangles, Room roo
   room_ = room;
   item_.clear();
   polygon_.clear();
-  item_.reserve(room == Room::tree ? 7 * triangles / 2 + least : 2 * triangles);
+  item_.reserve(room == Room::tree ? 9 * triangles / 2 + least : 2 * triangles);
   polygon_.reserve(room == Room::tree ? 21 * triangles / 8 + least : triangles + triangles / 2);
 }
 

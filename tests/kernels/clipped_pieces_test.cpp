@@ -355,6 +355,17 @@ TEST_CASE("clipped pieces: with more polygons than may be kept there are no cell
   for (const Cell& cell : cells.cell) count += cell.entries;
   CHECK(polygons_of_triangles(soup, 1000, count).cell.size() == 1000);
   CHECK(polygons_of_triangles(soup, 1000, count - 1).cell.empty());
+  // Nodes of many cells are cut by several threads.
+  const BalancedCells many = polygons_of_triangles(soup, 20000, 1u << 24);
+  count = 0;
+  for (const Cell& cell : many.cell) count += cell.entries;
+  for (const std::size_t threads : {1u, 8u}) {
+    const auto cells_with = [&](std::uint64_t most) {
+      return test::on_threads(threads, [&] { return polygons_of_triangles(soup, 20000, most); }).cell.size();
+    };
+    CHECK(cells_with(count) == 20000);
+    CHECK(cells_with(count - 1) == 0);
+  }
 }
 
 TEST_CASE("clipped pieces: cells of needles, whose polygons there is no room for, weigh the same") {
@@ -386,6 +397,7 @@ TEST_CASE("clipped pieces: polygons of cells are the same for 1, 2 and 8 threads
   for (const std::size_t threads : {1u, 2u, 8u}) {
     const BalancedCells cells =
         test::on_threads(threads, [&] { return polygons_of_triangles(soup, 20000, 1u << 24); });
+    REQUIRE(cells.cell.size() == 20000);
     std::vector<std::tuple<std::uint32_t, std::uint64_t, float, float>> found;
     for (const Cell& cell : cells.cell)
       for (std::size_t i = 0; i < cell.entries; ++i)

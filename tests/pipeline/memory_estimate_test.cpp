@@ -250,25 +250,49 @@ TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, 
   }
   const ScratchFolder scratch;
   // The planes of the cells would part each of them again and again.
-  std::vector<double> xyz;
-  std::vector<std::vector<std::uint32_t>> faces;
-  for (std::uint32_t i = 0; i < 5000; ++i) {
-    const double a = 0.61803398875 * i, b = 0.7548776662 * i, c = 0.5698402910 * i;
-    const double x = a - std::floor(a), y = b - std::floor(b), z = c - std::floor(c);
-    xyz.insert(xyz.end(), {x, y, z, y, z, x, y + 1e-3, z, x + 1e-3});
-    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-  }
-  write_mesh(scratch / "needles.obj", polygon_mesh(xyz, faces));
+  const auto needles = [&](std::uint32_t count) {
+    std::vector<double> xyz;
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double a = 0.61803398875 * i, b = 0.7548776662 * i, c = 0.5698402910 * i;
+      const double x = a - std::floor(a), y = b - std::floor(b), z = c - std::floor(c);
+      xyz.insert(xyz.end(), {x, y, z, y, z, x, y + 1e-3, z, x + 1e-3});
+      faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    const std::filesystem::path path = scratch / fmt::format("needles_{}.obj", count);
+    write_mesh(path, polygon_mesh(xyz, faces));
+    return path;
+  };
   const EmbreeDevice device;
+  const std::filesystem::path few = needles(5000), many = needles(16000);
   for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::spaced})
-    for (const std::uint32_t samples : {2048u, 16384u})
+    for (const std::uint32_t samples : {2048u, 4000u, 16384u})
       for (const int threads : {1, 2}) {
         Setting setting{"needles", parameters_for("auto")};
         setting.parameters.place.sequence = sequence;
         set_samples(setting.parameters, samples);
         oneapi::tbb::task_arena(threads).execute(
-            [&] { check_models({scratch / "needles.obj"}, setting, threads, device); });
+            [&] { check_models({samples == 2048 ? few : many}, setting, threads, device); });
       }
+}
+
+TEST_CASE(
+    "estimate_bytes: models whose triangles are nearly all in one small part take no more than is reserved") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  PolygonMesh parts = cube();
+  for (int k = 0; k < 3; ++k) parts = merged(moved(icosphere(5), 0.1, 3 + 0.3 * k, 0, 0), parts);
+  write_mesh(scratch / "balls.obj", parts);  // 61,452 triangles
+  const EmbreeDevice device;
+  for (const int threads : {1, 2}) {
+    Setting setting{"balls", parameters_for("auto")};
+    set_samples(setting.parameters, 16384);
+    oneapi::tbb::task_arena(threads).execute(
+        [&] { check_models({scratch / "balls.obj"}, setting, threads, device); });
+  }
 }
 
 TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
