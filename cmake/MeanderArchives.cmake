@@ -1,5 +1,5 @@
 # meander_hdf5 and meander_draco: programs are linked with the archives of these libraries where the system has them, for
-# they start in 6 ms in place of 13. The shared library of HDF5 brings libcurl and what that needs, 27 libraries that no
+# they start sooner. The shared library of HDF5 brings libcurl and what that needs, 27 libraries that no
 # run calls, and Draco's is mostly relocations. Modules of Python, which need position-independent code, and systems
 # without the archives take the shared libraries.
 include(CheckCXXSourceCompiles)

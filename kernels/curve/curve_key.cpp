@@ -225,6 +225,11 @@ constexpr SpreadBits spread_bits = [] {
   return bits;
 }();
 
+const std::vector<std::array<std::uint16_t, 512>>& three_level_steps() {
+  static const std::vector<std::array<std::uint16_t, 512>> steps = make_three_levels();
+  return steps;
+}
+
 using GridCell = std::array<std::uint32_t, 3>;
 
 // The rank of a cell of the 2^levels grid along the curve; levels is a multiple of 3.
@@ -249,11 +254,7 @@ class CellKeys {
   }
 
  private:
-  static const std::vector<std::array<std::uint16_t, 512>>& steps() {
-    static const std::vector<std::array<std::uint16_t, 512>> made = make_three_levels();
-    return made;
-  }
-  const std::uint16_t* step_ = steps().front().data();
+  const std::uint16_t* step_ = three_level_steps().front().data();
 };
 
 }  // namespace

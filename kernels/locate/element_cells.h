@@ -55,8 +55,7 @@ constexpr double most_clipped_triangles(double samples, bool coarse) {
 }
 
 // Polygons that cells may keep of so many triangles. Compact cells of compact triangles have (sqrt T + sqrt
-// n)^2; real models have 1.8 times as many in the middle, and one in thirty has more than this: soups of long
-// thin triangles, whose cells get elements.
+// n)^2; soups of long thin triangles have more than this, and their cells get elements.
 inline double most_kept_polygons(double triangles, double samples) {
   const double side = std::sqrt(triangles) + std::sqrt(samples);
   return std::min(4 * side * side, triangles + 32 * samples);

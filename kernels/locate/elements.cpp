@@ -144,6 +144,14 @@ StridedPoints points_from(const std::vector<MassPoint>& points, std::size_t begi
   return {points[begin].at, sizeof(MassPoint) / sizeof(float)};
 }
 
+std::vector<std::uint64_t> whole_keys(const std::vector<MassPoint>& points) {
+  std::vector<std::uint64_t> keys(points.size());
+  parallel_blocks(keys.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    hilbert_keys_3d(points_from(points, begin), std::span(keys).subspan(begin, end - begin));
+  });
+  return keys;
+}
+
 // A coarse key and the number fit into one word. `dense`: most points may share a cell of the coarse grid, as
 // those of a region of the surface; their keys begin with the first bit in which any two of them differ.
 SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
@@ -154,44 +162,36 @@ SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
   std::vector<std::uint64_t>& words = order.words;
   words.resize(count);
   if (count == 0) return order;
-  if (!dense && count <= most_numbered) {
-    coarse_hilbert_keys_3d(points_from(points, 0), words);
-    for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
-    {
-      std::vector<std::uint64_t> scratch;
-      radix_sort_words(words, scratch, number_bits);
-    }
-    sort_ties(words, number_bits, [&](std::uint32_t number) {
-      const float* p = points[number].at;
-      return hilbert_key_3d(
-          {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
-    });
-    order.mask = most_numbered - 1;
+  std::vector<std::uint64_t> keys;  // whole ones, where they are needed
+  if (dense || count > most_numbered) keys = whole_keys(points);
+  if (count > most_numbered) {
+    std::vector<KeyIndex> numbered(count), scratch;
+    for (std::size_t i = 0; i < count; ++i) numbered[i] = {keys[i], static_cast<std::uint32_t>(i)};
+    radix_sort(numbered, scratch);
+    for (std::size_t i = 0; i < count; ++i) words[i] = numbered[i].index;
     return order;
   }
-  std::vector<std::uint64_t> keys(count);
-  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-    hilbert_keys_3d(points_from(points, begin), std::span(keys).subspan(begin, end - begin));
-  });
-  if (count <= most_numbered) {
+  if (dense) {
     std::uint64_t differ = 0;
     for (const std::uint64_t key : keys) differ |= key ^ keys[0];
     // Those that all share are shifted out on the left.
     const int shared = key_bits - std::max(static_cast<int>(std::bit_width(differ)), 1);
     for (std::size_t i = 0; i < count; ++i)
       words[i] = keys[i] << (64 - key_bits + shared) >> number_bits << number_bits | i;
-    {
-      std::vector<std::uint64_t> scratch;
-      radix_sort_words(words, scratch, number_bits);
-    }
-    sort_ties(words, number_bits, [&](std::uint32_t number) { return keys[number]; });
-    order.mask = most_numbered - 1;
-    return order;
+  } else {
+    coarse_hilbert_keys_3d(points_from(points, 0), words);
+    for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
   }
-  std::vector<KeyIndex> numbered(count), scratch;
-  for (std::size_t i = 0; i < count; ++i) numbered[i] = {keys[i], static_cast<std::uint32_t>(i)};
-  radix_sort(numbered, scratch);
-  for (std::size_t i = 0; i < count; ++i) words[i] = numbered[i].index;
+  {
+    std::vector<std::uint64_t> scratch;
+    radix_sort_words(words, scratch, number_bits);
+  }
+  sort_ties(words, number_bits, [&](std::uint32_t number) {
+    if (!keys.empty()) return keys[number];
+    const float* p = points[number].at;
+    return hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  });
+  order.mask = most_numbered - 1;
   return order;
 }
 

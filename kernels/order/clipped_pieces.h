@@ -137,8 +137,7 @@ class ClippedPieces {
     double rate;        // mass swept over
   };
 
-  // Of real models with few triangles one in a hundred has nodes without it: soups of long thin triangles,
-  // which many planes part again and again.
+  // Nodes without it are those of soups of long thin triangles, which many planes part again and again.
   bool has_room_to_clip(List list) const;
   void close(Polygon& polygon, Item& item) const;
   static float area_of(const Polygon& polygon);
