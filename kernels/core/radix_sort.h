@@ -46,15 +46,20 @@ inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std:
   }
   constexpr int bits = 12;
   constexpr std::size_t values = std::size_t{1} << bits;
+  const auto digits = static_cast<std::size_t>((64 - low_bit + bits - 1) / bits);
+  const auto digit_of = [low_bit](std::uint64_t word, std::size_t digit) {
+    return (word >> (low_bit + bits * static_cast<int>(digit))) & (values - 1);
+  };
+  std::vector<std::array<std::uint32_t, values>> counts(digits);
+  for (const std::uint64_t word : words)
+    for (std::size_t digit = 0; digit < digits; ++digit) ++counts[digit][digit_of(word, digit)];
   scratch.resize(words.size());
-  for (int digit = low_bit; digit < 64; digit += bits) {
-    std::array<std::uint32_t, values> count{};
-    const auto digit_of = [digit](std::uint64_t word) { return (word >> digit) & (values - 1); };
-    for (const std::uint64_t word : words) ++count[digit_of(word)];
-    if (count[digit_of(words[0])] == words.size()) continue;
+  for (std::size_t digit = 0; digit < digits; ++digit) {
+    std::array<std::uint32_t, values>& count = counts[digit];
+    if (count[digit_of(words[0], digit)] == words.size()) continue;
     std::uint32_t sum = 0;
     for (std::uint32_t& c : count) sum += std::exchange(c, sum);
-    for (const std::uint64_t word : words) scratch[count[digit_of(word)]++] = word;
+    for (const std::uint64_t word : words) scratch[count[digit_of(word, digit)]++] = word;
     words.swap(scratch);
   }
 }

@@ -112,6 +112,18 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
+// Stable; nearly all ties are of two or three.
+void sort_by_key(std::vector<KeyIndex>& items) {
+  constexpr std::size_t few = 16;
+  const auto precedes = [](const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; };
+  if (items.size() > few) {
+    std::stable_sort(items.begin(), items.end(), precedes);
+    return;
+  }
+  for (std::size_t i = 1; i < items.size(); ++i)
+    for (std::size_t k = i; k > 0 && precedes(items[k], items[k - 1]); --k) std::swap(items[k], items[k - 1]);
+}
+
 // Words of equal coarse keys in the order of their whole keys, which key_of(number) gives. A small part of a
 // large box may share one cell.
 template <class KeyOf>
@@ -126,8 +138,7 @@ void sort_ties(std::span<std::uint64_t> words, int number_bits, const KeyOf& key
       const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
       tied.push_back({key_of(number), number});
     }
-    std::stable_sort(tied.begin(), tied.end(),
-                     [](const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; });
+    sort_by_key(tied);
     const std::uint64_t key = words[begin] >> number_bits << number_bits;
     for (std::size_t i = begin; i < end; ++i) words[i] = key | tied[i - begin].index;
   }
@@ -153,9 +164,10 @@ std::vector<std::uint64_t> whole_keys(const std::vector<MassPoint>& points) {
 }
 
 // A coarse key and the number fit into one word. `dense`: most points may share a cell of the coarse grid, as
-// those of a region of the surface; their keys begin with the first bit in which any two of them differ.
+// those of a region of the surface; a region is a stretch of the curve, so that its keys less the least of
+// them are short.
 SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
-  constexpr int number_bits = 64 - coarse_key_bits, key_bits = 63;
+  constexpr int number_bits = 64 - coarse_key_bits;
   constexpr std::size_t most_numbered = std::size_t{1} << number_bits;
   const std::size_t count = points.size();
   SpaceOrder order;
@@ -172,12 +184,11 @@ SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
     return order;
   }
   if (dense) {
-    std::uint64_t differ = 0;
-    for (const std::uint64_t key : keys) differ |= key ^ keys[0];
-    // Those that all share are shifted out on the left.
-    const int shared = key_bits - std::max(static_cast<int>(std::bit_width(differ)), 1);
+    const auto [least, most] = std::minmax_element(keys.begin(), keys.end());
+    const std::uint64_t first = *least, range = *most - first;
+    const int unused = 64 - std::max(static_cast<int>(std::bit_width(range)), 1);
     for (std::size_t i = 0; i < count; ++i)
-      words[i] = keys[i] << (64 - key_bits + shared) >> number_bits << number_bits | i;
+      words[i] = (keys[i] - first) << unused >> number_bits << number_bits | i;
   } else {
     coarse_hilbert_keys_3d(points_from(points, 0), words);
     for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;

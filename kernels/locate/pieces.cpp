@@ -18,16 +18,57 @@ WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
   return {plain_triangle(corners), {{0, 1, 0}, {0, 0, 1}}};
 }
 
-std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
-  const std::size_t a = longest_edge(piece), b = (a + 1) % 3;
-  std::array<WorkPiece, 2> children;
-  bisect_edge(piece, a, children[0], children[1]);
+namespace {
+
+// One half of a piece, as bisect_edge makes it.
+template <std::size_t a>
+void take_half(const WorkPiece& piece, bool second, WorkPiece& half) {
+  constexpr std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];
   const double b1 = 0.5 * (piece.weights.b1[a] + piece.weights.b1[b]),
                b2 = 0.5 * (piece.weights.b2[a] + piece.weights.b2[b]);
-  for (WorkPiece& child : children) child.weights = piece.weights;
-  children[0].weights.b1[b] = children[1].weights.b1[a] = b1;
-  children[0].weights.b2[b] = children[1].weights.b2[a] = b2;
-  return children;
+  half = piece;
+  half.squared_edge[a] = 0.25 * piece.squared_edge[a];
+  half.squared_edge[second ? c : b] = dot(median, median);
+  half.corner[second ? a : b] = middle;
+  half.weights.b1[second ? a : b] = b1;
+  half.weights.b2[second ? a : b] = b2;
+  half.path = piece.path << 1 | (second ? 1u : 0u);
+}
+
+}  // namespace
+
+std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
+  std::array<WorkPiece, 2> halves;
+  at_longest_edge(piece, [&](auto edge) {
+    take_half<edge>(piece, false, halves[0]);
+    take_half<edge>(piece, true, halves[1]);
+  });
+  return halves;
+}
+
+const Piece& PieceWalk::to(std::uint32_t triangle, std::uint32_t path) {
+  static constexpr Piece whole = {{0, 1, 0}, {0, 0, 1}};
+  if (path == 1) return whole;
+  const int bisections = std::bit_width(path) - 1;
+  const auto leading = [](std::uint32_t of_path, int count) { return of_path << (most_bisections - count); };
+  int common = 0;
+  if (bisections_ >= 0 && triangle == triangle_) {
+    const std::uint32_t differ =
+        leading(path, bisections) ^ leading(held_[static_cast<std::size_t>(bisections_)].path, bisections_);
+    common = std::min({bisections, bisections_, most_bisections - static_cast<int>(std::bit_width(differ))});
+  } else {
+    held_[0] = whole_triangle(bisection_corners(surface_, triangle));
+  }
+  for (int level = common; level < bisections; ++level) {
+    const WorkPiece& piece = held_[static_cast<std::size_t>(level)];
+    WorkPiece& half = held_[static_cast<std::size_t>(level) + 1];
+    const bool second = (path >> (bisections - 1 - level) & 1u) != 0;
+    at_longest_edge(piece, [&](auto edge) { take_half<edge>(piece, second, half); });
+  }
+  triangle_ = triangle;
+  bisections_ = bisections;
+  return held_[static_cast<std::size_t>(bisections)].weights;
 }
 
 TriangleSource source_of(const PreparedMesh& mesh, const Density& density, std::size_t triangle) {

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/core/cancel.h"
@@ -148,37 +149,60 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
 // bounded.
 bool is_needle(const PlainPiece& piece, double mass, double limit);
 
-// Depth-first bisection of a piece of uniform density in space, whose weights nobody asks for, until every
-// piece weighs at most `limit`; `emit` is called in path order.
-template <class Emit>
-void cut_plain_piece(const PlainPiece& start, double mass, double limit, std::vector<PlainPiece>& stack,
-                     const Emit& emit) {
-  if (!(mass > 0)) return;
-  if (mass <= limit) {
-    emit(start, mass);
-    return;
+// use(edge) with the number of the longest edge as a constant: corners that are found by variable numbers
+// would go by way of memory.
+template <class Use>
+void at_longest_edge(const PlainPiece& piece, const Use& use) {
+  switch (longest_edge(piece)) {
+    case 0:
+      return use(std::integral_constant<std::size_t, 0>());
+    case 1:
+      return use(std::integral_constant<std::size_t, 1>());
+    default:
+      return use(std::integral_constant<std::size_t, 2>());
   }
-  // All pieces of a depth weigh the same.
-  double share = mass;
-  std::uint32_t deepest = std::bit_floor(start.path);
-  for (; share > limit && deepest < deepest_path; share *= 0.5) deepest *= 2;
-  if (start.path >= deepest) {  // as deep as paths go
-    emit(start, mass);
-    return;
-  }
-  stack.push_back(start);
-  while (!stack.empty()) {
-    const PlainPiece piece = stack.back();
-    stack.pop_back();
-    const auto children = bisect(piece);
-    if (children[0].path >= deepest) {
-      emit(children[0], share);
-      emit(children[1], share);
-    } else {
-      stack.push_back(children[1]);
-      stack.push_back(children[0]);
+}
+
+// Bisects a piece, its halves and so on, `times` (>= 1) in all. halves(piece, edge) is called in path order
+// for the pieces that the last bisections are of.
+template <class Halves>
+void bisect_times(const PlainPiece& piece, int times, const Halves& halves) {
+  at_longest_edge(piece, [&](auto edge) {
+    if (times == 1) {
+      halves(piece, edge);
+      return;
     }
+    PlainPiece first, second;
+    bisect_edge(piece, edge, first, second);
+    bisect_times(first, times - 1, halves);
+    bisect_times(second, times - 1, halves);
+  });
+}
+
+// The pieces of many triangles by their paths, one after the other. What the path of a piece has in common
+// with the path before it is not followed again.
+class PieceWalk {
+ public:
+  explicit PieceWalk(const MeasuredMesh& surface) : surface_(surface) {}
+  // piece_of(bisection_corners(surface, triangle), path). O(bisections that are not in common).
+  const Piece& to(std::uint32_t triangle, std::uint32_t path);
+
+ private:
+  const MeasuredMesh& surface_;
+  std::array<WorkPiece, most_bisections + 1> held_;  // by bisections, as far as the last path goes
+  std::uint32_t triangle_ = 0;
+  int bisections_ = -1;  // of the last path; none yet
+};
+
+// Bisections of a piece of uniform density, all of whose parts weigh the same, until they weigh at most
+// `limit` or paths end. Halves `mass` as often.
+inline int bisections_to(std::uint32_t path, double limit, double& mass) {
+  int times = 0;
+  for (std::uint32_t deepest = std::bit_floor(path); mass > limit && deepest < deepest_path; deepest *= 2) {
+    mass *= 0.5;
+    ++times;
   }
+  return times;
 }
 
 // Depth-first bisection of a piece until every piece weighs at most `limit` (and, where asked for, none is a
@@ -245,10 +269,15 @@ class PieceCutter {
           return;
         }
         const PlainPiece start = followed(plain_triangle(corners), piece.path);
-        const double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
-        cut_plain_piece(start, mass, limit_, plain_stack_, [&](const PlainPiece& part, double part_mass) {
-          record_(t, part, part_mass * piece.share);
-        });
+        double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
+        if (!(mass > 0)) return;
+        const int times = bisections_to(piece.path, limit_, mass);
+        mass *= piece.share;
+        if (times == 0)
+          record_(t, start, mass);
+        else
+          bisect_times(start, times,
+                       [&](const PlainPiece& whole, auto edge) { record_.add_halves(t, whole, edge, mass); });
         return;
       }
     const TriangleSource source = source_of(mesh, density_, t);
@@ -267,7 +296,6 @@ class PieceCutter {
   bool plain_ = false;
   double whole_limit_ = 0;
   std::vector<WorkPiece> stack_;
-  std::vector<PlainPiece> plain_stack_;
 };
 
 // Cuts all triangles of positive area, in their order. `record` is a class with
@@ -275,6 +303,7 @@ class PieceCutter {
 // and, if its takes_plain_pieces is true, for pieces in space of uniform density
 //   bool wants_weights() const;  // else plain pieces will do
 //   void operator()(std::size_t triangle, const PlainPiece&, double mass);
+//   void add_halves(std::size_t triangle, const PlainPiece&, Edge bisected, double mass_of_each);
 //   double whole_limit() const;  // whole triangles of at most this mass are handed over by their corners
 //   void operator()(std::size_t triangle, const std::array<Vector3, 3>& corners, double mass);
 //   std::size_t size() const;

@@ -112,6 +112,27 @@ class PlacedPieces {
     if (keep_corners_ && piece.path != 1) store_corners(piece.corner);
   }
 
+  // Both halves of a piece at that edge.
+  template <class Edge>
+  void add_halves(std::size_t t, const PlainPiece& piece, Edge edge, double mass) {
+    if (keep_corners_ || split_limit_ > 0) {
+      PlainPiece first, second;
+      bisect_edge(piece, edge, first, second);
+      (*this)(t, first, mass);
+      (*this)(t, second, mass);
+      return;
+    }
+    // Their edges do not matter any more.
+    constexpr std::size_t a = edge, b = (a + 1) % 3;
+    std::array<Vector3, 3> corner = piece.corner;
+    const Vector3 middle = 0.5 * (corner[a] + corner[b]);
+    corner[b] = middle;
+    add(t, centroid(corner), piece.path << 1, mass);
+    corner[b] = piece.corner[b];
+    corner[a] = middle;
+    add(t, centroid(corner), piece.path << 1 | 1, mass);
+  }
+
   // Whole triangles that are not split.
   double whole_limit() const { return split_limit_ > 0 ? split_limit_ : INFINITY; }
   void operator()(std::size_t t, const std::array<Vector3, 3>& whole, double mass) {

@@ -75,6 +75,7 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
   std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_draws
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
+    PieceWalk walk(placer.surface);
     for (std::size_t r = begin; r < end; ++r) {
       if (!chosen.empty()) {
         set(r, chosen[r].first, chosen[r].second);
@@ -84,7 +85,7 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
         set(r, sites.site[r].b1, sites.site[r].b2);
         continue;
       }
-      const Draw draw = placer.first_draw(static_cast<std::uint32_t>(r));
+      const Draw draw = placer.first_draw(static_cast<std::uint32_t>(r), walk);
       counter[r] = static_cast<std::uint8_t>(draw.next_counter);
       set(r, draw.b1, draw.b2);
     }
@@ -182,8 +183,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
   if (forms_net(parameters) && cells.count() > 0) {
     SampleSites sites = elements_in_net(cells, key, parameters.place == PlaceKind::vertex, cancel);
     std::vector<std::uint32_t> order;
-    if (parameters.order == OrderKind::progressive)
-      order = cell_net_order(cells.cells, key);
+    if (parameters.order == OrderKind::progressive) order = cell_net_order(cells.cells, key);
     return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, std::move(order), {},
                  repairs, cancel);
   }

@@ -43,8 +43,9 @@ void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
   if (placer.parameters.place == PlaceKind::element)
     parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
       cancel.check();
+      PieceWalk walk(placer.surface);
       for (std::size_t r = begin; r < end; ++r)
-        sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r)));
+        sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r), walk));
     });
   const Redraws redraws = find_redraws(
       sites.count(), [&](std::uint32_t rank) { return point_at(placer, sites.site[rank]); },

@@ -53,6 +53,11 @@ struct Placer {
 
   // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
   Draw draw(std::uint32_t triangle, const Piece& p, std::uint32_t rank, std::uint32_t counter) const {
+    if (density.uniform()) {
+      const UnitPair uniform = random_pair(key, Stream::element_point, rank, counter);
+      const auto weights = uniform_point(p, uniform.first, uniform.second);
+      return {weights[0], weights[1], counter + 1};
+    }
     double largest = 0, smallest = INFINITY;
     for (std::size_t k = 0; k < 3; ++k) {
       const double d = density_at(triangle, p.b1[k], p.b2[k]);
@@ -91,10 +96,11 @@ struct Placer {
     return {weights[0], weights[1], counter + 2};
   }
 
-  // The sample of that rank: at the point of its piece, or at a mu-uniform one.
-  Draw first_draw(std::uint32_t rank) const {
-    const Piece p = piece(rank);
+  // The sample of that rank: at the point of its piece, or at a mu-uniform one. Ranks that follow each other
+  // often lie in one triangle: `walk` is best that of the rank before.
+  Draw first_draw(std::uint32_t rank, PieceWalk& walk) const {
     const SampleSite& site = sites.site[rank];
+    const Piece& p = walk.to(site.triangle, site.path);
     if (site.b1 == SampleSite::nowhere) return draw_in_element(rank, p, 0);
     const double first = site.b1, second = site.b2;
     return {p.b1[0] + first * (p.b1[1] - p.b1[0]) + second * (p.b1[2] - p.b1[0]),
