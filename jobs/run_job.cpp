@@ -1,5 +1,6 @@
 // meander run: from files to one store.
 #include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <chrono>
 #include <filesystem>
@@ -39,6 +40,8 @@ class RunJob {
       : options_(options), laboratory_(laboratory), hook_(hook) {}
 
   int run() {
+    const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(options_.threads));
     std::optional<RunPlan> unfinished;
     if (!options_.fresh) {
       if (read_run_array(options_.store))

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "io/digest.h"
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/image/png_reader.h"
 #include "io/json_writer.h"
 #include "io/store/store.h"

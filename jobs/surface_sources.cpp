@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/digest.h"
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/image/png_reader.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
@@ -50,7 +50,7 @@ void check_surface_name(const std::string& argument) {
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
   SurfaceSource source;
   if (surface_kind(argument) != SurfaceKind::formula) {
-    const MappedFile file(argument);
+    const FileBytes file(argument);
     source.content_sha256 = sha256(file.bytes());
     if (surface_kind(argument) == SurfaceKind::nurbs) {
       source.surface =

@@ -9,7 +9,7 @@
 
 namespace meander {
 
-// Upper bound of the bytes that are alive at once on the way from the mapped file to the encoded row: the
+// Upper bound of the bytes that are alive at once on the way from the file to the encoded row: the
 // largest of the stages' sums (mesh, cut and factorisation, rays, elements, geodesics, row) with `threads` >=
 // 1 that may work on the one model. Measured per vertex, triangle and sample: memory_estimate_test holds
 // every method against generated meshes and those of the shared collection, with 1, 2 and 16 threads.

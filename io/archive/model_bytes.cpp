@@ -73,13 +73,13 @@ void append_digests(std::span<const CompanionFile> files, std::vector<std::uint8
 }  // namespace
 
 std::span<const std::byte> ModelBytes::File::bytes() const {
-  return mapped ? mapped->bytes() : std::as_bytes(std::span<const char>(unpacked));
+  return on_disk ? on_disk->bytes() : std::as_bytes(std::span<const char>(unpacked));
 }
 
 ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed) {
   File file;
   if (!packed) {
-    file.mapped.emplace(path);
+    file.on_disk.emplace(path);
     return file;
   }
   packed_bytes_ += packed_bytes_of(packed);

@@ -15,17 +15,17 @@
 #include <vector>
 
 #include "io/archive/archive.h"
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 
 namespace meander {
 
 inline constexpr std::size_t most_searched_names = 4096;
 
-// Mapped where the model has a file of its own (`packed` is none), else unpacked into memory.
+// FileBytes where the model has a file of its own (`packed` is none), else unpacked into memory.
 class ModelBytes {
  public:
-  // Throws ItemError as MappedFile and Archive::unpack do, and too_large when all that has to be unpacked is
+  // Throws ItemError as FileBytes and Archive::unpack do, and too_large when all that has to be unpacked is
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
   // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
   // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those are
@@ -56,7 +56,7 @@ class ModelBytes {
  private:
   // The bytes of one file. Moved only before they are looked at.
   struct File {
-    std::optional<MappedFile> mapped;
+    std::optional<FileBytes> on_disk;
     std::string unpacked;
     std::span<const std::byte> bytes() const;
   };

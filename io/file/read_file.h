@@ -1,4 +1,4 @@
-// A whole file in memory, for small files that are read once. Models are mapped (mapped_file.h).
+// A whole file in memory, for small files that are read once, of any kind. For those of items: file_bytes.h.
 #pragma once
 
 #include <filesystem>

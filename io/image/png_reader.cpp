@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/image/color_formats.h"
 #include "kernels/core/status.h"
 
@@ -203,7 +203,7 @@ GrayImage decode_gray_png(std::span<const std::byte> bytes, std::uint64_t most_b
 }
 
 GrayImage read_gray_png(const std::filesystem::path& path, std::uint64_t most_bytes) {
-  const MappedFile file(path);
+  const FileBytes file(path);
   return decode_gray_png(file.bytes(), most_bytes);
 }
 

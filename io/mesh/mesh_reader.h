@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "io/file/byte_source.h"
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "kernels/core/cancel.h"
 #include "kernels/mesh/polygon_mesh.h"
 #include "kernels/sample/samples.h"

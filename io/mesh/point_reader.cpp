@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/text_cursor.h"
 
@@ -77,7 +77,7 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
 PointCloud read_points(const std::filesystem::path& path, const CancelToken& cancel) {
   cancel.check();
   kind_of(path);  // before the file is opened
-  const MappedFile file(path);
+  const FileBytes file(path);
   const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   return read_points_in_blocks(content, path, cancel, BlockRule{});
 }

@@ -4,13 +4,13 @@
 #include <string>
 #include <string_view>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {
 
 TensorTable read_tensor_table(const std::filesystem::path& path, const CancelToken& cancel) {
-  const MappedFile file(path);
+  const FileBytes file(path);
   std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   TensorTable table;

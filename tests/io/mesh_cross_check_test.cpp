@@ -116,7 +116,7 @@ TEST_CASE("read_mesh agrees with OpenMesh on real files") {
       if (!entry.is_regular_file() || !mesh_format_of(entry.path(), format)) continue;
       if (sanitized && ++files % 4 != 0) continue;  // release builds compare all
       CAPTURE(entry.path().string());
-      const MappedFile file(entry.path());
+      const FileBytes file(entry.path());
       const PolygonMesh mesh = read_mesh(file.bytes(), format);
       check_consistent(mesh);
       Oracle oracle;

@@ -79,20 +79,28 @@ TEST_CASE("mesh_format_of: extensions in any case") {
     REQUIRE_FALSE(mesh_format_of(path, format));
 }
 
-TEST_CASE("mapped file: bytes, empty files, folders and files that are not there") {
+TEST_CASE("file bytes: files that are read and mapped, empty files, folders and files that are not there") {
   const ScratchFolder folder;
-  write_file(folder / "some", "some bytes");
+  const auto text_of = [](const FileBytes& file) {
+    return std::string(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
+  };
+  // The longest that is read, and the shortest that is mapped.
+  for (const std::size_t size : {std::size_t{1}, FileBytes::most_read, FileBytes::most_read + 1}) {
+    CAPTURE(size);
+    std::string text(size, 'x');
+    text.back() = 'y';
+    write_file(folder / "some", text);
+    FileBytes some(folder / "some");
+    REQUIRE(text_of(some) == text);
+    const FileBytes moved(std::move(some));
+    REQUIRE(text_of(moved) == text);
+    REQUIRE(some.bytes().empty());
+  }
   write_file(folder / "none", "");
-  MappedFile some(folder / "some");
-  REQUIRE(std::string_view(reinterpret_cast<const char*>(some.bytes().data()), some.bytes().size()) ==
-          "some bytes");
-  const MappedFile moved_file(std::move(some));
-  REQUIRE(moved_file.bytes().size() == 10);
-  REQUIRE(some.bytes().empty());
-  REQUIRE(MappedFile(folder / "none").bytes().empty());
+  REQUIRE(FileBytes(folder / "none").bytes().empty());
   const auto reason = [](const std::filesystem::path& path) -> std::string {
     try {
-      const MappedFile file(path);
+      const FileBytes file(path);
     } catch (const ItemError& error) {
       REQUIRE(error.status() == Status::unreadable);
       return error.what();

@@ -168,7 +168,7 @@ TEST_CASE("peek_mesh: real files are estimated at 1 to 1.5 times the truth") {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(shared_data(""))) {
     MeshFormat format{};
     if (!entry.is_regular_file() || !mesh_format_of(entry.path(), format)) continue;
-    const MappedFile file(entry.path());
+    const FileBytes file(entry.path());
     PolygonMesh mesh;
     try {
       mesh = read_mesh(file.bytes(), format);

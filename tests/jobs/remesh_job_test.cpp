@@ -27,7 +27,7 @@ namespace {
 PolygonMesh mesh_of(const fs::path& path, bool colors = false) {
   MeshFormat format{};
   REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
+  const FileBytes file(path);
   MeshSurroundings around;
   around.colors = colors;
   return read_mesh(file.bytes(), format, {}, around);

@@ -47,7 +47,7 @@ std::filesystem::path run_over(const ScratchFolder& scratch, const std::string& 
 PolygonMesh read_shared(const std::filesystem::path& path) {
   MeshFormat format{};
   REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
+  const FileBytes file(path);
   return read_mesh(file.bytes(), format);
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
 #include "support/meander_program.h"
@@ -75,7 +75,7 @@ TEST_CASE("figures: fields, segments and anisotropic samples, with PLY files tha
   CHECK(read_points(scratch / "out/figure12_ellipsoid_singularities.ply").count() == 4);
   for (const char* form : {"metric", "gradient"}) {
     const std::string stem = scratch / (std::string("out/figure13_ring_") + form);
-    const MappedFile file(stem + "_segments.ply");
+    const FileBytes file(stem + "_segments.ply");
     const PolygonMesh mesh = read_mesh(file.bytes(), MeshFormat::ply);
     CHECK(mesh.polygon_count() == 48 * 24 * 2);
     CHECK(face_colours(mesh).size() >= 4);

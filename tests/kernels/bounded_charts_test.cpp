@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/core/work_budget.h"
 #include "kernels/cut/cut_to_disk.h"
@@ -193,7 +193,7 @@ TEST_CASE("bounded charts: the shared needles are sampled") {
     WARN("skipped: " << path.filename() << " is not beside this clone");
     return;
   }
-  const PolygonMesh mesh = read_mesh(MappedFile(path).bytes(), MeshFormat::ply);
+  const PolygonMesh mesh = read_mesh(FileBytes(path).bytes(), MeshFormat::ply);
   for (const std::string_view method : {"conformal", "anisotropic"}) {
     INFO(method);
     const Row row = sample(mesh, method, 2048);

@@ -7,7 +7,7 @@
 #include <queue>
 #include <stdexcept>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/exact_geodesics.h"
 #include "kernels/core/random.h"
@@ -415,7 +415,7 @@ TEST_CASE("Geodesic histogram: the closed form on a sphere, exact distances on a
 
 TEST_CASE("Geodesic histogram: exact distances on the bunny", "[slow]") {
   MEANDER_NEEDS_SHARED_DATA();
-  const MappedFile file(shared_data("paper/bunny_closed.off"));
+  const FileBytes file(shared_data("paper/bunny_closed.off"));
   const PreparedMesh mesh = prepare_mesh(read_mesh(file.bytes(), MeshFormat::off));
   const PointsOnMeshArrays sources = vertices_as_points(mesh, spread_vertices(mesh, 4));
   const std::vector<double> exact = exact_to_vertices(mesh, sources), heat = heat_to_vertices(mesh, sources);

@@ -7,7 +7,7 @@
 #include <functional>
 #include <numbers>
 
-#include "io/file/mapped_file.h"
+#include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/flatten/chart_report.h"
@@ -297,7 +297,7 @@ TEST_CASE("gradient_matching: a few flips are repaired by patches in the metric"
 TEST_CASE("gradient_matching: a whole real surface on one chart is refused, not crashed on") {
   MEANDER_NEEDS_SHARED_DATA();
   for (const char* name : {"paper/bunny_closed.off", "paper/fandisk.off"}) {
-    const MappedFile file(shared_data(name));
+    const FileBytes file(shared_data(name));
     const PreparedMesh mesh = prepare_mesh(read_mesh(file.bytes(), MeshFormat::off));
     const FieldChart chart = flatten(mesh, field_by_formula(mesh, [](Vector3, Vector3) {
                                        return WantedSpacing{{0.3, 0.1, 0.9}, 4, 1};

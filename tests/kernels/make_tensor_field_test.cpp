@@ -290,7 +290,7 @@ TEST_CASE("make_tensor_field: attributes of a PLY file, read by name") {
   });
   const ScratchFolder folder;
   write_mesh(folder / "plane.ply", file, MeshFile::ply_little_endian);
-  const PolygonMesh read = read_mesh(MappedFile(folder / "plane.ply").bytes(), MeshFormat::ply);
+  const PolygonMesh read = read_mesh(FileBytes(folder / "plane.ply").bytes(), MeshFormat::ply);
   const PreparedMesh mesh = prepare_mesh(read);
   check_direction(mesh, make_tensor_field(read, mesh, of_kind(TensorKind::vertex_attribute, "stroke")),
                   {0.6, 0.8, 0}, 4);

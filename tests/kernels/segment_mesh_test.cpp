@@ -25,7 +25,7 @@ namespace {
 PreparedMesh shared_mesh(const std::filesystem::path& path) {
   MeshFormat format{};
   REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
+  const FileBytes file(path);
   return prepare_mesh(read_mesh(file.bytes(), format));
 }
 

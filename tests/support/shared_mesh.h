@@ -14,7 +14,7 @@ inline PolygonMesh shared_mesh(const std::string& name) {
   const std::filesystem::path path = shared_data("paper/" + name);
   MeshFormat format{};
   REQUIRE(mesh_format_of(path, format));
-  const MappedFile file(path);
+  const FileBytes file(path);
   return read_mesh(file.bytes(), format);
 }
 

@@ -1,0 +1,35 @@
+// All bytes of a file, for readers that take them from front to back.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace meander {
+
+// The bytes of a file for as long as the object lives: read into memory where they are few, else mapped,
+// which takes no memory of the process's own. Throws ItemError(unreadable) with the system's reason; anything
+// but a regular file is unreadable too. A file that another program shortens while it is mapped raises SIGBUS
+// on access: models must not be rewritten in place during a run.
+class FileBytes {
+ public:
+  // Files of up to so many bytes are read. A mapping costs a fault every few pages, and taking it away a halt
+  // of all threads of the process: copying so many bytes is cheaper.
+  static constexpr std::size_t most_read = std::size_t{4} << 20;
+
+  explicit FileBytes(const std::filesystem::path& path);
+  ~FileBytes();
+  FileBytes(FileBytes&& other) noexcept;
+  FileBytes& operator=(FileBytes&&) = delete;
+  FileBytes(const FileBytes&) = delete;
+  FileBytes& operator=(const FileBytes&) = delete;
+  std::span<const std::byte> bytes() const { return {data_, size_}; }
+
+ private:
+  std::unique_ptr<std::byte[]> read_;  // none where the file is mapped
+  const std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+}  // namespace meander
