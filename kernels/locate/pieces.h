@@ -257,6 +257,24 @@ class PieceCutter {
     }
   }
 
+  // Whole triangles.
+  void cut_range(std::size_t begin, std::size_t end) {
+    const PreparedMesh& mesh = surface_.mesh();
+    for (std::size_t t = begin; t < end; ++t) {
+      if constexpr (Record::takes_plain_pieces)
+        if (plain_ && mesh.area[t] <= whole_limit_) {  // most triangles of a fine mesh
+          const std::uint32_t* const corner = &mesh.triangles[3 * t];
+          if (mesh.area[t] > 0)
+            record_(t,
+                    std::array<Vector3, 3>{mesh.position(corner[0]), mesh.position(corner[1]),
+                                           mesh.position(corner[2])},
+                    mesh.area[t]);
+          continue;
+        }
+      cut({static_cast<std::uint32_t>(t), 1, 1.0});
+    }
+  }
+
   void cut(const SurfacePiece& piece) {
     const PreparedMesh& mesh = surface_.mesh();
     const std::size_t t = piece.triangle;
@@ -264,7 +282,7 @@ class PieceCutter {
     const std::array<Vector3, 3> corners = bisection_corners(surface_, piece.triangle);
     if constexpr (Record::takes_plain_pieces)
       if (plain_) {
-        if (piece.path == 1 && mesh.area[t] <= whole_limit_) {  // most triangles of a fine mesh
+        if (piece.path == 1 && mesh.area[t] <= whole_limit_) {
           record_(t, corners, mesh.area[t] * piece.share);
           return;
         }
@@ -331,7 +349,7 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
     const double more = density.uniform() && limit > 0 ? 1.5 * area / limit : 0.0;
     part.reserve(end - begin + static_cast<std::size_t>(std::min(more, most_reserved)));
     PieceCutter cutter(surface, density, wanted, limit, part);
-    for (std::size_t t = begin; t < end; ++t) cutter.cut({static_cast<std::uint32_t>(t), 1, 1.0});
+    cutter.cut_range(begin, end);
   });
   if (parts.size() == 1) return std::move(parts.front());
   Record all = make();
