@@ -16,6 +16,7 @@
 #include "io/run_error.h"
 #include "io/store/tensor_dataset.h"
 #include "kernels/core/failure.h"
+#include "kernels/core/parallel.h"
 #include "kernels/core/thread_handoff.h"
 #include "pipeline/admission.h"
 #include "pipeline/memory_estimate.h"
@@ -439,8 +440,14 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   item.file_bytes = file.file_bytes();
   Row& row = item.model.row;
   row.report.file_bytes = item.file_bytes;
-  row.report.content_sha256 = file.content_sha256();
-  row.report.color_sha256 = file.color_sha256();
+  const auto digest = [&] {
+    row.report.content_sha256 = file.content_sha256();
+    row.report.color_sha256 = file.color_sha256();
+  };
+  // Of a large file, while it is read.
+  constexpr std::uint64_t large = std::uint64_t{16} << 20;
+  const bool digests_later = !reuse && item.file_bytes >= large;
+  if (!digests_later) digest();
   std::optional<CopiedRow> found;
   if (reuse) found = reuse(row.report.content_sha256);
   if (found && found->row.report.color_sha256 == row.report.color_sha256) {
@@ -450,7 +457,6 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     item.reused_blocks = std::move(found->blocks);
     return;
   }
-  item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
   const auto admit = [&](MeshEstimate needs) {
     needs.file_bytes = item.file_bytes;
     needs.packed_bytes = file.packed_bytes();
@@ -459,7 +465,20 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
         estimate_bytes(needs, parameters, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed > item.reserved_bytes) throw NeedsMoreMemory(needed);
   };
-  item.model.file = file.mesh(item.model.cancel, admit, {parameters.texcoord, parameters.attributes});
+  std::exception_ptr failure;  // the digest is in the row of a file that cannot be read, too
+  const auto read = [&]() noexcept {
+    try {
+      item.model.file = file.mesh(item.model.cancel, admit, {parameters.texcoord, parameters.attributes});
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  };
+  if (digests_later)
+    parallel_tasks(2, [&](std::size_t task) { task == 0 ? digest() : read(); });
+  else
+    read();
+  if (failure) std::rethrow_exception(failure);
+  item.model.key = make_random_key(parameters.seed, row.report.content_sha256);
   MeshEstimate actual;
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();

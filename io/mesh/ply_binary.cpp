@@ -7,6 +7,7 @@
 #include "io/mesh/byte_order.h"
 #include "io/mesh/ply_rows.h"
 #include "io/mesh/text_cursor.h"
+#include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -216,8 +217,8 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
   if (!regular.load()) return read_in_order(data, {}, element, swap, columns, polygons, cancel);
   if (columns.index_list >= 0) {
     check_count(corners, "corners");
-    polygons.begin.resize(rows + 1);
-    polygons.corners.resize(corners);
+    resize_large(polygons.begin, rows + 1);
+    resize_large(polygons.corners, corners);
   }
   parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
     cancel.check();

@@ -67,6 +67,17 @@ void parallel_tasks(std::size_t count, const Body& body) {
   });
 }
 
+// Calls both, which must not depend on each other: one after the other where they work on few elements.
+template <class First, class Second>
+void parallel_both(std::size_t elements, const First& first, const Second& second) {
+  if (elements < parallel_threshold) {
+    first();
+    second();
+    return;
+  }
+  parallel_tasks(2, [&](std::size_t task) { task == 0 ? first() : second(); });
+}
+
 // Sum in fixed blocks with double accumulators: bit-identical for every thread count. O(n).
 inline double blocked_sum(std::span<const double> values) {
   std::vector<double> partial((values.size() + sum_block - 1) / sum_block, 0.0);

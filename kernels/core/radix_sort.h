@@ -5,8 +5,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
+
+#include "kernels/core/large_vector.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -36,30 +40,74 @@ inline void radix_sort(std::vector<KeyIndex>& items, std::vector<KeyIndex>& scra
   }
 }
 
-// Sorts words by their bits from `low_bit` on; equal ones keep their order. Digits of 12 bits. O(n).
+namespace radix {
+
+inline constexpr int word_bits = 12;  // of a digit
+inline constexpr std::size_t word_values = std::size_t{1} << word_bits;
+using Counts = std::array<std::uint32_t, word_values>;
+
+inline std::size_t word_digit(std::uint64_t word, int low_bit) {
+  return (word >> low_bit) & (word_values - 1);
+}
+
+// Where the first word of every digit goes, from how many there are.
+inline void begins_of(Counts& count) {
+  std::uint32_t sum = 0;
+  for (std::uint32_t& c : count) sum += std::exchange(c, sum);
+}
+
+// One digit of many words. Blocks count their own and then know where they go: behind those of the blocks
+// before.
+inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span<std::uint64_t> sorted,
+                                 int low_bit) {
+  constexpr std::size_t most_blocks = 16;
+  const std::size_t block = (words.size() + most_blocks - 1) / most_blocks;
+  std::vector<Counts> counts((words.size() + block - 1) / block, Counts{});
+  parallel_blocks(words.size(), block, [&](std::size_t begin, std::size_t end) {
+    Counts& count = counts[begin / block];
+    for (std::size_t i = begin; i < end; ++i) ++count[word_digit(words[i], low_bit)];
+  });
+  std::uint32_t sum = 0;
+  for (std::size_t value = 0; value < word_values; ++value)
+    for (Counts& count : counts) sum += std::exchange(count[value], sum);
+  parallel_blocks(words.size(), block, [&](std::size_t begin, std::size_t end) {
+    Counts& count = counts[begin / block];
+    for (std::size_t i = begin; i < end; ++i) sorted[count[word_digit(words[i], low_bit)]++] = words[i];
+  });
+}
+
+}  // namespace radix
+
+// Sorts fewer than 2^32 words by their bits from `low_bit` on; equal ones keep their order. Digits of 12
+// bits. O(n); parallel where they are many.
 inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch,
                              int low_bit) {
-  if (words.size() < 1024) {
+  using namespace radix;
+  constexpr std::size_t few = 1024, many = std::size_t{1} << 18;
+  if (words.size() < few) {
     std::stable_sort(words.begin(), words.end(),
                      [low_bit](std::uint64_t a, std::uint64_t b) { return a >> low_bit < b >> low_bit; });
     return;
   }
-  constexpr int bits = 12;
-  constexpr std::size_t values = std::size_t{1} << bits;
-  const auto digits = static_cast<std::size_t>((64 - low_bit + bits - 1) / bits);
-  const auto digit_of = [low_bit](std::uint64_t word, std::size_t digit) {
-    return (word >> (low_bit + bits * static_cast<int>(digit))) & (values - 1);
-  };
-  std::vector<std::array<std::uint32_t, values>> counts(digits);
+  resize_large(scratch, words.size());
+  if (words.size() >= many && oneapi::tbb::this_task_arena::max_concurrency() > 1) {
+    for (int bit = low_bit; bit < 64; bit += word_bits) {
+      sort_digit_in_blocks(words, scratch, bit);
+      words.swap(scratch);
+    }
+    return;
+  }
+  const auto digits = static_cast<std::size_t>((64 - low_bit + word_bits - 1) / word_bits);
+  const auto bit_of = [low_bit](std::size_t digit) { return low_bit + word_bits * static_cast<int>(digit); };
+  std::vector<Counts> counts(digits);
   for (const std::uint64_t word : words)
-    for (std::size_t digit = 0; digit < digits; ++digit) ++counts[digit][digit_of(word, digit)];
-  scratch.resize(words.size());
+    for (std::size_t digit = 0; digit < digits; ++digit) ++counts[digit][word_digit(word, bit_of(digit))];
   for (std::size_t digit = 0; digit < digits; ++digit) {
-    std::array<std::uint32_t, values>& count = counts[digit];
-    if (count[digit_of(words[0], digit)] == words.size()) continue;
-    std::uint32_t sum = 0;
-    for (std::uint32_t& c : count) sum += std::exchange(c, sum);
-    for (const std::uint64_t word : words) scratch[count[digit_of(word, digit)]++] = word;
+    Counts& count = counts[digit];
+    const int bit = bit_of(digit);
+    if (count[word_digit(words[0], bit)] == words.size()) continue;
+    begins_of(count);
+    for (const std::uint64_t word : words) scratch[count[word_digit(word, bit)]++] = word;
     words.swap(scratch);
   }
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/locate/element_source.h"
@@ -17,6 +18,7 @@ namespace meander {
 namespace {
 
 constexpr std::size_t most_curve_elements = std::size_t{1} << 31;
+constexpr std::size_t tie_block = 65536;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -128,20 +130,32 @@ void sort_by_key(std::vector<KeyIndex>& items) {
 // large box may share one cell.
 template <class KeyOf>
 void sort_ties(std::span<std::uint64_t> words, int number_bits, const KeyOf& key_of) {
-  std::vector<KeyIndex> tied;
-  for (std::size_t begin = 0, end; begin < words.size(); begin = end) {
-    for (end = begin + 1; end < words.size() && words[end] >> number_bits == words[begin] >> number_bits;)
-      ++end;
-    if (end - begin == 1) continue;
-    tied.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
-      tied.push_back({key_of(number), number});
-    }
-    sort_by_key(tied);
-    const std::uint64_t key = words[begin] >> number_bits << number_bits;
-    for (std::size_t i = begin; i < end; ++i) words[i] = key | tied[i - begin].index;
+  const auto tie = [&](std::size_t a, std::size_t b) {
+    return words[a] >> number_bits == words[b] >> number_bits;
+  };
+  // Ties belong to the block that they begin in.
+  std::vector<std::size_t> block_begin((words.size() + tie_block - 1) / tie_block + 1, words.size());
+  for (std::size_t b = 0; b + 1 < block_begin.size(); ++b) {
+    std::size_t at = b * tie_block;
+    while (at > 0 && at < words.size() && tie(at - 1, at)) ++at;
+    block_begin[b] = at;
   }
+  parallel_blocks(words.size(), tie_block, [&](std::size_t first, std::size_t) {
+    const std::size_t past = block_begin[first / tie_block + 1];
+    std::vector<KeyIndex> tied;
+    for (std::size_t begin = block_begin[first / tie_block], end; begin < past; begin = end) {
+      for (end = begin + 1; end < past && tie(begin, end);) ++end;
+      if (end - begin == 1) continue;
+      tied.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
+        tied.push_back({key_of(number), number});
+      }
+      sort_by_key(tied);
+      const std::uint64_t key = words[begin] >> number_bits << number_bits;
+      for (std::size_t i = begin; i < end; ++i) words[i] = key | tied[i - begin].index;
+    }
+  });
 }
 
 // Numbers of points along the 3-D Hilbert curve, in words whose other bits are to be masked.
@@ -172,7 +186,7 @@ SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
   const std::size_t count = points.size();
   SpaceOrder order;
   std::vector<std::uint64_t>& words = order.words;
-  words.resize(count);
+  resize_large(words, count);
   if (count == 0) return order;
   std::vector<std::uint64_t> keys;  // whole ones, where they are needed
   if (dense || count > most_numbered) keys = whole_keys(points);
@@ -190,8 +204,10 @@ SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
     for (std::size_t i = 0; i < count; ++i)
       words[i] = (keys[i] - first) << unused >> number_bits << number_bits | i;
   } else {
-    coarse_hilbert_keys_3d(points_from(points, 0), words);
-    for (std::size_t i = 0; i < count; ++i) words[i] = words[i] << number_bits | i;
+    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+      coarse_hilbert_keys_3d(points_from(points, begin), std::span(words).subspan(begin, end - begin));
+      for (std::size_t i = begin; i < end; ++i) words[i] = words[i] << number_bits | i;
+    });
   }
   {
     std::vector<std::uint64_t> scratch;
@@ -251,15 +267,23 @@ CurveElements along_space_curve(PlacedPieces pieces, bool dense) {
   const std::size_t count = pieces.size();
   CurveElements result;
   const auto put_in_order = [&](std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
-    to.resize(count);
-    for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
+    resize_large(to, count);
+    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) to[i] = from[order[i]];
+    });
     from = std::vector<std::uint32_t>();
   };
+  const auto sum_masses = [&] {
+    resize_large(result.cumulative, count + 1);
+    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) result.cumulative[i + 1] = pieces.point[order[i]].mass;
+    });
+    MassSum sum;  // one after the other
+    for (std::size_t i = 0; i < count; ++i) result.cumulative[i + 1] = sum.add(result.cumulative[i + 1]);
+  };
   put_in_order(pieces.triangle, result.triangle);
-  put_in_order(pieces.path, result.path);
-  result.cumulative.resize(count + 1);
-  MassSum sum;
-  for (std::size_t i = 0; i < count; ++i) result.cumulative[i + 1] = sum.add(pieces.point[order[i]].mass);
+  parallel_both(
+      count, [&] { put_in_order(pieces.path, result.path); }, sum_masses);
   if (pieces.vertex.empty()) return result;
   result.vertex.resize(2 * count);
   for (std::size_t i = 0; i < count; ++i)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/core/large_vector.h"
 #include "kernels/core/random.h"
 #include "kernels/locate/chart_places.h"
 #include "kernels/locate/elements.h"
@@ -78,9 +79,9 @@ class PlacedPieces {
   }
   void append(const PlacedPieces& next) {
     if (next.has_splits_) begin_splits();
-    point.insert(point.end(), next.point.begin(), next.point.end());
-    triangle.insert(triangle.end(), next.triangle.begin(), next.triangle.end());
-    path.insert(path.end(), next.path.begin(), next.path.end());
+    append_large(point, next.point);
+    append_large(triangle, next.triangle);
+    append_large(path, next.path);
     vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
     split.insert(split.end(), next.split.begin(), next.split.end());
     if (has_splits_) split.resize(point.size());

@@ -1,25 +1,33 @@
 #include "kernels/mesh/components.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <numeric>
 #include <string>
+#include <utility>
 
+#include "kernels/core/disjoint_sets.h"
+#include "kernels/core/large_vector.h"
+#include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/half_edges.h"
 
 namespace meander {
 
-std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
-                              const CancelToken& cancel) {
-  const std::size_t count = opposite.size() / 3;
-  component.assign(count, no_index);
-  // One entry more: a neighbour is always written, and stays if it is new. Most are not, and a branch on it
-  // could not be predicted.
-  std::vector<std::uint32_t> queue(count + 1);
+namespace {
+
+// Breadth-first over the edges between the triangles [begin, end): component numbers from 0 on in the order
+// of their first triangles. `leave(from, to)` for every triangle of the range and each neighbour behind the
+// range. `is_all`: the mesh has no other triangles.
+template <bool is_all, class Leave>
+std::uint32_t search_range(std::span<const std::uint32_t> opposite, std::uint32_t begin, std::uint32_t end,
+                           std::span<std::uint32_t> component, std::span<std::uint32_t> queue,
+                           const Leave& leave, const CancelToken& cancel) {
   std::size_t queued = 0;
   std::uint32_t components = 0;
-  for (std::uint32_t seed = 0; queued < count; ++seed) {
+  for (std::uint32_t seed = begin; queued < end - begin; ++seed) {
     if (component[seed] != no_index) continue;
     std::size_t at = queued;
     queue[queued++] = seed;
@@ -29,6 +37,12 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
       const std::uint32_t t = queue[at];
       for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
         const std::uint32_t neighbour = opposite[h] == no_index ? t : opposite[h] / 3;
+        if constexpr (!is_all)
+          if (neighbour < begin || neighbour >= end) {
+            if (neighbour >= end) leave(t, neighbour);
+            continue;
+          }
+        // Always written, and stays if it is new. Most are not, and a branch on it could not be predicted.
         queue[queued] = neighbour;
         queued += component[neighbour] == no_index;
         component[neighbour] = components;
@@ -37,6 +51,68 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
     ++components;
   }
   return components;
+}
+
+// Ranges of triangles are searched by a thread each, and the components of different ranges that an edge
+// joins are one. Numbers stay those of the first triangles.
+std::uint32_t find_components_in_ranges(std::span<const std::uint32_t> opposite, std::size_t ranges,
+                                        std::span<std::uint32_t> component, std::span<std::uint32_t> queue,
+                                        const CancelToken& cancel) {
+  const std::size_t count = component.size();
+  struct Range {
+    std::uint32_t begin, end, components = 0, first_component = 0;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // triangles of it, and neighbours behind it
+  };
+  std::vector<Range> range(ranges);
+  parallel_tasks(ranges, [&](std::size_t r) {
+    Range& own = range[r];
+    own.begin = static_cast<std::uint32_t>(count * r / ranges);
+    own.end = static_cast<std::uint32_t>(count * (r + 1) / ranges);
+    own.components = search_range<false>(
+        opposite, own.begin, own.end, component, queue.subspan(own.begin + r),
+        [&](std::uint32_t from, std::uint32_t to) { own.left.emplace_back(from, to); }, cancel);
+  });
+  std::uint32_t parts = 0;
+  for (Range& own : range) own.first_component = std::exchange(parts, parts + own.components);
+  const auto part_of = [&](std::uint32_t t) {
+    const auto own =
+        std::partition_point(range.begin(), range.end(), [t](const Range& r) { return r.end <= t; });
+    return own->first_component + component[t];
+  };
+  DisjointSets joined(parts);
+  for (const Range& own : range)
+    for (const auto& [from, to] : own.left) joined.join(own.first_component + component[from], part_of(to));
+  // Parts are in the order of their first triangles.
+  std::vector<std::uint32_t> number(parts), of_root(parts, no_index);
+  std::uint32_t components = 0;
+  for (std::uint32_t part = 0; part < parts; ++part) {
+    std::uint32_t& own = of_root[joined.find(part)];
+    if (own == no_index) own = components++;
+    number[part] = own;
+  }
+  parallel_tasks(ranges, [&](std::size_t r) {
+    const Range& own = range[r];
+    for (std::uint32_t t = own.begin; t < own.end; ++t)
+      component[t] = number[own.first_component + component[t]];
+  });
+  return components;
+}
+
+}  // namespace
+
+std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
+                              const CancelToken& cancel) {
+  constexpr std::size_t many = std::size_t{1} << 19, most_ranges = 8;
+  const std::size_t count = opposite.size() / 3;
+  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
+  const std::size_t ranges = count < many ? 1 : std::clamp<std::size_t>(threads, 1, most_ranges);
+  assign_large(component, count, no_index);
+  // One entry more a range, which is written last.
+  std::vector<std::uint32_t> queue;
+  resize_large(queue, count + ranges);
+  if (ranges > 1) return find_components_in_ranges(opposite, ranges, component, queue, cancel);
+  return search_range<true>(
+      opposite, 0, static_cast<std::uint32_t>(count), component, queue, [](auto, auto) {}, cancel);
 }
 
 std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> components) {

@@ -1,5 +1,8 @@
 #include "kernels/mesh/half_edges.h"
+#include "kernels/core/large_vector.h"
+#include "kernels/core/parallel.h"
 
+#include <oneapi/tbb/task_arena.h>
 #include <smmintrin.h>
 
 #include <algorithm>
@@ -13,9 +16,11 @@ namespace meander {
 
 namespace {
 
-// What pairing finds out about the whole mesh.
+constexpr std::size_t star_block = 32768;
+
+// What pairing finds out about many stars.
 struct Findings {
-  std::uint32_t* opposite;
+  std::uint32_t* opposite = nullptr;
   std::uint32_t crowded = 0;  // edges of more than two triangles
   bool same_way = false;      // whether the two triangles of some edge run along it in the same direction
 };
@@ -169,46 +174,84 @@ void pair_by_sorting(const OutgoingEdges& star, Findings& findings) {
 
 }  // namespace
 
+namespace {
+
+// part(is_own) for as many ranges of vertices as there are threads; is_own(vertex) says whether it is in the
+// range. Each part looks at all triangles, and no two count at one vertex. One part where they are few.
+template <class Part>
+void in_parts(std::size_t vertex_count, const Part& part) {
+  constexpr std::size_t few = std::size_t{1} << 18, most_parts = 8;
+  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
+  const std::size_t parts = vertex_count < few ? 1 : std::clamp<std::size_t>(threads, 1, most_parts);
+  if (parts == 1) {
+    part([](std::uint32_t) { return true; });
+    return;
+  }
+  parallel_tasks(parts, [&](std::size_t p) {
+    const auto first = static_cast<std::uint32_t>(vertex_count * p / parts),
+               past = static_cast<std::uint32_t>(vertex_count * (p + 1) / parts);
+    part([first, past](std::uint32_t vertex) { return vertex - first < past - first; });
+  });
+}
+
+}  // namespace
+
 std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::size_t vertex_count,
                               std::vector<std::uint32_t>& opposite, FanSurvey* survey) {
-  opposite.resize(triangles.size());
+  resize_large(opposite, triangles.size());
   if (survey != nullptr) survey->one_fan.assign(vertex_count, 1);
   std::vector<std::uint32_t> end(vertex_count + 1, 0);  // of the star of every vertex, shifted by one
-  for (const std::uint32_t v : triangles) ++end[v + 1];
+  in_parts(vertex_count, [&](const auto& is_own) {
+    for (const std::uint32_t v : triangles)
+      if (is_own(v)) ++end[v + 1];
+  });
   std::partial_sum(end.begin(), end.end(), end.begin());
   const std::size_t room = triangles.size() + 8;
-  const auto lists = std::make_unique_for_overwrite<std::uint32_t[]>(3 * room);
+  const auto lists = make_large<std::uint32_t>(3 * room);
   std::uint32_t *const half_edges = lists.get(), *const next = half_edges + room,
                        *const previous = next + room;
   for (std::uint32_t* const list : {half_edges, next, previous}) std::fill_n(list + triangles.size(), 8, 0u);
-  const auto add = [&](std::uint32_t h, std::uint32_t v, std::uint32_t after, std::uint32_t before) {
-    const std::uint32_t to = end[v]++;
-    half_edges[to] = h;
-    next[to] = after;
-    previous[to] = before;
-  };
-  for (std::uint32_t h = 0; h < triangles.size(); h += 3) {
-    const std::uint32_t a = triangles[h], b = triangles[h + 1], c = triangles[h + 2];
-    add(h, a, b, c);
-    add(h + 1, b, c, a);
-    add(h + 2, c, a, b);
+  in_parts(vertex_count, [&](const auto& is_own) {
+    const auto add = [&](std::uint32_t h, std::uint32_t v, std::uint32_t after, std::uint32_t before) {
+      if (!is_own(v)) return;
+      const std::uint32_t to = end[v]++;
+      half_edges[to] = h;
+      next[to] = after;
+      previous[to] = before;
+    };
+    for (std::uint32_t h = 0; h < triangles.size(); h += 3) {
+      const std::uint32_t a = triangles[h], b = triangles[h + 1], c = triangles[h + 2];
+      add(h, a, b, c);
+      add(h + 1, b, c, a);
+      add(h + 2, c, a, b);
+    }
+  });
+  // Every half-edge is in one star.
+  std::vector<Findings> found((vertex_count + star_block - 1) / star_block, Findings{opposite.data()});
+  parallel_blocks(vertex_count, star_block, [&](std::size_t first, std::size_t last) {
+    Findings findings = found[first / star_block];
+    for (std::size_t v = first, begin = first == 0 ? 0 : end[first - 1]; v < last; begin = end[v++]) {
+      const OutgoingEdges star{static_cast<std::uint32_t>(v), end[v] - begin, half_edges + begin,
+                               next + begin, previous + begin};
+      if (star.size == 0) continue;
+      bool one_fan = false;
+      if (star.size <= SmallStar::most)
+        one_fan = pair_star<SmallStar>(star, findings);
+      else if (star.size < MediumStar::most)
+        one_fan = pair_star<MediumStar>(star, findings);
+      else
+        pair_by_sorting(star, findings);
+      if (survey != nullptr) survey->one_fan[v] = one_fan;
+    }
+    found[first / star_block] = findings;
+  });
+  Findings all{};
+  for (const Findings& findings : found) {
+    all.crowded += findings.crowded;
+    all.same_way |= findings.same_way;
   }
-  Findings findings{opposite.data()};
-  for (std::size_t v = 0, begin = 0; v < vertex_count; begin = end[v++]) {
-    const OutgoingEdges star{static_cast<std::uint32_t>(v), end[v] - begin, half_edges + begin, next + begin,
-                             previous + begin};
-    if (star.size == 0) continue;
-    bool one_fan = false;
-    if (star.size <= SmallStar::most)
-      one_fan = pair_star<SmallStar>(star, findings);
-    else if (star.size < MediumStar::most)
-      one_fan = pair_star<MediumStar>(star, findings);
-    else
-      pair_by_sorting(star, findings);
-    if (survey != nullptr) survey->one_fan[v] = one_fan;
-  }
-  if (survey != nullptr) survey->consistent = !findings.same_way;
-  return findings.crowded;
+  if (survey != nullptr) survey->consistent = !all.same_way;
+  return all.crowded;
 }
 
 std::uint32_t number_fans(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& vertex) {

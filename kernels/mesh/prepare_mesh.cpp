@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "kernels/core/exact_division.h"
+#include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/components.h"
@@ -31,9 +33,16 @@ struct Soup {
   std::vector<std::uint32_t> polygon;      // T
 
   void resize(std::size_t count) {
-    triangles.resize(3 * count);
-    corner_slot.resize(3 * count);
-    polygon.resize(count);
+    resize_large(triangles, 3 * count);
+    resize_large(corner_slot, 3 * count);
+    resize_large(polygon, count);
+  }
+  // So many triangles to a place before them.
+  void move(std::size_t from, std::size_t to, std::size_t count) {
+    if (from == to) return;
+    std::copy_n(&triangles[3 * from], 3 * count, &triangles[3 * to]);
+    std::copy_n(&corner_slot[3 * from], 3 * count, &corner_slot[3 * to]);
+    std::copy_n(&polygon[from], count, &polygon[to]);
   }
 };
 
@@ -55,44 +64,67 @@ std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
 struct UsablePolygons {
   std::vector<std::uint8_t> usable;  // 1 for those that can be used at all
   std::vector<std::uint8_t> used;    // 1 for every vertex of one
-  std::size_t triangles = 0;         // that they make, at most
+  // By block of polygons, where its triangles begin if all can be used; at last their number.
+  std::vector<std::size_t> first_triangle;
+  std::size_t triangles() const { return first_triangle.back(); }
 };
+
+constexpr std::size_t polygon_block = 65536;
+
+void add_counts(const RepairCounts& more, RepairCounts& repairs) {
+  for (std::size_t r = 0; r < repairs.counts.size(); ++r) repairs.counts[r] += more.counts[r];
+}
 
 // The polygons that cannot be used are counted by what is wrong with them, the first cause that holds.
 UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   const std::size_t polygons = mesh.polygon_count(), vertices = mesh.vertex_count();
   const std::vector<std::uint8_t> finite = finite_vertices(mesh);
   const bool all_vertices_finite = finite.empty();
-  UsablePolygons result{std::vector<std::uint8_t>(polygons, 0), std::vector<std::uint8_t>(vertices, 0)};
-  // Bytes may alias anything: without these the compiler reads every pointer again and again.
-  const std::uint32_t *const polygon_begin = mesh.polygon_begin.data(), *const corners = mesh.corners.data();
-  std::uint8_t *const usable = result.usable.data(), *const used = result.used.data();
-  std::size_t triangles = 0;
-  for (std::size_t p = 0; p < polygons; ++p) {
-    const std::uint32_t begin = polygon_begin[p], end = polygon_begin[p + 1];
-    if (end - begin < 3) {
-      ++repairs[Repair::short_faces];
-      continue;
+  UsablePolygons result{std::vector<std::uint8_t>(polygons, 0), std::vector<std::uint8_t>(vertices, 0),
+                        std::vector<std::size_t>((polygons + polygon_block - 1) / polygon_block + 1, 0)};
+  // By block of polygons.
+  std::vector<RepairCounts> found(result.first_triangle.size() - 1);
+  parallel_blocks(polygons, polygon_block, [&](std::size_t first, std::size_t last) {
+    // Bytes may alias anything: without these the compiler reads every pointer again and again.
+    const std::uint32_t *const polygon_begin = mesh.polygon_begin.data(), *const corners =
+                                                                              mesh.corners.data();
+    std::uint8_t *const usable = result.usable.data(), *const used = result.used.data();
+    // Other threads may set the same one.
+    const auto use = [used](std::uint32_t vertex) {
+      std::atomic_ref(used[vertex]).store(1, std::memory_order_relaxed);
+    };
+    RepairCounts own;
+    std::size_t triangles = 0;
+    for (std::size_t p = first; p < last; ++p) {
+      const std::uint32_t begin = polygon_begin[p], end = polygon_begin[p + 1];
+      if (end - begin < 3) {
+        ++own[Repair::short_faces];
+        continue;
+      }
+      std::uint32_t largest = std::max({corners[begin], corners[begin + 1], corners[begin + 2]});
+      for (std::uint32_t k = begin + 3; k < end; ++k) largest = std::max(largest, corners[k]);
+      if (largest >= vertices) {
+        ++own[Repair::index_out_of_range];
+        continue;
+      }
+      bool all_finite = true;
+      if (!all_vertices_finite)
+        for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[corners[k]];
+      if (!all_finite) {
+        ++own[Repair::non_finite];
+        continue;
+      }
+      usable[p] = 1;
+      for (std::uint32_t k = begin; k < end; ++k) use(corners[k]);
+      triangles += end - begin - 2;
     }
-    std::uint32_t largest = std::max({corners[begin], corners[begin + 1], corners[begin + 2]});
-    for (std::uint32_t k = begin + 3; k < end; ++k) largest = std::max(largest, corners[k]);
-    if (largest >= vertices) {
-      ++repairs[Repair::index_out_of_range];
-      continue;
-    }
-    bool all_finite = true;
-    if (!all_vertices_finite)
-      for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[corners[k]];
-    if (!all_finite) {
-      ++repairs[Repair::non_finite];
-      continue;
-    }
-    usable[p] = 1;
-    used[corners[begin]] = used[corners[begin + 1]] = used[corners[begin + 2]] = 1;
-    for (std::uint32_t k = begin + 3; k < end; ++k) used[corners[k]] = 1;
-    triangles += end - begin - 2;
+    found[first / polygon_block] = own;
+    result.first_triangle[first / polygon_block + 1] = triangles;
+  });
+  for (std::size_t b = 0; b < found.size(); ++b) {
+    add_counts(found[b], repairs);
+    result.first_triangle[b + 1] += result.first_triangle[b];
   }
-  result.triangles = triangles;
   return result;
 }
 
@@ -117,20 +149,40 @@ UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
 }
 
 void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, PreparedMesh& out) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  std::array<double, 3> low, high;
-  low.fill(infinity);
-  high.fill(-infinity);
-  for (std::size_t v = 0; v < used.size(); ++v) {
-    if (!used[v]) continue;
-    const std::array<double, 3> at = {mesh.x[v], mesh.y[v], mesh.z[v]};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], at[axis]);
-      high[axis] = std::max(high[axis], at[axis]);
+  struct Box {
+    std::array<double, 3> low, high;
+    std::uint32_t unused = 0;
+    Box() {
+      low.fill(std::numeric_limits<double>::infinity());
+      high.fill(-std::numeric_limits<double>::infinity());
     }
+  };
+  std::vector<Box> boxes((used.size() + polygon_block - 1) / polygon_block);
+  parallel_blocks(used.size(), polygon_block, [&](std::size_t begin, std::size_t end) {
+    Box box;
+    for (std::size_t v = begin; v < end; ++v) {
+      if (!used[v]) {
+        ++box.unused;
+        continue;
+      }
+      const std::array<double, 3> at = {mesh.x[v], mesh.y[v], mesh.z[v]};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(box.low[axis], at[axis]);
+        box.high[axis] = std::max(box.high[axis], at[axis]);
+      }
+    }
+    boxes[begin / polygon_block] = box;
+  });
+  Box all;
+  for (const Box& box : boxes) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      all.low[axis] = std::min(all.low[axis], box.low[axis]);
+      all.high[axis] = std::max(all.high[axis], box.high[axis]);
+    }
+    all.unused += box.unused;
   }
-  out.bbox = {low[0], low[1], low[2], high[0], high[1], high[2]};
-  out.unreferenced_vertices = static_cast<std::uint32_t>(std::count(used.begin(), used.end(), 0));
+  out.bbox = {all.low[0], all.low[1], all.low[2], all.high[0], all.high[1], all.high[2]};
+  out.unreferenced_vertices = all.unused;
   const BoxFrame frame = box_frame(out.bbox);
   out.centre = frame.centre;
   out.unit = frame.unit;
@@ -161,58 +213,75 @@ class WorkingPositions {
 Soup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
                  std::span<const std::uint32_t> welded, const PreparedMesh& frame, RepairCounts& repairs) {
   Soup soup;
-  soup.resize(polygons.triangles);
+  soup.resize(polygons.triangles());
+  // Blocks of polygons write where their triangles would be if all could be used.
+  std::vector<std::size_t> written(polygons.first_triangle.size() - 1);
+  std::vector<RepairCounts> found(written.size());
+  parallel_blocks(polygons.usable.size(), polygon_block, [&](std::size_t first, std::size_t last) {
+    RepairCounts own;
+    const std::size_t own_begin = polygons.first_triangle[first / polygon_block];
+    std::size_t count = own_begin;
+    // Always written, and stays if all corners differ, which is the result.
+    const auto add = [&, triangles = soup.triangles.data(), corner_slot = soup.corner_slot.data(),
+                      polygon = soup.polygon.data(), vertex_of = welded.data(),
+                      corners = mesh.corners.data()](std::size_t p, std::uint32_t slot0, std::uint32_t slot1,
+                                                     std::uint32_t slot2) {
+      const std::uint32_t a = vertex_of[corners[slot0]], b = vertex_of[corners[slot1]],
+                          c = vertex_of[corners[slot2]];
+      const std::size_t to = count;
+      triangles[3 * to] = a;
+      triangles[3 * to + 1] = b;
+      triangles[3 * to + 2] = c;
+      corner_slot[3 * to] = slot0;
+      corner_slot[3 * to + 1] = slot1;
+      corner_slot[3 * to + 2] = slot2;
+      polygon[to] = static_cast<std::uint32_t>(p);
+      const bool differ = a != b && b != c && c != a;
+      count = to + differ;
+      return differ;
+    };
+    const WorkingPositions position(mesh, frame);
+    std::vector<std::uint32_t> slots, local;
+    std::vector<Vector3> corners;
+    for (std::size_t p = first; p < last; ++p) {
+      if (!polygons.usable[p]) continue;
+      const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
+      if (end - begin == 3) {
+        if (!add(p, begin, begin + 1, begin + 2)) ++own[Repair::repeated_corners];
+        continue;
+      }
+      slots.clear();
+      for (std::uint32_t k = begin; k < end; ++k)
+        if (slots.empty() || welded[mesh.corners[k]] != welded[mesh.corners[slots.back()]])
+          slots.push_back(k);
+      while (slots.size() > 1 && welded[mesh.corners[slots.front()]] == welded[mesh.corners[slots.back()]])
+        slots.pop_back();
+      const bool shortened = slots.size() < end - begin;
+      if (slots.size() < 3) {
+        ++own[Repair::repeated_corners];
+        continue;
+      }
+      local.clear();
+      if (slots.size() == 3) {
+        local = {0, 1, 2};
+      } else {
+        corners.clear();
+        for (const std::uint32_t k : slots) corners.push_back(position(mesh.corners[k]));
+        if (triangulate_polygon(corners, local)) ++own[Repair::concave_polygons];
+      }
+      bool repeated = shortened;
+      for (std::size_t t = 0; t < local.size(); t += 3)
+        repeated |= !add(p, slots[local[t]], slots[local[t + 1]], slots[local[t + 2]]);
+      if (repeated) ++own[Repair::repeated_corners];
+    }
+    written[first / polygon_block] = count - own_begin;
+    found[first / polygon_block] = own;
+  });
   std::size_t count = 0;
-  // Always written, and stays if all corners differ, which is the result.
-  const auto add = [&, triangles = soup.triangles.data(), corner_slot = soup.corner_slot.data(),
-                    polygon = soup.polygon.data(), vertex_of = welded.data(), corners = mesh.corners.data()](
-                       std::size_t p, std::uint32_t slot0, std::uint32_t slot1, std::uint32_t slot2) {
-    const std::uint32_t a = vertex_of[corners[slot0]], b = vertex_of[corners[slot1]],
-                        c = vertex_of[corners[slot2]];
-    const std::size_t to = count;
-    triangles[3 * to] = a;
-    triangles[3 * to + 1] = b;
-    triangles[3 * to + 2] = c;
-    corner_slot[3 * to] = slot0;
-    corner_slot[3 * to + 1] = slot1;
-    corner_slot[3 * to + 2] = slot2;
-    polygon[to] = static_cast<std::uint32_t>(p);
-    const bool differ = a != b && b != c && c != a;
-    count = to + differ;
-    return differ;
-  };
-  const WorkingPositions position(mesh, frame);
-  std::vector<std::uint32_t> slots, local;
-  std::vector<Vector3> corners;
-  for (std::size_t p = 0; p < polygons.usable.size(); ++p) {
-    if (!polygons.usable[p]) continue;
-    const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
-    if (end - begin == 3) {
-      if (!add(p, begin, begin + 1, begin + 2)) ++repairs[Repair::repeated_corners];
-      continue;
-    }
-    slots.clear();
-    for (std::uint32_t k = begin; k < end; ++k)
-      if (slots.empty() || welded[mesh.corners[k]] != welded[mesh.corners[slots.back()]]) slots.push_back(k);
-    while (slots.size() > 1 && welded[mesh.corners[slots.front()]] == welded[mesh.corners[slots.back()]])
-      slots.pop_back();
-    const bool shortened = slots.size() < end - begin;
-    if (slots.size() < 3) {
-      ++repairs[Repair::repeated_corners];
-      continue;
-    }
-    local.clear();
-    if (slots.size() == 3) {
-      local = {0, 1, 2};
-    } else {
-      corners.clear();
-      for (const std::uint32_t k : slots) corners.push_back(position(mesh.corners[k]));
-      if (triangulate_polygon(corners, local)) ++repairs[Repair::concave_polygons];
-    }
-    bool repeated = shortened;
-    for (std::size_t t = 0; t < local.size(); t += 3)
-      repeated |= !add(p, slots[local[t]], slots[local[t + 1]], slots[local[t + 2]]);
-    if (repeated) ++repairs[Repair::repeated_corners];
+  for (std::size_t b = 0; b < written.size(); ++b) {
+    soup.move(polygons.first_triangle[b], count, written[b]);
+    count += written[b];
+    add_counts(found[b], repairs);
   }
   soup.resize(count);
   return soup;
@@ -233,7 +302,7 @@ std::vector<std::uint32_t> every_vertex(std::size_t count) {
 // All triangles of the file, and the frame of its coordinates. `weld`: over vertices of different positions.
 Soup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel) {
   const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
-  if (polygons.triangles == 0) fail_without_faces(mesh, out.repairs);
+  if (polygons.triangles() == 0) fail_without_faces(mesh, out.repairs);
   measure_box(mesh, polygons.used, out);
   cancel.check();
   Soup soup =
@@ -248,7 +317,8 @@ Soup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const Canc
 }
 
 std::vector<double> soup_areas(const PolygonMesh& mesh, const PreparedMesh& frame, const Soup& soup) {
-  std::vector<double> area(soup.polygon.size());
+  std::vector<double> area;
+  resize_large(area, soup.polygon.size());
   parallel_blocks(area.size(), sum_block, [&](std::size_t begin, std::size_t end) {
     const WorkingPositions position(mesh, frame);
     const std::uint32_t* const corner = soup.triangles.data();
@@ -281,12 +351,11 @@ void turn_round(Soup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t 
     if (opposite[3 * t + k] != no_index) opposite[opposite[3 * t + k]] = 3 * t + k;
 }
 
-// Breadth-first over the edges: component number of every triangle, consistent winding, conflicting edges
-// cut. The ends of those are perhaps no longer one fan.
+// Breadth-first over the edges, as find_components: component number of every triangle, consistent winding,
+// conflicting edges cut. The ends of those are perhaps no longer one fan.
 std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
                      FanSurvey& survey, std::vector<std::uint32_t>& component, RepairCounts& repairs,
                      const CancelToken& cancel) {
-  if (survey.consistent) return find_components(opposite, component, cancel);
   const auto count = static_cast<std::uint32_t>(soup.polygon.size());
   component.assign(count, no_index);
   std::vector<std::uint8_t> turned(count, 0);
@@ -455,23 +524,21 @@ std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan,
 }
 
 void place_vertices(const PolygonMesh& mesh, std::span<const std::uint32_t> source, PreparedMesh& out) {
-  out.x.resize(source.size());
-  out.y.resize(source.size());
-  out.z.resize(source.size());
-  const WorkingPositions position(mesh, out);
-  for (std::size_t v = 0; v < source.size(); ++v) {
-    const Vector3 p = position(source[v]);
-    out.x[v] = p.x;
-    out.y[v] = p.y;
-    out.z[v] = p.z;
-  }
+  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, source.size());
+  parallel_blocks(source.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+    const WorkingPositions position(mesh, out);
+    for (std::size_t v = begin; v < end; ++v) {
+      const Vector3 p = position(source[v]);
+      out.x[v] = p.x;
+      out.y[v] = p.y;
+      out.z[v] = p.z;
+    }
+  });
 }
 
 // Those of the file, where they are finite.
 void place_all_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
-  out.x.resize(mesh.vertex_count());
-  out.y.resize(mesh.vertex_count());
-  out.z.resize(mesh.vertex_count());
+  for (std::vector<double>* const c : {&out.x, &out.y, &out.z}) resize_large(*c, mesh.vertex_count());
   parallel_blocks(mesh.vertex_count(), sum_block, [&](std::size_t begin, std::size_t end) {
     const WorkingPositions position(mesh, out);
     const auto inside = [](double w) { return std::abs(w) <= 1 ? w : 0.0; };  // of no face, or not finite
@@ -524,10 +591,17 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   std::vector<std::uint32_t> opposite, component;
   FanSurvey survey;
   out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite, &survey);
-  std::vector<double> area = soup_areas(mesh, out, soup);
+  std::vector<double> area;
+  std::uint32_t components = 0;
+  // Areas do not depend on components, nor the other way round where no face has to be turned.
+  parallel_both(
+      soup.polygon.size(), [&] { area = soup_areas(mesh, out, soup); },
+      [&] {
+        if (survey.consistent) components = find_components(opposite, component, cancel);
+      });
   measure_area(area, out);
   cancel.check();
-  const std::uint32_t components = orient(soup, opposite, area, survey, component, out.repairs, cancel);
+  if (!survey.consistent) components = orient(soup, opposite, area, survey, component, out.repairs, cancel);
   const std::vector<std::uint32_t> place = order_components(mesh, out, soup, area, component, components);
   sort_by_component(soup, opposite, area, component, place, out);
   soup = {};
@@ -535,8 +609,10 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   component = {};
   area = {};
   cancel.check();
-  place_vertices(mesh, split_vertices(survey.one_fan, out), out);
-  describe_components(out);
+  const std::vector<std::uint32_t> source = split_vertices(survey.one_fan, out);
+  // Components are described by numbers alone.
+  parallel_both(
+      out.triangle_count(), [&] { describe_components(out); }, [&] { place_vertices(mesh, source, out); });
   return out;
 }
 

@@ -1,7 +1,13 @@
 #include "kernels/mesh/weld_vertices.h"
 
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
 #include <bit>
 #include <cstddef>
+
+#include "kernels/core/large_vector.h"
+#include "kernels/core/parallel.h"
 
 namespace meander {
 
@@ -16,6 +22,8 @@ std::uint32_t hash_of_position(double x, double y, double z) {
   return static_cast<std::uint32_t>(hash ^ (hash >> 31));
 }
 
+constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 18, most_parts = 8;
+
 // Hashes that came once and those that came again, one bit each.
 struct HashMarks {
   std::uint64_t once = 0, again = 0;
@@ -28,40 +36,64 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
   // In most files hardly any two positions are equal. So hashes are marked first, 16 bits or more a vertex,
   // and only vertices that share a mark are looked up in a table.
   const double *const x = mesh.x.data(), *const y = mesh.y.data(), *const z = mesh.z.data();
-  std::vector<std::uint32_t> welded(mesh.vertex_count());  // at first the hash
-  std::vector<HashMarks> marks(std::bit_ceil(mesh.vertex_count() / 4 + 1));
-  const auto marks_of = [at = marks.data(), last = marks.size() - 1](std::uint32_t hash) -> HashMarks& {
-    return at[hash / 64 & last];
-  };
-  for (std::size_t v = 0; v < welded.size(); ++v) {
-    welded[v] = hash_of_position(x[v], y[v], z[v]);
-    HashMarks& mark = marks_of(welded[v]);
+  const std::size_t count = mesh.vertex_count(), blocks = (count + block_vertices - 1) / block_vertices;
+  std::vector<std::uint32_t> welded;  // at first the hash
+  resize_large(welded, count);
+  std::vector<HashMarks> marks(std::bit_ceil(count / 4 + 1));
+  const std::size_t last_mark = marks.size() - 1;
+  const auto mark = [&](std::size_t v, std::size_t at) {
+    HashMarks& marks_there = marks[at];
     const std::uint64_t bit = std::uint64_t{used[v]} << welded[v] % 64;
-    mark.again |= mark.once & bit;
-    mark.once |= bit;
+    marks_there.again |= marks_there.once & bit;
+    marks_there.once |= bit;
+  };
+  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
+  if (count < many_vertices || threads == 1) {
+    for (std::size_t v = 0; v < count; ++v) {
+      welded[v] = hash_of_position(x[v], y[v], z[v]);
+      mark(v, welded[v] / 64 & last_mark);
+    }
+  } else {
+    parallel_blocks(count, block_vertices, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) welded[v] = hash_of_position(x[v], y[v], z[v]);
+    });
+    // Every thread looks at all hashes, and makes the marks of its own range.
+    const std::size_t parts = std::min(threads, most_parts);
+    parallel_tasks(parts, [&](std::size_t part) {
+      const std::size_t first = marks.size() * part / parts, past = marks.size() * (part + 1) / parts;
+      for (std::size_t v = 0; v < count; ++v)
+        if (const std::size_t at = welded[v] / 64 & last_mark; at >= first && at < past) mark(v, at);
+    });
   }
-  const auto is_shared = [&](std::size_t v) { return used[v] & marks_of(welded[v]).again >> welded[v] % 64; };
-  std::size_t shared = 0;
-  for (std::size_t v = 0; v < welded.size(); ++v) shared += is_shared(v);
-  const std::size_t slots = std::bit_ceil(2 * shared + 2);
+  std::vector<std::vector<std::uint32_t>> shared(blocks);
+  parallel_blocks(count, block_vertices, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& own = shared[begin / block_vertices];
+    for (std::size_t v = begin; v < end; ++v) {
+      const std::uint64_t again = marks[welded[v] / 64 & last_mark].again >> welded[v] % 64;
+      if (used[v] & again)
+        own.push_back(static_cast<std::uint32_t>(v));
+      else
+        welded[v] = used[v] ? static_cast<std::uint32_t>(v) : no_index;
+    }
+  });
+  std::size_t sharing = 0;
+  for (const std::vector<std::uint32_t>& own : shared) sharing += own.size();
+  const std::size_t slots = std::bit_ceil(2 * sharing + 2);
   std::vector<std::uint32_t> table(slots, no_index);
   std::uint32_t again = 0;
-  for (std::uint32_t v = 0; v < welded.size(); ++v) {
-    if (!is_shared(v)) {
-      welded[v] = used[v] ? v : no_index;
-      continue;
+  for (const std::vector<std::uint32_t>& own : shared)
+    for (const std::uint32_t v : own) {
+      // Turned, because what shares a mark shares the low bits of the hash.
+      std::size_t slot = std::rotl(welded[v], 16) & (slots - 1);
+      while (table[slot] != no_index) {
+        const std::uint32_t other = table[slot];
+        if (x[other] == x[v] && y[other] == y[v] && z[other] == z[v]) break;
+        slot = (slot + 1) & (slots - 1);
+      }
+      again += table[slot] != no_index;
+      if (table[slot] == no_index) table[slot] = v;
+      welded[v] = table[slot];
     }
-    // Turned, because what shares a mark shares the low bits of the hash.
-    std::size_t slot = std::rotl(welded[v], 16) & (slots - 1);
-    while (table[slot] != no_index) {
-      const std::uint32_t other = table[slot];
-      if (x[other] == x[v] && y[other] == y[v] && z[other] == z[v]) break;
-      slot = (slot + 1) & (slots - 1);
-    }
-    again += table[slot] != no_index;
-    if (table[slot] == no_index) table[slot] = v;
-    welded[v] = table[slot];
-  }
   repairs[Repair::welded_vertices] += again;
   return welded;
 }

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
 #include "kernels/order/exact_cells.h"
 #include "kernels/order/mass_units.h"
@@ -80,11 +82,15 @@ class Bisection {
             "balanced_order: exact cells of elements with splits or groups, or of shares");
       return;
     }
-    front_.resize(elements.size() + n);
-    for (std::uint32_t e = 0; e < elements.size(); ++e) {
-      front_[e] = part_item(e, 1);
-      total_ += front_[e].mass;
-    }
+    resize_large(front_, elements.size() + n);
+    std::vector<std::uint64_t> masses((elements.size() + sum_block - 1) / sum_block);
+    parallel_blocks(elements.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; ++e) {
+        front_[e] = part_item(static_cast<std::uint32_t>(e), 1);
+        masses[begin / sum_block] += front_[e].mass;
+      }
+    });
+    total_ = std::accumulate(masses.begin(), masses.end(), std::uint64_t{0});
     blocks_.resize(std::size_t{n} + 2);
     if (!traits_.group.empty()) group_.resize(2 * std::size_t{n});
   }
@@ -125,7 +131,7 @@ class Bisection {
   }
 
   void bisect_all() {
-    back_.resize(front_.size());  // the elements may be gone by now
+    resize_large(back_, front_.size());  // the elements may be gone by now
     Scratch scratch;
     bisect({0, 0, n_, front_.data(), back_.data(), count_, 0, 0, {}}, scratch);
     if (traits_.split.empty()) {

@@ -10,14 +10,26 @@ namespace meander {
 
 namespace {
 
+constexpr std::size_t task_cells = 256;
+
 // The cells are those from rank `first` on.
 void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bool vertices,
                  SampleSites& found, const CancelToken& cancel) {
   const DigitalShift shift = digital_shift(key);
-  parallel_blocks(cells.count(), sum_block, [&](std::size_t begin, std::size_t end) {
+  // Cells of large meshes have many entries each. A task copies those of its largest cell: not where one has
+  // a good part of all.
+  std::size_t entries = 0, most = 0;
+  for (const Cell& cell : cells.cells.cell) {
+    entries += cell.entries;
+    most = std::max<std::size_t>(most, cell.entries);
+  }
+  const bool is_parallel = entries >= parallel_threshold && entries / 256 >= most;
+  const std::size_t tasks = is_parallel ? (cells.count() + task_cells - 1) / task_cells : 1;
+  parallel_tasks(tasks, [&](std::size_t task) {
     cancel.check();
     CellNetScratch scratch;
-    for (std::size_t c = begin; c < end; ++c) {
+    const std::size_t end = tasks == 1 ? cells.count() : std::min(cells.count(), (task + 1) * task_cells);
+    for (std::size_t c = task * task_cells; c < end; ++c) {
       if (!cells.cells.point.empty()) {
         const CellPoint& point = cells.cells.point[c];
         found.site[first + c] = {cells.triangle[point.name], cells.path[point.name], point.first,

@@ -1,11 +1,15 @@
 // The containers of kernels/core.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "kernels/core/disjoint_sets.h"
+#include "kernels/core/large_vector.h"
 #include "kernels/core/radix_heap.h"
+#include "kernels/core/radix_sort.h"
 #include "kernels/core/random.h"
+#include "support/threads.h"
 
 using namespace meander;
 
@@ -28,6 +32,49 @@ TEST_CASE("radix heap: takes keys out in ascending order while keys are added") 
     }
   }
   CHECK(taken == added);
+}
+
+TEST_CASE("radix_sort_words: by the upper bits, equal ones in their order, with any number of threads") {
+  for (const std::size_t count : {0u, 1u, 1000u, 5000u, 300000u})
+    for (const int low_bit : {0, 28, 60}) {
+      CAPTURE(count, low_bit);
+      std::vector<std::uint64_t> words(count);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const PhiloxBlock random = philox4x32({i, 1, 2, 3}, {8, 9});
+        // Some digits are the same in all of them, and many words are equal in their upper bits.
+        words[i] = std::uint64_t{random[0] % 5000} << 40 | random[1];
+      }
+      std::vector<std::uint64_t> expected = words;
+      std::stable_sort(expected.begin(), expected.end(),
+                       [low_bit](std::uint64_t a, std::uint64_t b) { return a >> low_bit < b >> low_bit; });
+      for (const std::size_t threads : {1u, 2u, 8u}) {
+        std::vector<std::uint64_t> sorted = words, scratch;
+        test::on_threads(threads, [&] {
+          radix_sort_words(sorted, scratch, low_bit);
+          return 0;
+        });
+        REQUIRE(sorted == expected);
+      }
+    }
+}
+
+TEST_CASE("fetch_pages: large vectors are what vectors are") {
+  constexpr std::size_t many = 3'000'001;  // 24 MB
+  std::vector<double> vector = {1, 2};
+  resize_large(vector, many);
+  CHECK(vector.size() == many);
+  CHECK((vector[0] == 1 && vector[1] == 2 && vector[2] == 0 && vector.back() == 0));
+  const std::vector<double> next(many, 5);
+  vector.resize(3);
+  append_large(vector, next);
+  CHECK(vector.size() == many + 3);
+  CHECK((vector[2] == 0 && vector[3] == 5 && vector.back() == 5));
+  assign_large(vector, 2 * many, 7.0);
+  CHECK(std::count(vector.begin(), vector.end(), 7.0) == 2 * many);
+  fetch_pages(nullptr, 0);
+  const auto array = make_large<std::uint64_t>(many);
+  std::fill_n(array.get(), many, 9u);
+  CHECK(array[many - 1] == 9);
 }
 
 TEST_CASE("disjoint sets: agree with labels that are written anew at every join, and the least represents") {

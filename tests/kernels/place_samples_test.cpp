@@ -10,8 +10,10 @@
 
 #include "kernels/locate/element_cells.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/sample/sample_sites.h"
 #include "kernels/sample/sequence.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -69,6 +71,45 @@ TEST_CASE("build_elements: masses of a triangle's elements sum to its mass, none
       sum[elements.triangle[i]] += mass;
     }
     for (std::size_t t = 0; t < sum.size(); ++t) REQUIRE(sum[t] == Approx(masses[t]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("build_elements and build_cells: of a large mesh the same with any number of threads") {
+  const PreparedMesh mesh = prepare_mesh(torus(600, 300));
+  REQUIRE(mesh.triangle_count() > 300000);
+  const Density density = uniform_density();
+  ElementParameters parameters;
+  parameters.samples = 100000;  // some triangles are cut
+  const auto elements = [&](std::size_t threads) {
+    return on_threads(threads, [&] {
+      return build_elements(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
+    });
+  };
+  const CurveElements one = elements(1);
+  CHECK(one.count() > mesh.triangle_count());
+  for (const std::size_t threads : {2u, 8u}) {
+    const CurveElements more = elements(threads);
+    CHECK(more.triangle == one.triangle);
+    CHECK(more.path == one.path);
+    CHECK(more.cumulative == one.cumulative);
+  }
+  parameters.samples = 300;  // of a thousand entries each
+  parameters.elements_per_sample = 12;
+  parameters.order = ElementOrder::balanced;
+  const auto sites = [&](std::size_t threads) {
+    return on_threads(threads, [&] {
+      return elements_in_net(build_cells(mesh, measure_of(mesh, density), {}, {}, test_key, parameters),
+                             test_key, false, {});
+    });
+  };
+  const SampleSites net = sites(1);
+  for (const std::size_t threads : {2u, 8u}) {
+    const SampleSites more = sites(threads);
+    REQUIRE(more.count() == net.count());
+    for (std::size_t i = 0; i < net.count(); ++i) {
+      CHECK(more.site[i].triangle == net.site[i].triangle);
+      CHECK(more.site[i].path == net.site[i].path);
+    }
   }
 }
 

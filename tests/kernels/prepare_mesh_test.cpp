@@ -1,14 +1,18 @@
 #include "kernels/mesh/prepare_mesh.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include "kernels/mesh/triangulate_polygon.h"
 #include "kernels/model/sampler.h"
 #include "support/sparse_memory.h"
 #include "support/test_meshes.h"
+#include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -52,7 +56,111 @@ void check_invariants(const PreparedMesh& mesh) {
   REQUIRE(vertex == mesh.vertex_count());
 }
 
+// A wavy grid of more than 2^19 triangles in `strips` strips, triangles and quadrilaterals in random order;
+// every seam of welding, wrong face and unused vertex that a file may have. Strips have no edge in common.
+PolygonMesh large_mesh(std::uint32_t strips) {
+  constexpr std::uint32_t columns = 1201, rows = 251;
+  std::mt19937 random(5);
+  PolygonMesh mesh;
+  const auto add_vertex = [&](double column, double row) {
+    mesh.x.push_back(0.01 * column);
+    mesh.y.push_back(0.01 * row);
+    mesh.z.push_back(0.2 * std::sin(0.013 * column) * std::cos(0.02 * row));
+    return static_cast<std::uint32_t>(mesh.x.size() - 1);
+  };
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (std::uint32_t column = 0; column < columns; ++column) add_vertex(column, row);
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t row = 0; row + 1 < rows; ++row)
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+      if (strips > 1 && column % (columns / strips) == 0) continue;  // a gap between strips
+      std::uint32_t a = row * columns + column;
+      const std::uint32_t b = a + 1, c = b + columns, d = a + columns;
+      if (random() % 16 == 0) a = add_vertex(column, row);  // the same place by another number
+      if (random() % 8 == 0) {
+        faces.push_back({a, b, c, d});
+      } else {
+        faces.push_back({a, b, c});
+        faces.push_back({a, c, d});
+      }
+    }
+  const auto nowhere = static_cast<std::uint32_t>(mesh.x.size()) + 7, infinite = add_vertex(0, 0);
+  mesh.x[infinite] = std::numeric_limits<double>::infinity();
+  add_vertex(-300, 3);  // of no face
+  for (std::uint32_t k = 0; k < 50; ++k) {
+    faces.push_back({k, k + 1, nowhere});
+    faces.push_back({k, k + 1, infinite});
+    faces.push_back({k, k, k + 1});
+    faces.push_back({k, k + 1});
+  }
+  std::shuffle(faces.begin(), faces.end(), random);
+  mesh.polygon_begin.push_back(0);
+  for (const std::vector<std::uint32_t>& face : faces) {
+    mesh.corners.insert(mesh.corners.end(), face.begin(), face.end());
+    mesh.polygon_begin.push_back(static_cast<std::uint32_t>(mesh.corners.size()));
+  }
+  return mesh;
+}
+
+void check_same(const PreparedMesh& a, const PreparedMesh& b) {
+  CHECK(a.bbox == b.bbox);
+  CHECK(a.unit == b.unit);
+  CHECK(a.x == b.x);
+  CHECK(a.y == b.y);
+  CHECK(a.z == b.z);
+  CHECK(a.triangles == b.triangles);
+  CHECK(a.opposite == b.opposite);
+  CHECK(a.corner_slot == b.corner_slot);
+  CHECK(a.polygon == b.polygon);
+  CHECK(a.area == b.area);
+  CHECK(a.total_area == b.total_area);
+  CHECK(a.unreferenced_vertices == b.unreferenced_vertices);
+  CHECK(a.repairs.counts == b.repairs.counts);
+  REQUIRE(a.components.size() == b.components.size());
+  for (std::size_t c = 0; c < a.components.size(); ++c) {
+    CHECK(a.components[c].triangle_begin == b.components[c].triangle_begin);
+    CHECK(a.components[c].triangle_end == b.components[c].triangle_end);
+    CHECK(a.components[c].vertex_begin == b.components[c].vertex_begin);
+    CHECK(a.components[c].vertex_end == b.components[c].vertex_end);
+    CHECK(a.components[c].boundary_loops == b.components[c].boundary_loops);
+    CHECK(a.components[c].genus == b.components[c].genus);
+    CHECK(a.components[c].area == b.components[c].area);
+  }
+}
+
 }  // namespace
+
+TEST_CASE(
+    "prepare_mesh: a large mesh that lacks nothing of what is wrong is the same with any number of threads") {
+  for (const std::uint32_t strips : {1u, 40u}) {
+    CAPTURE(strips);
+    const PolygonMesh file = large_mesh(strips);
+    const auto prepared = [&](std::size_t threads) {
+      return on_threads(threads, [&] { return prepare_mesh(file); });
+    };
+    const PreparedMesh one = prepared(1);
+    check_invariants(one);
+    REQUIRE(one.triangle_count() > std::size_t{1} << 19);
+    REQUIRE(one.vertex_count() > std::size_t{1} << 18);
+    CHECK(one.components.size() == strips);
+    CHECK(one.unreferenced_vertices > 1);
+    for (const Component& c : one.components) {
+      CHECK(c.boundary_loops == 1);
+      CHECK(c.genus == 0);
+    }
+    CHECK(one.repairs[Repair::index_out_of_range] == 50);
+    CHECK(one.repairs[Repair::non_finite] == 50);
+    CHECK(one.repairs[Repair::repeated_corners] == 50);
+    CHECK(one.repairs[Repair::short_faces] == 50);
+    CHECK(one.repairs[Repair::welded_vertices] > 10000);
+    for (const std::size_t threads : {2u, 8u}) check_same(one, prepared(threads));
+    if (strips > 1) continue;
+    const auto soup = [&](std::size_t threads) {
+      return on_threads(threads, [&] { return prepare_soup(file); });
+    };
+    check_same(soup(1), soup(8));
+  }
+}
 
 TEST_CASE("prepare_mesh: closed shapes keep their topology and area") {
   const PreparedMesh sphere = prepare_mesh(icosphere(3));
