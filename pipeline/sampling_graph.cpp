@@ -474,7 +474,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     }
   };
   if (digests_later)
-    parallel_tasks(2, [&](std::size_t task) { task == 0 ? digest() : read(); });
+    parallel_tasks(2, [&](std::size_t task) { task == 0 ? read() : digest(); });
   else
     read();
   if (failure) std::rethrow_exception(failure);

@@ -76,10 +76,11 @@ std::span<const std::byte> ModelBytes::File::bytes() const {
   return on_disk ? on_disk->bytes() : std::as_bytes(std::span<const char>(unpacked));
 }
 
-ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed) {
+ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed, bool of_colors) {
   File file;
   if (!packed) {
-    file.on_disk.emplace(path);
+    // Images may be many, and are reserved for once they are open.
+    file.on_disk.emplace(path, of_colors ? 0 : FileBytes::most_read);
     return file;
   }
   packed_bytes_ += packed_bytes_of(packed);
@@ -116,7 +117,7 @@ void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, 
     } else {
       const fs::path folder = folder_of_model(path, packed);
       beside_.push_back(
-          open(any_case ? find_in_any_case(folder, companion.path) : folder / companion.path, {}));
+          open(any_case ? find_in_any_case(folder, companion.path) : folder / companion.path, {}, any_case));
     }
     companion.bytes = beside_.back().bytes();
   } catch (const ItemError& error) {

@@ -60,7 +60,7 @@ class ModelBytes {
     std::string unpacked;
     std::span<const std::byte> bytes() const;
   };
-  File open(const std::filesystem::path& path, const PackedFile& packed);
+  File open(const std::filesystem::path& path, const PackedFile& packed, bool of_colors = false);
   std::span<const CompanionFile> surface_companions() const;
   void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion,
                       bool any_case);

@@ -9,11 +9,11 @@
 
 namespace meander {
 
-FileBytes::FileBytes(const std::filesystem::path& path) {
+FileBytes::FileBytes(const std::filesystem::path& path, std::size_t most) {
   const InputFile file(path);
   const auto size = static_cast<std::size_t>(file.bytes());
   if (size == 0) return;
-  if (size <= most_read) {
+  if (size <= most) {
     read_ = std::make_unique_for_overwrite<std::byte[]>(size);
     const Transfer done = try_read(file.descriptor(), std::span(read_.get(), size), 0);
     if (done.error != 0) throw_unreadable("read", done.error);

@@ -14,11 +14,12 @@ namespace meander {
 // on access: models must not be rewritten in place during a run.
 class FileBytes {
  public:
-  // Files of up to so many bytes are read. A mapping costs a fault every few pages, and taking it away a halt
-  // of all threads of the process: copying so many bytes is cheaper.
+  // Files of up to so many bytes are read. A mapping costs a fault every few pages, and unmapping interrupts
+  // all threads of the process: copying so many bytes is cheaper.
   static constexpr std::size_t most_read = std::size_t{4} << 20;
 
-  explicit FileBytes(const std::filesystem::path& path);
+  // `most`: longer files are mapped; 0 for what no reservation of memory has counted yet.
+  explicit FileBytes(const std::filesystem::path& path, std::size_t most = most_read);
   ~FileBytes();
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;

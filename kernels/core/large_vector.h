@@ -1,6 +1,6 @@
 // Vectors of many megabytes. The system gives their memory page by page where it is first written, which
-// takes longer than the writing, and a vector is first written by one thread. Here all threads of a loop
-// fetch pages.
+// takes longer than the writing, and a vector is first written by one thread. Here the pages are fetched by
+// all threads.
 #pragma once
 
 #include <cstddef>

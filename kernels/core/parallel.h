@@ -68,6 +68,8 @@ void parallel_tasks(std::size_t count, const Body& body) {
 }
 
 // Calls both, which must not depend on each other: one after the other where they work on few elements.
+// `first` should be the longer one: the calling thread runs it, and only other threads can help with its
+// loops.
 template <class First, class Second>
 void parallel_both(std::size_t elements, const First& first, const Second& second) {
   if (elements < parallel_threshold) {

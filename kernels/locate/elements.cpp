@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
@@ -133,11 +135,13 @@ void sort_ties(std::span<std::uint64_t> words, int number_bits, const KeyOf& key
   const auto tie = [&](std::size_t a, std::size_t b) {
     return words[a] >> number_bits == words[b] >> number_bits;
   };
-  // Ties belong to the block that they begin in.
+  // Ties belong to the block that they begin in, and may be longer than it.
   std::vector<std::size_t> block_begin((words.size() + tie_block - 1) / tie_block + 1, words.size());
-  for (std::size_t b = 0; b + 1 < block_begin.size(); ++b) {
-    std::size_t at = b * tie_block;
-    while (at > 0 && at < words.size() && tie(at - 1, at)) ++at;
+  block_begin[0] = 0;
+  for (std::size_t b = 1; b + 1 < block_begin.size(); ++b) {
+    std::size_t at = std::max(b * tie_block, block_begin[b - 1]);
+    if (at > block_begin[b - 1])
+      while (at < words.size() && tie(at - 1, at)) ++at;
     block_begin[b] = at;
   }
   parallel_blocks(words.size(), tie_block, [&](std::size_t first, std::size_t) {
@@ -282,8 +286,7 @@ CurveElements along_space_curve(PlacedPieces pieces, bool dense) {
     for (std::size_t i = 0; i < count; ++i) result.cumulative[i + 1] = sum.add(result.cumulative[i + 1]);
   };
   put_in_order(pieces.triangle, result.triangle);
-  parallel_both(
-      count, [&] { put_in_order(pieces.path, result.path); }, sum_masses);
+  parallel_both(count, sum_masses, [&] { put_in_order(pieces.path, result.path); });
   if (pieces.vertex.empty()) return result;
   result.vertex.resize(2 * count);
   for (std::size_t i = 0; i < count; ++i)

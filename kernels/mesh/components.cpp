@@ -72,6 +72,16 @@ std::uint32_t find_components_in_ranges(std::span<const std::uint32_t> opposite,
         opposite, own.begin, own.end, component, queue.subspan(own.begin + r),
         [&](std::uint32_t from, std::uint32_t to) { own.left.emplace_back(from, to); }, cancel);
   });
+  // Where faces are in no order, most edges leave their range, and joining costs more than one search does.
+  std::size_t left = 0;
+  for (const Range& own : range) left += own.left.size();
+  if (left > count / 8) {
+    range.clear();
+    std::fill(component.begin(), component.end(), no_index);
+    return search_range<true>(
+        opposite, 0, static_cast<std::uint32_t>(count), component, queue, [](auto, auto) {}, cancel);
+  }
+  cancel.check();
   std::uint32_t parts = 0;
   for (Range& own : range) own.first_component = std::exchange(parts, parts + own.components);
   const auto part_of = [&](std::uint32_t t) {

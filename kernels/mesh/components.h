@@ -11,7 +11,7 @@
 namespace meander {
 
 // Breadth-first over the edges: component number of every triangle; numbers ascend with the first triangle.
-// Returns how many there are. O(T).
+// Large meshes by ranges of triangles that are joined, one a thread. Returns how many there are. O(T).
 std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vector<std::uint32_t>& component,
                               const CancelToken& cancel = {});
 

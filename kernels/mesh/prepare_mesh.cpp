@@ -37,9 +37,9 @@ struct Soup {
     resize_large(corner_slot, 3 * count);
     resize_large(polygon, count);
   }
-  // So many triangles to a place before them.
+  // Moves triangles to an earlier place.
   void move(std::size_t from, std::size_t to, std::size_t count) {
-    if (from == to) return;
+    if (from == to || count == 0) return;
     std::copy_n(&triangles[3 * from], 3 * count, &triangles[3 * to]);
     std::copy_n(&corner_slot[3 * from], 3 * count, &corner_slot[3 * to]);
     std::copy_n(&polygon[from], count, &polygon[to]);
@@ -595,10 +595,11 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   std::uint32_t components = 0;
   // Areas do not depend on components, nor the other way round where no face has to be turned.
   parallel_both(
-      soup.polygon.size(), [&] { area = soup_areas(mesh, out, soup); },
+      soup.polygon.size(),
       [&] {
         if (survey.consistent) components = find_components(opposite, component, cancel);
-      });
+      },
+      [&] { area = soup_areas(mesh, out, soup); });
   measure_area(area, out);
   cancel.check();
   if (!survey.consistent) components = orient(soup, opposite, area, survey, component, out.repairs, cancel);

@@ -22,7 +22,7 @@ std::uint32_t hash_of_position(double x, double y, double z) {
   return static_cast<std::uint32_t>(hash ^ (hash >> 31));
 }
 
-constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 18, most_parts = 8;
+constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 18, most_parts = 4;
 
 // Hashes that came once and those that came again, one bit each.
 struct HashMarks {

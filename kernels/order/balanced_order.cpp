@@ -85,10 +85,12 @@ class Bisection {
     resize_large(front_, elements.size() + n);
     std::vector<std::uint64_t> masses((elements.size() + sum_block - 1) / sum_block);
     parallel_blocks(elements.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t mass = 0;
       for (std::size_t e = begin; e < end; ++e) {
         front_[e] = part_item(static_cast<std::uint32_t>(e), 1);
-        masses[begin / sum_block] += front_[e].mass;
+        mass += front_[e].mass;
       }
+      masses[begin / sum_block] = mass;
     });
     total_ = std::accumulate(masses.begin(), masses.end(), std::uint64_t{0});
     blocks_.resize(std::size_t{n} + 2);

@@ -1,5 +1,6 @@
 #include "kernels/sample/sample_sites.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
@@ -10,26 +11,16 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t task_cells = 256;
+constexpr std::size_t cell_block = 256, least_part = 256;
 
 // The cells are those from rank `first` on.
 void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bool vertices,
                  SampleSites& found, const CancelToken& cancel) {
   const DigitalShift shift = digital_shift(key);
-  // Cells of large meshes have many entries each. A task copies those of its largest cell: not where one has
-  // a good part of all.
-  std::size_t entries = 0, most = 0;
-  for (const Cell& cell : cells.cells.cell) {
-    entries += cell.entries;
-    most = std::max<std::size_t>(most, cell.entries);
-  }
-  const bool is_parallel = entries >= parallel_threshold && entries / 256 >= most;
-  const std::size_t tasks = is_parallel ? (cells.count() + task_cells - 1) / task_cells : 1;
-  parallel_tasks(tasks, [&](std::size_t task) {
+  const auto find_block = [&](std::size_t begin, CellNetScratch& scratch) {
     cancel.check();
-    CellNetScratch scratch;
-    const std::size_t end = tasks == 1 ? cells.count() : std::min(cells.count(), (task + 1) * task_cells);
-    for (std::size_t c = task * task_cells; c < end; ++c) {
+    const std::size_t end = std::min(cells.count(), begin + cell_block);
+    for (std::size_t c = begin; c < end; ++c) {
       if (!cells.cells.point.empty()) {
         const CellPoint& point = cells.cells.point[c];
         found.site[first + c] = {cells.triangle[point.name], cells.path[point.name], point.first,
@@ -42,7 +33,24 @@ void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bo
       if (vertices)
         found.set_vertex(first + c, &cells.vertex[2 * std::size_t{entry.element()}], cells.cells.mass(entry));
     }
-  });
+  };
+  // Cells of large meshes have many entries each. Every task copies those of its largest cell: several tasks
+  // only where all these copies are little beside the entries themselves.
+  std::size_t entries = 0, most = 0;
+  for (const Cell& cell : cells.cells.cell) {
+    entries += cell.entries;
+    most = std::max<std::size_t>(most, cell.entries);
+  }
+  const std::size_t blocks = (cells.count() + cell_block - 1) / cell_block;
+  if (entries >= parallel_threshold && most <= entries / least_part) {
+    parallel_tasks(blocks, [&](std::size_t block) {
+      CellNetScratch scratch;
+      find_block(block * cell_block, scratch);
+    });
+    return;
+  }
+  CellNetScratch scratch;
+  for (std::size_t block = 0; block < blocks; ++block) find_block(block * cell_block, scratch);
 }
 
 }  // namespace

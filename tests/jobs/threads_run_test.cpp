@@ -1,7 +1,10 @@
 // The same bytes for any number of threads, with models above the size from which loops run in parallel.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <span>
+#include <string>
 
+#include "io/digest.h"
 #include "io/store/store.h"
 #include "kernels/core/parallel.h"
 #include "support/fault_program.h"
@@ -56,6 +59,40 @@ void check_threads(const std::vector<std::string>& options, const char* samples 
 }
 
 }  // namespace
+
+TEST_CASE("run: a file that is read while its digest is made has its digest and its samples, or its status") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  // 17 MiB of comments.
+  const std::string line = "# " + std::string(126, '-') + "\n";
+  std::string padding;
+  while (padding.size() < std::size_t{17} << 20) padding += line;
+  const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+  write_file(scratch / "in" / "large.obj", faces + padding);
+  write_file(scratch / "in" / "small.obj", faces);
+  write_file(scratch / "in" / "wrong.obj", padding + "f 1 2 3\n");
+  std::string expected;
+  for (const char* const threads : {"1", "2"}) {
+    const std::string store = scratch / (std::string("s") + threads + ".h5");
+    const ProcessResult result =
+        run_process({fault_program, "run", (scratch / "in").string(), "-o", store, "-n", "100", "-j", threads,
+                     "--timeout", "0", "--progress", "none"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 3);
+    const std::string bytes = read_file(store);
+    if (expected.empty()) expected = bytes;
+    const bool same = bytes == expected;
+    CHECK(same);
+    const StoreReader reader(store, StoreCheck::every_byte);
+    REQUIRE(reader.rows() == 3);
+    for (std::uint64_t row = 0; row < 3; ++row) {
+      const Row content = reader.read_row(row);
+      const std::string file = read_file(scratch / "in" / reader.id(row));
+      CHECK(content.report.content_sha256 == sha256(std::as_bytes(std::span(file))));
+      CHECK((content.report.status == Status::ok) == (reader.id(row) != "wrong.obj"));
+    }
+  }
+}
 
 TEST_CASE("run: the same bytes with 1, 2 and 8 threads, conformal, with certificate") {
   check_threads({"--method", "conformal", "--certify"});

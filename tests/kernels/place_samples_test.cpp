@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "kernels/curve/curve_key.h"
 #include "kernels/locate/element_cells.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/sample_sites.h"
@@ -93,7 +94,7 @@ TEST_CASE("build_elements and build_cells: of a large mesh the same with any num
     CHECK(more.path == one.path);
     CHECK(more.cumulative == one.cumulative);
   }
-  parameters.samples = 300;  // of a thousand entries each
+  parameters.samples = 3000;  // cells of a hundred entries each
   parameters.elements_per_sample = 12;
   parameters.order = ElementOrder::balanced;
   const auto sites = [&](std::size_t threads) {
@@ -111,6 +112,46 @@ TEST_CASE("build_elements and build_cells: of a large mesh the same with any num
       CHECK(more.site[i].path == net.site[i].path);
     }
   }
+}
+
+TEST_CASE(
+    "build_elements: a small part of a large box is in the order of whole keys, with any number of threads") {
+  PolygonMesh file = torus(600, 300);
+  // Far smaller than a cell of the coarse keys, beside a small triangle that makes the box.
+  for (std::vector<double>* const axis : {&file.x, &file.y, &file.z})
+    for (double& at : *axis) at *= 1e-6;
+  const auto vertex = static_cast<std::uint32_t>(file.vertex_count());
+  for (const std::array<double, 3>& at :
+       {std::array<double, 3>{1, 1, 1}, {1, 1, 1 + 1e-8}, {1, 1 + 1e-8, 1}}) {
+    file.x.push_back(at[0]);
+    file.y.push_back(at[1]);
+    file.z.push_back(at[2]);
+  }
+  file.corners.insert(file.corners.end(), {vertex, vertex + 1, vertex + 2});
+  file.polygon_begin.push_back(static_cast<std::uint32_t>(file.corners.size()));
+  const PreparedMesh mesh = prepare_mesh(file);
+  const auto elements = [&](std::size_t threads) {
+    return on_threads(threads, [&] { return direct_elements(mesh, uniform_density(), 64); });
+  };
+  const CurveElements one = elements(1);
+  REQUIRE(one.count() == mesh.triangle_count());
+  std::uint64_t last = 0;
+  std::size_t different = 0;
+  for (const std::uint32_t t : one.triangle) {
+    const Vector3 c =
+        (1.0 / 3) * (mesh.position(mesh.triangles[3 * t]) + mesh.position(mesh.triangles[3 * t + 1]) +
+                     mesh.position(mesh.triangles[3 * t + 2]));
+    const std::uint64_t key = hilbert_key_3d({static_cast<double>(static_cast<float>(c.x)),
+                                              static_cast<double>(static_cast<float>(c.y)),
+                                              static_cast<double>(static_cast<float>(c.z))});
+    REQUIRE(key >= last);
+    different += key != last;
+    last = key;
+  }
+  CHECK(different > 5);
+  const CurveElements more = elements(8);
+  CHECK(more.triangle == one.triangle);
+  CHECK(more.cumulative == one.cumulative);
 }
 
 TEST_CASE("build_cells: masses of a triangle's entries sum to its mass, every cell has its share") {

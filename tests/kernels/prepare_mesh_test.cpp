@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "kernels/mesh/triangulate_polygon.h"
@@ -56,9 +57,9 @@ void check_invariants(const PreparedMesh& mesh) {
   REQUIRE(vertex == mesh.vertex_count());
 }
 
-// A wavy grid of more than 2^19 triangles in `strips` strips, triangles and quadrilaterals in random order;
-// every seam of welding, wrong face and unused vertex that a file may have. Strips have no edge in common.
-PolygonMesh large_mesh(std::uint32_t strips) {
+// A wavy grid of more than 2^19 triangles in `strips` strips, triangles and quadrilaterals, row by row or in
+// random order; with seams, bad faces and unused vertices. Strips have no edge in common.
+PolygonMesh large_mesh(std::uint32_t strips, bool in_order) {
   constexpr std::uint32_t columns = 1201, rows = 251;
   std::mt19937 random(5);
   PolygonMesh mesh;
@@ -93,7 +94,7 @@ PolygonMesh large_mesh(std::uint32_t strips) {
     faces.push_back({k, k, k + 1});
     faces.push_back({k, k + 1});
   }
-  std::shuffle(faces.begin(), faces.end(), random);
+  if (!in_order) std::shuffle(faces.begin(), faces.end(), random);
   mesh.polygon_begin.push_back(0);
   for (const std::vector<std::uint32_t>& face : faces) {
     mesh.corners.insert(mesh.corners.end(), face.begin(), face.end());
@@ -130,11 +131,31 @@ void check_same(const PreparedMesh& a, const PreparedMesh& b) {
 
 }  // namespace
 
-TEST_CASE(
-    "prepare_mesh: a large mesh that lacks nothing of what is wrong is the same with any number of threads") {
-  for (const std::uint32_t strips : {1u, 40u}) {
-    CAPTURE(strips);
-    const PolygonMesh file = large_mesh(strips);
+TEST_CASE("prepare_mesh: blocks of polygons without a triangle") {
+  PolygonMesh file;
+  file.polygon_begin = {0};
+  const auto add = [&](const std::vector<std::uint32_t>& face) {
+    file.corners.insert(file.corners.end(), face.begin(), face.end());
+    file.polygon_begin.push_back(static_cast<std::uint32_t>(file.corners.size()));
+  };
+  file.x = {0, 1, 0};
+  file.y = {0, 0, 1};
+  file.z = {0, 0, 0};
+  constexpr std::uint32_t bad = 200000;
+  add({0, 1, 1});
+  add({0, 1, 2});
+  for (std::uint32_t k = 0; k < bad; ++k) add({0, 1});
+  const PreparedMesh mesh = prepare_mesh(file);
+  REQUIRE(mesh.triangle_count() == 1);
+  CHECK(mesh.polygon[0] == 1);
+  CHECK(mesh.repairs[Repair::short_faces] == bad);
+  CHECK(mesh.repairs[Repair::repeated_corners] == 1);
+}
+
+TEST_CASE("prepare_mesh: a large mesh with every defect is the same with any number of threads") {
+  for (const auto& [strips, in_order] : {std::pair{1u, true}, {40u, true}, {40u, false}}) {
+    CAPTURE(strips, in_order);
+    const PolygonMesh file = large_mesh(strips, in_order);
     const auto prepared = [&](std::size_t threads) {
       return on_threads(threads, [&] { return prepare_mesh(file); });
     };
