@@ -42,10 +42,10 @@ constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, a
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;  // element, two sort arrays, result
-// Balanced order: pieces, two arrays of items; leaves, nodes, their path and cells. Split pieces: their
-// parts, and entries of cells while they grow.
+// Balanced order: pieces, two arrays of items; leaves, nodes, their path and cells. Where pieces may be
+// split: all pieces, what those that are split have beside it, and entries of cells while they grow.
 constexpr double bytes_per_balanced_piece = 110, bytes_per_balanced_sample = 230;
-constexpr double bytes_per_split_piece = 160, bytes_per_entry = 30;
+constexpr double bytes_per_splittable_piece = 90, bytes_per_split = 70, bytes_per_entry = 30;
 // Clipped triangles: pieces, polygons and lists of these, with room for a whole tree. Large nodes have less,
 // but hold them twice while their halves are copied; most of the triangles may be in one of them.
 constexpr double bytes_per_clipped_piece = 750, samples_of_copied_nodes = 4096, bytes_per_copied_piece = 430;
@@ -179,9 +179,11 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     }
     if (!is_split) return count * bytes_per_balanced_piece + of_samples * bytes_per_balanced_sample;
     const double pieces = of_triangles + (count - of_triangles) / split_parts;
+    // No more pieces than this weigh more than a part may.
+    const double splits = of_each > 0 ? std::min(pieces, of_each * of_samples) : pieces;
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);
-    return std::max(exact, pieces * bytes_per_split_piece + count * bytes_per_entry +
-                               in_blocks * (pieces + count) * bytes_per_block_item +
+    return std::max(exact, pieces * bytes_per_splittable_piece + splits * bytes_per_split +
+                               count * bytes_per_entry + in_blocks * (pieces + count) * bytes_per_block_item +
                                of_samples * bytes_per_balanced_sample);
   };
   const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_written_block));

@@ -108,7 +108,9 @@ ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region
     rotation = random_axes(source.key, source.places.any());
     turn_axes(rotation, pieces, turned);
   }
-  ElementTraits traits{pieces.triangle, pieces.split, parameters.random_axes ? turned : source.normal,
+  ElementTraits traits{pieces.triangle,
+                       {pieces.split_piece, pieces.split},
+                       parameters.random_axes ? turned : source.normal,
                        source.group};
   ExactTriangles exact;
   if (is_exact) {

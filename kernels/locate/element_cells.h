@@ -66,9 +66,9 @@ inline double most_kept_polygons(double triangles, double samples) {
 // empty. The cells are parameters.samples. Pieces of uniform density in space are four times as heavy as
 // elements may be, and split in small cells only; where triangles are few they are whole, and the cells are
 // points of a net, or keep polygons unless these are too many. The masses of a triangle's entries, if there
-// are any, sum to its exact mass. O(E log E); 80 bytes a piece (160 where some are split) and 230 a sample,
-// and 24 an entry of split pieces, at the peak. Throws ItemError(zero_density) when the total is zero,
-// ItemError(too_large) for more than 2^29 pieces. Deterministic for every thread count.
+// are any, sum to its exact mass. O(E log E); 80 bytes a piece, 70 more for one that is split, and 230 a
+// sample, and where some are split 24 an entry, at the peak. Throws ItemError(zero_density) when the total is
+// zero, ItemError(too_large) for more than 2^29 pieces. Deterministic for every thread count.
 ElementCells build_cells(const MeasuredMesh& surface, const MeshMeasure& measure, const ChartSet& charts,
                          const TriangleHints& hints, RandomKey key, const ElementParameters& parameters,
                          const CancelToken& cancel = {});

@@ -19,6 +19,7 @@ namespace meander {
 struct SurfaceRegion {
   std::vector<SurfacePiece> piece;
   std::size_t expected_elements = 0;  // about so many, to make room for
+  double mass = 0;                    // of all pieces
 };
 
 // The same for all regions of a surface. Mesh, density, charts and hits must outlive it.
@@ -43,7 +44,7 @@ auto cut_source(const ElementSource& source, const SurfaceRegion* region, double
                 const CancelToken& cancel) {
   if (region == nullptr) return cut_all(source.surface, source.density, source.hits, limit, make, cancel);
   auto record = make();
-  record.reserve(region->expected_elements);
+  record.reserve(region->expected_elements, region->mass);
   PieceCutter cutter(source.surface, source.density, {}, limit, record);
   for (std::size_t i = 0; i < region->piece.size(); ++i) {
     if (i % sum_block == 0) cancel.check();

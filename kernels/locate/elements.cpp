@@ -39,7 +39,7 @@ class KeyedPieces {
 
   static constexpr bool takes_plain_pieces = false;
   std::size_t size() const { return elements.size(); }
-  void reserve(std::size_t pieces) { elements.reserve(pieces); }
+  void reserve(std::size_t pieces, double) { elements.reserve(pieces); }
   void append(const KeyedPieces& next) {
     elements.insert(elements.end(), next.elements.begin(), next.elements.end());
   }
@@ -182,12 +182,13 @@ std::vector<std::uint64_t> whole_keys(const std::vector<MassPoint>& points) {
 }
 
 // A coarse key and the number fit into one word. `dense`: most points may share a cell of the coarse grid, as
-// those of a region of the surface; a region is a stretch of the curve, so that its keys less the least of
-// them are short.
+// those of a region of the surface. They are not so many, so that their words have room for longer keys; and
+// a region is a stretch of the curve, so that keys less the least of them are shorter than whole ones.
 SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
-  constexpr int number_bits = 64 - coarse_key_bits;
-  constexpr std::size_t most_numbered = std::size_t{1} << number_bits;
+  constexpr int most_number_bits = 64 - coarse_key_bits;
+  constexpr std::size_t most_numbered = std::size_t{1} << most_number_bits;
   const std::size_t count = points.size();
+  const int number_bits = dense ? std::max(static_cast<int>(std::bit_width(count)), 1) : most_number_bits;
   SpaceOrder order;
   std::vector<std::uint64_t>& words = order.words;
   resize_large(words, count);
@@ -222,7 +223,7 @@ SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
     const float* p = points[number].at;
     return hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
   });
-  order.mask = most_numbered - 1;
+  order.mask = (std::uint64_t{1} << number_bits) - 1;
   return order;
 }
 

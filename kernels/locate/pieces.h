@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <type_traits>
 #include <vector>
 
@@ -262,14 +263,11 @@ class PieceCutter {
     const PreparedMesh& mesh = surface_.mesh();
     for (std::size_t t = begin; t < end; ++t) {
       if constexpr (Record::takes_plain_pieces)
-        if (plain_ && mesh.area[t] <= whole_limit_) {  // most triangles of a fine mesh
-          const std::uint32_t* const corner = &mesh.triangles[3 * t];
-          if (mesh.area[t] > 0)
-            record_(t,
-                    std::array<Vector3, 3>{mesh.position(corner[0]), mesh.position(corner[1]),
-                                           mesh.position(corner[2])},
-                    mesh.area[t]);
-          continue;
+        if (plain_) {  // most triangles of a fine mesh are whole
+          const std::size_t first = t;
+          while (t < end && mesh.area[t] > 0 && mesh.area[t] <= whole_limit_) ++t;
+          record_.add_whole(mesh, first, t);
+          if (t == end) return;
         }
       cut({static_cast<std::uint32_t>(t), 1, 1.0});
     }
@@ -324,8 +322,9 @@ class PieceCutter {
 //   void add_halves(std::size_t triangle, const PlainPiece&, Edge bisected, double mass_of_each);
 //   double whole_limit() const;  // whole triangles of at most this mass are handed over by their corners
 //   void operator()(std::size_t triangle, const std::array<Vector3, 3>& corners, double mass);
+//   void add_whole(const PreparedMesh&, std::size_t begin, std::size_t end);  // or many, each of its area
 //   std::size_t size() const;
-//   void reserve(std::size_t pieces);
+//   void reserve(std::size_t pieces, double mass_of_all);
 //   void append(const Record& of_the_next_triangles);
 // `make` makes an empty one. Parallel by blocks of triangles, appended in order.
 template <class Make>
@@ -340,6 +339,7 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
   const std::size_t block = std::max(usual_block, (triangles + most_blocks - 1) / most_blocks);
   constexpr double most_reserved = 1 << 20;
   std::vector<Record> parts((triangles + block - 1) / block, make());
+  std::vector<double> areas(parts.size());
   parallel_blocks(triangles, block, [&](std::size_t begin, std::size_t end) {
     cancel.check();
     auto& part = parts[begin / block];
@@ -347,7 +347,8 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
     double area = 0;
     for (std::size_t t = begin; t < end; ++t) area += mesh.area[t];
     const double more = density.uniform() && limit > 0 ? 1.5 * area / limit : 0.0;
-    part.reserve(end - begin + static_cast<std::size_t>(std::min(more, most_reserved)));
+    areas[begin / block] = area;
+    part.reserve(end - begin + static_cast<std::size_t>(std::min(more, most_reserved)), area);
     PieceCutter cutter(surface, density, wanted, limit, part);
     cutter.cut_range(begin, end);
   });
@@ -355,7 +356,7 @@ auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<cons
   Record all = make();
   std::size_t pieces = 0;
   for (const Record& part : parts) pieces += part.size();
-  all.reserve(pieces);
+  all.reserve(pieces, std::accumulate(areas.begin(), areas.end(), 0.0));
   for (Record& part : parts) {
     all.append(part);
     part = make();

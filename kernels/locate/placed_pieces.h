@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "kernels/core/large_vector.h"
@@ -71,20 +72,26 @@ class PlacedPieces {
   bool wants_weights() const { return keep_vertices_ || places_->any(); }
 
   std::size_t size() const { return point.size(); }
-  void reserve(std::size_t pieces) {
+  void reserve(std::size_t pieces, double mass) {
     point.reserve(pieces);
     triangle.reserve(pieces);
     path.reserve(pieces);
     if (keep_vertices_) vertex.reserve(2 * pieces);
+    // More pieces than this cannot weigh more than the limit.
+    if (split_limit_ > 0)
+      most_splits_ = static_cast<std::size_t>(std::min(mass / split_limit_, static_cast<double>(pieces)));
   }
   void append(const PlacedPieces& next) {
-    if (next.has_splits_) begin_splits();
+    if (!next.split.empty()) {
+      make_room_for_splits();
+      for (const std::uint32_t piece : next.split_piece)
+        split_piece.push_back(static_cast<std::uint32_t>(point.size()) + piece);
+      split.insert(split.end(), next.split.begin(), next.split.end());
+    }
     append_large(point, next.point);
     append_large(triangle, next.triangle);
     append_large(path, next.path);
     vertex.insert(vertex.end(), next.vertex.begin(), next.vertex.end());
-    split.insert(split.end(), next.split.begin(), next.split.end());
-    if (has_splits_) split.resize(point.size());
     if (!next.corners.empty()) {
       corners.resize(point.size() - next.point.size());
       corners.insert(corners.end(), next.corners.begin(), next.corners.end());
@@ -107,9 +114,12 @@ class PlacedPieces {
   }
 
   void operator()(std::size_t t, const PlainPiece& piece, double mass) {
-    if (split_limit_ > 0 && mass > split_limit_) begin_splits();
+    if (split_limit_ > 0 && mass > split_limit_ && piece.path < deepest_path) {
+      make_room_for_splits();
+      split_piece.push_back(static_cast<std::uint32_t>(point.size()));
+      split.push_back(split_of(piece, mass, split_limit_));
+    }
     add(t, centroid(piece.corner), piece.path, mass);
-    if (has_splits_) split.back() = split_of(piece, mass, split_limit_);
     if (keep_corners_ && piece.path != 1) store_corners(piece.corner);
   }
 
@@ -139,26 +149,42 @@ class PlacedPieces {
   void operator()(std::size_t t, const std::array<Vector3, 3>& whole, double mass) {
     add(t, centroid(whole), 1, mass);
   }
+  void add_whole(const PreparedMesh& mesh, std::size_t begin, std::size_t end) {
+    const std::size_t first = size(), count = end - begin;
+    if (count == 0) return;
+    point.resize(first + count);
+    triangle.resize(first + count);
+    path.resize(first + count, 1);
+    MassPoint* const to = point.data() + first;
+    std::iota(triangle.begin() + static_cast<std::ptrdiff_t>(first), triangle.end(),
+              static_cast<std::uint32_t>(begin));
+    const std::uint32_t* const corner = mesh.triangles.data() + 3 * begin;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vector3 at = centroid(
+          {mesh.position(corner[3 * i]), mesh.position(corner[3 * i + 1]), mesh.position(corner[3 * i + 2])});
+      to[i] = {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)},
+               mesh.area[begin + i]};
+    }
+  }
 
   std::vector<MassPoint> point;
   std::vector<std::uint32_t> triangle, path;
   std::vector<float> vertex;
-  std::vector<ElementSplit> split;    // by piece, or empty: none is split, as of meshes with small triangles
-  std::vector<PieceCorners> corners;  // by piece up to the last that is no whole triangle; of those only
+  std::vector<std::uint32_t> split_piece;  // the pieces that are split, and
+  std::vector<ElementSplit> split;         // how each of them is
+  std::vector<PieceCorners> corners;       // by piece up to the last that is no whole triangle; of those only
 
  private:
-  // Room for the split of a piece that will be added, and for those of all pieces before it.
-  void begin_splits() {
-    if (has_splits_) return;
-    has_splits_ = true;
-    split.reserve(point.capacity());
-    split.resize(point.size());
+  // Only once there is one: most meshes of small triangles have none.
+  void make_room_for_splits() {
+    if (!split.empty()) return;
+    split_piece.reserve(most_splits_);
+    split.reserve(most_splits_);
   }
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
     point.push_back({{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
     triangle.push_back(static_cast<std::uint32_t>(t));
     path.push_back(piece_path);
-    if (has_splits_) split.emplace_back();
   }
 
   // Of the piece that was added last.
@@ -176,7 +202,7 @@ class PlacedPieces {
   RandomKey key_;
   bool keep_vertices_, keep_corners_;
   double split_limit_;
-  bool has_splits_ = false;
+  std::size_t most_splits_ = 0;
 };
 
 // The most that an element may weigh. Throws ItemError(zero_density) when the total mass is zero.

@@ -90,11 +90,15 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
     divide_curve(elements_from(source, nullptr, limit, coarse, cancel), regions);
   }
   regions.group = std::move(source.group);
-  // Pieces of large triangles weigh between half the limit and all of it.
-  for (std::size_t r = 0; r < regions.count(); ++r)
-    regions.region[r].expected_elements =
-        regions.region[r].piece.size() + static_cast<std::size_t>(1.5 * parameters.elements_per_sample *
-                                                                  static_cast<double>(regions.strata(r)));
+  const double stratum_mass = measure.total() / static_cast<double>(strata);
+  for (std::size_t r = 0; r < regions.count(); ++r) {
+    SurfaceRegion& region = regions.region[r];
+    const auto held = static_cast<double>(regions.strata(r));
+    // Pieces of large triangles weigh between half the limit and all of it.
+    region.expected_elements =
+        region.piece.size() + static_cast<std::size_t>(1.5 * parameters.elements_per_sample * held);
+    region.mass = stratum_mass * held;
+  }
   return regions;
 }
 

@@ -13,6 +13,7 @@
 
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/place_index.h"
 #include "kernels/order/exact_cells.h"
 #include "kernels/order/mass_units.h"
 #include "kernels/order/node_items.h"
@@ -71,23 +72,28 @@ class Bisection {
       throw std::invalid_argument("balanced_order: more than 2^29 elements");
     if ((!traits.normal.empty() || !traits.group.empty()) && traits.triangle.size() != elements.size())
       throw std::invalid_argument("balanced_order: traits of triangles without the triangles");
-    if (!traits.split.empty() && traits.split.size() != elements.size())
+    if (traits.splits.element.size() != traits.splits.split.size() ||
+        !are_places(traits.splits.element, elements.size()))
       throw std::invalid_argument("balanced_order: splits of other elements");
     mass_ = total;
     units_ = MassUnits(total);
     leaves_.resize(n);
     if (traits.exact != nullptr) {
-      if (!traits.split.empty() || !traits.group.empty() || shares != n)
+      if (!traits.splits.empty() || !traits.group.empty() || shares != n)
         throw std::invalid_argument(
             "balanced_order: exact cells of elements with splits or groups, or of shares");
       return;
+    }
+    if (!traits.splits.empty()) {
+      split_number_ = PlaceIndex(traits.splits.element, elements.size());
+      for (const std::uint32_t e : traits.splits.element) split_point_.push_back(elements[e]);
     }
     resize_large(front_, elements.size() + n);
     std::vector<std::uint64_t> masses((elements.size() + sum_block - 1) / sum_block);
     parallel_blocks(elements.size(), sum_block, [&](std::size_t begin, std::size_t end) {
       std::uint64_t mass = 0;
       for (std::size_t e = begin; e < end; ++e) {
-        front_[e] = part_item(static_cast<std::uint32_t>(e), 1);
+        front_[e] = whole_item(elements[e], static_cast<std::uint32_t>(e));
         mass += front_[e].mass;
       }
       masses[begin / sum_block] = mass;
@@ -136,7 +142,7 @@ class Bisection {
     resize_large(back_, front_.size());  // the elements may be gone by now
     Scratch scratch;
     bisect({0, 0, n_, front_.data(), back_.data(), count_, 0, 0, {}}, scratch);
-    if (traits_.split.empty()) {
+    if (traits_.splits.empty()) {
       blocks_[n_] = std::move(front_);
       blocks_[n_ + 1] = std::move(back_);
     }
@@ -162,11 +168,16 @@ class Bisection {
   // Items are named by element and part.
   static std::uint32_t name(std::uint32_t element, std::uint32_t part) { return element << 3 | part; }
 
-  NodeItem part_item(std::uint32_t element, std::uint32_t part) const {
-    const MassPoint& e = elements_[element];
-    NodeItem item{{e.at[0], e.at[1], e.at[2]}, name(element, part), units(e)};
+  NodeItem whole_item(const MassPoint& e, std::uint32_t element) const {
+    return {{e.at[0], e.at[1], e.at[2]}, name(element, 1), units(e)};
+  }
+
+  // A part of the element, which is split number `number`.
+  NodeItem part_item(std::size_t number, std::uint32_t element, std::uint32_t part) const {
+    NodeItem item = whole_item(split_point_[number], element);
     if (part == 1) return item;
-    const ElementSplit& split = traits_.split[element];
+    item.name = name(element, part);
+    const ElementSplit& split = traits_.splits.split[number];
     const auto halve = [&](bool second, const float(&way)[3]) {
       const std::uint64_t first_mass = item.mass / 2;
       item.mass = second ? item.mass - first_mass : first_mass;
@@ -187,37 +198,39 @@ class Bisection {
   // The level to which nodes of that many leaves take splits apart.
   int level_of(std::uint32_t leaves) const {
     if (leaves <= block_leaves) return all_parts;
-    return leaves <= halved_leaves && !traits_.split.empty() ? 1 : 0;
+    return leaves <= halved_leaves && !traits_.splits.empty() ? 1 : 0;
   }
 
-  // The node with parts of its items instead. What a cut above has divided stays as it is. The elements are
-  // gone where there are no splits.
+  // The node with parts of its items instead. What a cut above has divided stays as it is.
   void take_apart(Node node, int level, Scratch& scratch) {
     node.level = level;
-    if (traits_.split.empty()) {
+    if (traits_.splits.empty()) {
       bisect(node, scratch);
       return;
     }
     Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
-    const auto deeper_levels = [&](const NodeItem& item) {
-      const int levels = std::min<int>(traits_.split[item.element()].levels, level);
+    const auto deeper_levels = [&](std::size_t number, const NodeItem& item) {
+      if (number == PlaceIndex::none) return 0;
+      const int levels = std::min<int>(traits_.splits.split[number].levels, level);
       return std::max(levels - static_cast<int>(std::bit_width(item.part())) + 1, 0);
     };
     std::size_t room = node.leaves;
-    for (std::size_t i = 0; i < node.count; ++i) room += std::size_t{1} << deeper_levels(node.items[i]);
+    for (std::size_t i = 0; i < node.count; ++i)
+      room += std::size_t{1} << deeper_levels(split_number_.find(node.items[i].element()), node.items[i]);
     if (buffers.front.size() < room) buffers.front.resize(room);
     if (buffers.back.size() < room) buffers.back.resize(room);
     NodeItem* to = buffers.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
       const NodeItem& item = node.items[i];
       const std::uint32_t element = item.element(), part = item.part();
-      const int deeper = deeper_levels(item);
-      if (deeper == 0 || part_item(element, part).mass != item.mass) {
+      const std::size_t number = split_number_.find(element);
+      const int deeper = deeper_levels(number, item);
+      if (deeper == 0 || part_item(number, element, part).mass != item.mass) {
         *to++ = item;
         continue;
       }
       const std::uint32_t first = part << deeper;
-      for (std::uint32_t p = first; p < first + (1u << deeper); ++p) *to++ = part_item(element, p);
+      for (std::uint32_t p = first; p < first + (1u << deeper); ++p) *to++ = part_item(number, element, p);
     }
     node.count = static_cast<std::size_t>(to - buffers.front.data());
     node.items = buffers.front.data();
@@ -388,7 +401,7 @@ class Bisection {
       for (const NodeItem& item : items)
         if (group_of(item) != group_[node.number]) group_[node.number] = several_groups;
     }
-    if (traits_.split.empty()) {  // the items stay where they are
+    if (traits_.splits.empty()) {  // the items stay where they are
       const bool in_front = std::less_equal<>()(front_.data(), node.items) &&
                             std::less<>()(node.items, front_.data() + front_.size());
       const std::vector<NodeItem>& buffer = in_front ? front_ : back_;
@@ -504,6 +517,8 @@ class Bisection {
   double mass_ = 0;          // of all elements
   std::uint64_t total_ = 0;  // likewise, in units
   MassUnits units_;
+  PlaceIndex split_number_;                    // of elements that are split
+  std::vector<MassPoint> split_point_;         // by that number: the elements may be gone by now
   std::vector<NodeItem> front_, back_;         // a node's items are in one, its halves' in the other
   std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves; at n and
   // n + 1 all, where none are taken apart
@@ -546,8 +561,8 @@ BalancedCells balanced_order(std::vector<MassPoint>&& elements, std::uint32_t n,
                              const CancelToken& cancel, std::uint64_t shares) {
   std::vector<MassPoint> own = std::move(elements);
   Bisection bisection(own, n, checked_shares(shares, n), traits, cancel);
-  // From here on only splits and triangles are made of them.
-  if (traits.split.empty() && traits.exact == nullptr) own = std::vector<MassPoint>();
+  // From here on only triangles are made of them.
+  if (traits.exact == nullptr) own = std::vector<MassPoint>();
   return bisection.cells();
 }
 

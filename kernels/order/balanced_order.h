@@ -46,13 +46,20 @@ struct ExactTriangles {
   std::uint64_t most_polygons = ~std::uint64_t{0};  // with more of these there are no cells
 };
 
-// What else is known of the elements. `split`, `normal` and `group` may be empty, `exact` null.
+// The elements that are taken apart; all others stay whole.
+struct ElementSplits {
+  std::span<const std::uint32_t> element;  // their numbers, ascending
+  std::span<const ElementSplit> split;     // of each
+  bool empty() const { return element.empty(); }
+};
+
+// What else is known of the elements. `splits`, `normal` and `group` may be empty, `exact` null.
 struct ElementTraits {
   std::span<const std::uint32_t> triangle;  // by element
-  std::span<const ElementSplit> split;      // by element; empty: none is taken apart
-  std::span<const float> normal;            // 3 a triangle, unit: tells the two sides of a thin plate apart
-  std::span<const std::uint32_t> group;     // by triangle: all elements of one group come before the next
-  const ExactTriangles* exact = nullptr;    // without splits, groups and shares
+  ElementSplits splits;
+  std::span<const float> normal;          // 3 a triangle, unit: tells the two sides of a thin plate apart
+  std::span<const std::uint32_t> group;   // by triangle: all elements of one group come before the next
+  const ExactTriangles* exact = nullptr;  // without splits, groups and shares
 };
 
 // An element, a part of a split one, or, where a cut divides it, a share of the mass of either.
@@ -109,9 +116,9 @@ struct BalancedCells {
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 80 bytes an element (120 where some are split) and 230 a sample at the peak, and
-// 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than 2^29
-// elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
+// levels more for its parts; 80 bytes an element, 64 more for one that is split, and 230 a sample at the
+// peak, and 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than
+// 2^29 elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
 // those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one
 // side of a cut: triangles are clipped at the plane, and cells are of equal mass to 2^-12. About 80 ns a
 // clip, of which a cell takes 2 (large triangles) to 9 (6 triangles a cell); 750 bytes an element, 1,200

@@ -156,17 +156,32 @@ TEST_CASE("balanced order: consecutive cells are neighbours") {
   CHECK(step < 1.25);  // 1 is the least; children in the order of the axes have 1.5
 }
 
-// Split to two levels, each part within a thousandth of the centroid.
-std::vector<ElementSplit> small_splits(std::size_t elements) {
+struct Splits {
+  std::vector<std::uint32_t> element;
+  std::vector<ElementSplit> split;
+  operator ElementSplits() const { return {element, split}; }
+  int levels(std::uint32_t e) const {
+    const auto at = std::lower_bound(element.begin(), element.end(), e);
+    return at == element.end() || *at != e ? 0 : split[static_cast<std::size_t>(at - element.begin())].levels;
+  }
+};
+
+// Split to two levels, but for some to one or none; each part within a thousandth of the centroid.
+Splits small_splits(std::uint32_t elements) {
   ElementSplit split{2, {0.001f, 0, 0}, {{0, 0.0005f, 0}, {0, 0.0004f, 0}}};
-  std::vector<ElementSplit> splits(elements, split);
-  for (std::size_t e = 0; e < elements; e += 3) splits[e].levels = static_cast<std::uint8_t>(e / 3 % 2);
+  Splits splits;
+  for (std::uint32_t e = 0; e < elements; ++e) {
+    if (e % 6 == 0) continue;
+    split.levels = e % 6 == 3 ? 1 : 2;
+    splits.element.push_back(e);
+    splits.split.push_back(split);
+  }
   return splits;
 }
 
 TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is lost") {
   const std::vector<MassPoint> points = square_points(1000);
-  const std::vector<ElementSplit> splits = small_splits(points.size());
+  const Splits splits = small_splits(1000);
   for (const std::uint32_t n : {1u, 8u, 33u, 100u, 129u, 500u}) {
     const BalancedOrder order = ordered(points, n, {{}, splits, {}, {}});
     CHECK(order.cumulative.back() == Approx(total_of(points)).epsilon(1e-14));
@@ -174,14 +189,14 @@ TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is
     for (std::size_t i = 0; i < order.element.size(); ++i)
       mass[order.element[i]][order.part[i]] += order.cumulative[i + 1] - order.cumulative[i];
     std::size_t divided = 0;
-    for (std::size_t e = 0; e < points.size(); ++e) {
+    for (std::uint32_t e = 0; e < points.size(); ++e) {
       double sum = 0;
       for (std::size_t part = 1; part < 8; ++part) {
         const int level = std::bit_width(part) - 1;
-        CHECK((mass[e][part] == 0 || level <= splits[e].levels));
+        CHECK((mass[e][part] == 0 || level <= splits.levels(e)));
         // No part weighs more than its share of the element.
         CHECK(mass[e][part] <= std::ldexp(points[e].mass, -level) * (1 + 1e-9));
-        if (level < splits[e].levels && mass[e][part] > 0) ++divided;
+        if (level < splits.levels(e) && mass[e][part] > 0) ++divided;
         sum += mass[e][part];
       }
       CHECK(sum == Approx(points[e].mass).epsilon(1e-9));
@@ -193,7 +208,7 @@ TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is
 TEST_CASE("balanced order: parts of splits lie where the element says") {
   // One element, whose parts are points of a line.
   const std::vector<MassPoint> points = {{{0, 0, 0}, 1.0}};
-  const std::vector<ElementSplit> splits = {{2, {0.4f, 0, 0}, {{-0.2f, 0, 0}, {0.2f, 0, 0}}}};
+  const Splits splits{{0}, {{2, {0.4f, 0, 0}, {{-0.2f, 0, 0}, {0.2f, 0, 0}}}}};
   const BalancedOrder order = ordered(points, 4, {{}, splits, {}, {}});
   std::vector<std::uint32_t> along = order.part;
   if (along.front() != 7) std::reverse(along.begin(), along.end());
@@ -275,16 +290,20 @@ TEST_CASE("balanced order: extents and totals at the ends of the ranges of float
 TEST_CASE("balanced order: traits that do not fit the elements are refused") {
   const std::vector<MassPoint> points = square_points(10);
   const std::vector<float> normal(30);
-  const std::vector<ElementSplit> splits(4);
   CHECK_THROWS_AS(balanced_order(points, 4, {{}, {}, normal, {}}), std::invalid_argument);
-  CHECK_THROWS_AS(balanced_order(points, 4, {{}, splits, {}, {}}), std::invalid_argument);
+  const std::vector<ElementSplit> two(2);
+  for (const std::vector<std::uint32_t>& numbers :
+       {std::vector<std::uint32_t>{3}, {3, 3}, {4, 3}, {3, 10}, {3, 4, 5}})
+    CHECK_THROWS_AS(balanced_order(points, 4, {{}, {numbers, two}, {}, {}}), std::invalid_argument);
+  const std::vector<std::uint32_t> good = {3, 9};
+  CHECK_NOTHROW(balanced_order(points, 4, {{}, {good, two}, {}, {}}));
 }
 
 TEST_CASE("balanced order: the same for 1, 2 and 8 threads, with splits, normals and a stack") {
   std::vector<MassPoint> points = square_points(200000);
   std::vector<std::uint32_t> triangle(points.size());
   std::vector<float> normal;
-  const std::vector<ElementSplit> splits = small_splits(points.size());
+  const Splits splits = small_splits(200000);
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     triangle[i] = i / 2;
     const bool top = i / 2 % 3 == 0;

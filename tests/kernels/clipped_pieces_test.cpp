@@ -410,10 +410,11 @@ TEST_CASE("clipped pieces: polygons of cells are the same for 1, 2 and 8 threads
 
 TEST_CASE("clipped pieces: net points of elements with splits or groups are refused") {
   const std::vector<MassPoint> elements{{{0, 0, 0}, 1}};
-  const std::vector<ElementSplit> splits(1);
+  const std::vector<std::uint32_t> number = {0};
+  const std::vector<ElementSplit> split(1);
   const ExactTriangles net{[](std::uint32_t) { return Corners{}; }, {}, 0};
   ElementTraits traits;
   traits.exact = &net;
-  traits.split = splits;
+  traits.splits = {number, split};
   CHECK_THROWS_AS(balanced_order(elements, 1, traits), std::invalid_argument);
 }

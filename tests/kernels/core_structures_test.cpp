@@ -6,6 +6,7 @@
 
 #include "kernels/core/disjoint_sets.h"
 #include "kernels/core/large_vector.h"
+#include "kernels/core/place_index.h"
 #include "kernels/core/radix_heap.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/core/random.h"
@@ -75,6 +76,29 @@ TEST_CASE("fetch_pages: large vectors are what vectors are") {
   const auto array = make_large<std::uint64_t>(many);
   std::fill_n(array.get(), many, 9u);
   CHECK(array[many - 1] == 9);
+}
+
+TEST_CASE("place index: finds what a search in the list finds, and numbers that are not in it") {
+  for (const std::uint32_t count : {1u, 63u, 64u, 65u, 1000u}) {
+    for (const std::uint32_t every : {1u, 2u, 7u, 64u, 2000u}) {
+      std::vector<std::uint32_t> numbers;
+      for (std::uint32_t i = every / 2; i < count; i += every) numbers.push_back(i);
+      REQUIRE(are_places(numbers, count));
+      const PlaceIndex index(numbers, count);
+      std::size_t next = 0;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const bool is_in = next < numbers.size() && numbers[next] == i;
+        CHECK(index.find(i) == (is_in ? next : PlaceIndex::none));
+        next += is_in;
+      }
+      CHECK(next == numbers.size());
+    }
+  }
+  CHECK(are_places({}, 0));
+  const std::vector<std::uint32_t> twice = {1, 1}, back = {2, 1}, past = {1, 3};
+  CHECK_FALSE(are_places(twice, 3));
+  CHECK_FALSE(are_places(back, 3));
+  CHECK_FALSE(are_places(past, 3));
 }
 
 TEST_CASE("disjoint sets: agree with labels that are written anew at every join, and the least represents") {

@@ -241,6 +241,15 @@ TEST_CASE(
   add("soup.obj", merged(moved(icosphere(5), 0.05, 3, 0, 0), cube()));
   check_models(models, 2048);
   check_models({models[0], models[2], models.back()}, 16384);
+  // The same with more triangles than are clipped: only the large ones are split.
+  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 16);
+  write_mesh(scratch / "fine.ply", merged(moved(icosphere(6), 0.05, 3, 0, 0), cube()));
+  for (const int threads : thread_counts) {
+    Setting setting{"auto, few of the triangles split", parameters_for("auto")};
+    set_samples(setting.parameters, 2048);
+    oneapi::tbb::task_arena(threads).execute(
+        [&] { check_models({scratch / "fine.ply"}, setting, threads, EmbreeDevice()); });
+  }
 }
 
 TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, auto, shifted and spaced") {
