@@ -61,6 +61,27 @@ function(meander_group_sources)
   endforeach()
 endfunction()
 
+# What most sources include, or headers of theirs do. Compiled once for the sources of a target in a unity build, it takes
+# two fifths off the time of tests. Other builds (preset product) find what a source forgets to include.
+set(MEANDER_COMMON_HEADERS
+  <algorithm> <array> <atomic> <charconv> <chrono> <cmath> <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric>
+  <optional> <random> <set> <span> <stdexcept> <string> <string_view> <utility> <vector>
+  <oneapi/tbb/blocked_range.h> <oneapi/tbb/parallel_for.h> <oneapi/tbb/task_arena.h> <oneapi/tbb/task_group.h>)
+
+# meander_precompile(TARGET [HEADERS...]): these and the common headers.
+function(meander_precompile target)
+  if(CMAKE_UNITY_BUILD)
+    target_precompile_headers(${target} PRIVATE ${MEANDER_COMMON_HEADERS} ${ARGN})
+  endif()
+endfunction()
+
+# meander_precompile_as(TARGET OWNER): what OWNER, which has the same flags, has compiled.
+function(meander_precompile_as target owner)
+  if(CMAKE_UNITY_BUILD)
+    target_precompile_headers(${target} REUSE_FROM ${owner})
+  endif()
+endfunction()
+
 # meander_laboratory_library(NAME): a meander_library for a library that the product must not need (MeanderLaboratory.cmake).
 function(meander_laboratory_library name)
   meander_library(${name})

@@ -9,6 +9,7 @@
 #include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
 #include "kernels/locate/surface_regions.h"
+#include "kernels/sample/placed_sites.h"
 
 namespace meander {
 
@@ -187,8 +188,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
                                of_samples * bytes_per_balanced_sample);
   };
   const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_written_block));
-  const double placed =
-      samples * placed_bytes(parameters) + (leaves_sites(parameters) ? blocks * bytes_per_block : 0.0);
+  const double shared = std::min(triangles, samples / samples_per_shared_triangle) * sizeof(SharedBySamples);
+  const double placed = samples * placed_bytes(parameters) + (places_in_regions(parameters) ? shared : 0.0) +
+                        (leaves_sites(parameters) ? blocks * bytes_per_block : 0.0);
   double ordering = 0, placing = 0;  // while the order is made; while samples are placed by it
   if (places_in_regions(parameters)) {
     const auto region = static_cast<double>(samples_per_region(element_parameters(parameters)));

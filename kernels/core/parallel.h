@@ -80,6 +80,14 @@ void parallel_both(std::size_t elements, const First& first, const Second& secon
   parallel_tasks(2, [&](std::size_t task) { task == 0 ? first() : second(); });
 }
 
+// Into how many ranges work is divided that costs something for each of them, whatever their size: one a
+// thread, but no more than `most`, and one where there are fewer than `many` elements.
+inline std::size_t ranges_for_threads(std::size_t elements, std::size_t many, std::size_t most) {
+  if (elements < many) return 1;
+  return std::clamp<std::size_t>(static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency()), 1,
+                                 most);
+}
+
 // Sum in fixed blocks with double accumulators: bit-identical for every thread count. O(n).
 inline double blocked_sum(std::span<const double> values) {
   std::vector<double> partial((values.size() + sum_block - 1) / sum_block, 0.0);

@@ -1,7 +1,5 @@
 #include "kernels/mesh/components.h"
 
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
 #include <numeric>
 #include <string>
@@ -114,8 +112,7 @@ std::uint32_t find_components(std::span<const std::uint32_t> opposite, std::vect
                               const CancelToken& cancel) {
   constexpr std::size_t many = std::size_t{1} << 19, most_ranges = 8;
   const std::size_t count = opposite.size() / 3;
-  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
-  const std::size_t ranges = count < many ? 1 : std::clamp<std::size_t>(threads, 1, most_ranges);
+  const std::size_t ranges = ranges_for_threads(count, many, most_ranges);
   assign_large(component, count, no_index);
   // One entry more a range, which is written last.
   std::vector<std::uint32_t> queue;

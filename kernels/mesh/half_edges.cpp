@@ -1,6 +1,5 @@
 #include "kernels/mesh/half_edges.h"
 
-#include <oneapi/tbb/task_arena.h>
 #include <smmintrin.h>
 
 #include <algorithm>
@@ -181,9 +180,8 @@ namespace {
 // range. Each part looks at all triangles, and no two count at one vertex. One part where they are few.
 template <class Part>
 void in_parts(std::size_t vertex_count, const Part& part) {
-  constexpr std::size_t few = std::size_t{1} << 18, most_parts = 4;
-  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
-  const std::size_t parts = vertex_count < few ? 1 : std::clamp<std::size_t>(threads, 1, most_parts);
+  constexpr std::size_t many = std::size_t{1} << 18, most_parts = 4;
+  const std::size_t parts = ranges_for_threads(vertex_count, many, most_parts);
   if (parts == 1) {
     part([](std::uint32_t) { return true; });
     return;

@@ -2,22 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <limits>
-#include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 
-#include "kernels/core/exact_division.h"
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
-#include "kernels/mesh/box_frame.h"
 #include "kernels/mesh/components.h"
 #include "kernels/mesh/count_limit.h"
 #include "kernels/mesh/half_edges.h"
-#include "kernels/mesh/triangulate_polygon.h"
-#include "kernels/mesh/weld_vertices.h"
+#include "kernels/mesh/triangle_soup.h"
 
 namespace meander {
 
@@ -26,307 +21,10 @@ namespace {
 constexpr double zero_area_ratio =
     1e-14;  // of diagonal^2: below it, rounding hides the difference between a surface and a curve
 
-// The triangle soup of one file on its way to a PreparedMesh.
-struct Soup {
-  std::vector<std::uint32_t> triangles;    // 3 T welded vertices
-  std::vector<std::uint32_t> corner_slot;  // 3 T
-  std::vector<std::uint32_t> polygon;      // T
-
-  void resize(std::size_t count) {
-    resize_large(triangles, 3 * count);
-    resize_large(corner_slot, 3 * count);
-    resize_large(polygon, count);
-  }
-  // Moves triangles to an earlier place.
-  void move(std::size_t from, std::size_t to, std::size_t count) {
-    if (from == to || count == 0) return;
-    std::copy_n(&triangles[3 * from], 3 * count, &triangles[3 * to]);
-    std::copy_n(&corner_slot[3 * from], 3 * count, &corner_slot[3 * to]);
-    std::copy_n(&polygon[from], count, &polygon[to]);
-  }
-};
-
-// Vertices with a finite position. Empty when all vertices are finite, as in most files.
-std::vector<std::uint8_t> finite_vertices(const PolygonMesh& mesh) {
-  const std::size_t vertices = mesh.vertex_count();
-  const auto finite = [&](std::size_t v) {
-    return std::isfinite(mesh.x[v]) && std::isfinite(mesh.y[v]) && std::isfinite(mesh.z[v]);
-  };
-  std::size_t first_bad = 0;
-  while (first_bad < vertices && finite(first_bad)) ++first_bad;
-  std::vector<std::uint8_t> result;
-  if (first_bad == vertices) return result;
-  result.resize(vertices);
-  for (std::size_t v = 0; v < vertices; ++v) result[v] = finite(v);
-  return result;
-}
-
-struct UsablePolygons {
-  std::vector<std::uint8_t> usable;  // 1 for those that can be used at all
-  std::vector<std::uint8_t> used;    // 1 for every vertex of one
-  // By block of polygons, where its triangles begin if all can be used; at last their number.
-  std::vector<std::size_t> first_triangle;
-  std::size_t triangles() const { return first_triangle.back(); }
-};
-
-constexpr std::size_t polygon_block = 65536;
-
-void add_counts(const RepairCounts& more, RepairCounts& repairs) {
-  for (std::size_t r = 0; r < repairs.counts.size(); ++r) repairs.counts[r] += more.counts[r];
-}
-
-// The polygons that cannot be used are counted by what is wrong with them, the first cause that holds.
-UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
-  const std::size_t polygons = mesh.polygon_count(), vertices = mesh.vertex_count();
-  const std::vector<std::uint8_t> finite = finite_vertices(mesh);
-  const bool all_vertices_finite = finite.empty();
-  UsablePolygons result{std::vector<std::uint8_t>(polygons, 0), std::vector<std::uint8_t>(vertices, 0),
-                        std::vector<std::size_t>((polygons + polygon_block - 1) / polygon_block + 1, 0)};
-  // By block of polygons.
-  std::vector<RepairCounts> found(result.first_triangle.size() - 1);
-  parallel_blocks(polygons, polygon_block, [&](std::size_t first, std::size_t last) {
-    // Bytes may alias anything: without these the compiler reads every pointer again and again.
-    const std::uint32_t *const polygon_begin = mesh.polygon_begin.data(), *const corners =
-                                                                              mesh.corners.data();
-    std::uint8_t *const usable = result.usable.data(), *const used = result.used.data();
-    // Other threads may set the same one.
-    const auto use = [used](std::uint32_t vertex) {
-      std::atomic_ref(used[vertex]).store(1, std::memory_order_relaxed);
-    };
-    RepairCounts own;
-    std::size_t triangles = 0;
-    for (std::size_t p = first; p < last; ++p) {
-      const std::uint32_t begin = polygon_begin[p], end = polygon_begin[p + 1];
-      if (end - begin < 3) {
-        ++own[Repair::short_faces];
-        continue;
-      }
-      std::uint32_t largest = std::max({corners[begin], corners[begin + 1], corners[begin + 2]});
-      for (std::uint32_t k = begin + 3; k < end; ++k) largest = std::max(largest, corners[k]);
-      if (largest >= vertices) {
-        ++own[Repair::index_out_of_range];
-        continue;
-      }
-      bool all_finite = true;
-      if (!all_vertices_finite)
-        for (std::uint32_t k = begin; k < end; ++k) all_finite = all_finite && finite[corners[k]];
-      if (!all_finite) {
-        ++own[Repair::non_finite];
-        continue;
-      }
-      usable[p] = 1;
-      for (std::uint32_t k = begin; k < end; ++k) use(corners[k]);
-      triangles += end - begin - 2;
-    }
-    found[first / polygon_block] = own;
-    result.first_triangle[first / polygon_block + 1] = triangles;
-  });
-  for (std::size_t b = 0; b < found.size(); ++b) {
-    add_counts(found[b], repairs);
-    result.first_triangle[b + 1] += result.first_triangle[b];
-  }
-  return result;
-}
-
-[[noreturn]] void fail_without_faces(const PolygonMesh& mesh, const RepairCounts& repairs) {
-  const std::string of = " of " + std::to_string(mesh.polygon_count()) + " faces";
-  if (mesh.polygon_count() == 0)
-    throw ItemError(Status::empty,
-                    "no face in the file (" + std::to_string(mesh.vertex_count()) + " vertices)");
-  const std::uint32_t range = repairs[Repair::index_out_of_range], bad = repairs[Repair::non_finite];
-  if (range >= bad && range > 0)
-    throw ItemError(Status::index_out_of_range,
-                    "no usable face: " + std::to_string(range) + of + " name a vertex that is not there");
-  if (bad > 0)
-    throw ItemError(Status::non_finite,
-                    "no usable face: " + std::to_string(bad) + of + " have a NaN or infinite corner");
-  if (repairs[Repair::repeated_corners] > 0)
-    throw ItemError(Status::zero_area,
-                    "no usable face: " + std::to_string(repairs[Repair::repeated_corners]) + of +
-                        " have fewer than three different positions");
-  throw ItemError(Status::empty, "no usable face: all " + std::to_string(mesh.polygon_count()) +
-                                     " have fewer than three corners");
-}
-
-void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, PreparedMesh& out) {
-  struct Box {
-    std::array<double, 3> low, high;
-    std::uint32_t unused = 0;
-    Box() {
-      low.fill(std::numeric_limits<double>::infinity());
-      high.fill(-std::numeric_limits<double>::infinity());
-    }
-  };
-  std::vector<Box> boxes((used.size() + polygon_block - 1) / polygon_block);
-  parallel_blocks(used.size(), polygon_block, [&](std::size_t begin, std::size_t end) {
-    Box box;
-    for (std::size_t v = begin; v < end; ++v) {
-      if (!used[v]) {
-        ++box.unused;
-        continue;
-      }
-      const std::array<double, 3> at = {mesh.x[v], mesh.y[v], mesh.z[v]};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(box.low[axis], at[axis]);
-        box.high[axis] = std::max(box.high[axis], at[axis]);
-      }
-    }
-    boxes[begin / polygon_block] = box;
-  });
-  Box all;
-  for (const Box& box : boxes) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      all.low[axis] = std::min(all.low[axis], box.low[axis]);
-      all.high[axis] = std::max(all.high[axis], box.high[axis]);
-    }
-    all.unused += box.unused;
-  }
-  out.bbox = {all.low[0], all.low[1], all.low[2], all.high[0], all.high[1], all.high[2]};
-  out.unreferenced_vertices = all.unused;
-  const BoxFrame frame = box_frame(out.bbox);
-  out.centre = frame.centre;
-  out.unit = frame.unit;
-  out.diagonal = frame.diagonal;
-}
-
-// Working coordinates of file vertices.
-class WorkingPositions {
- public:
-  WorkingPositions(const PolygonMesh& mesh, const PreparedMesh& frame)
-      : x_(mesh.x.data()),
-        y_(mesh.y.data()),
-        z_(mesh.z.data()),
-        centre_(frame.centre),
-        in_units_(frame.unit) {}
-  Vector3 operator()(std::uint32_t vertex) const {
-    return {in_units_(x_[vertex] - centre_.x), in_units_(y_[vertex] - centre_.y),
-            in_units_(z_[vertex] - centre_.z)};
-  }
-
- private:
-  const double *x_, *y_, *z_;
-  Vector3 centre_;
-  ExactDivision in_units_;
-};
-
-// Triangles of all usable polygons, without those that name a position twice.
-Soup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
-                 std::span<const std::uint32_t> welded, const PreparedMesh& frame, RepairCounts& repairs) {
-  Soup soup;
-  soup.resize(polygons.triangles());
-  // Blocks of polygons write where their triangles would be if all could be used.
-  std::vector<std::size_t> written(polygons.first_triangle.size() - 1);
-  std::vector<RepairCounts> found(written.size());
-  parallel_blocks(polygons.usable.size(), polygon_block, [&](std::size_t first, std::size_t last) {
-    RepairCounts own;
-    const std::size_t own_begin = polygons.first_triangle[first / polygon_block];
-    std::size_t count = own_begin;
-    // Always written, and stays if all corners differ, which is the result.
-    const auto add = [&, triangles = soup.triangles.data(), corner_slot = soup.corner_slot.data(),
-                      polygon = soup.polygon.data(), vertex_of = welded.data(),
-                      corners = mesh.corners.data()](std::size_t p, std::uint32_t slot0, std::uint32_t slot1,
-                                                     std::uint32_t slot2) {
-      const std::uint32_t a = vertex_of[corners[slot0]], b = vertex_of[corners[slot1]],
-                          c = vertex_of[corners[slot2]];
-      const std::size_t to = count;
-      triangles[3 * to] = a;
-      triangles[3 * to + 1] = b;
-      triangles[3 * to + 2] = c;
-      corner_slot[3 * to] = slot0;
-      corner_slot[3 * to + 1] = slot1;
-      corner_slot[3 * to + 2] = slot2;
-      polygon[to] = static_cast<std::uint32_t>(p);
-      const bool differ = a != b && b != c && c != a;
-      count = to + differ;
-      return differ;
-    };
-    const WorkingPositions position(mesh, frame);
-    std::vector<std::uint32_t> slots, local;
-    std::vector<Vector3> corners;
-    for (std::size_t p = first; p < last; ++p) {
-      if (!polygons.usable[p]) continue;
-      const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
-      if (end - begin == 3) {
-        if (!add(p, begin, begin + 1, begin + 2)) ++own[Repair::repeated_corners];
-        continue;
-      }
-      slots.clear();
-      for (std::uint32_t k = begin; k < end; ++k)
-        if (slots.empty() || welded[mesh.corners[k]] != welded[mesh.corners[slots.back()]])
-          slots.push_back(k);
-      while (slots.size() > 1 && welded[mesh.corners[slots.front()]] == welded[mesh.corners[slots.back()]])
-        slots.pop_back();
-      const bool shortened = slots.size() < end - begin;
-      if (slots.size() < 3) {
-        ++own[Repair::repeated_corners];
-        continue;
-      }
-      local.clear();
-      if (slots.size() == 3) {
-        local = {0, 1, 2};
-      } else {
-        corners.clear();
-        for (const std::uint32_t k : slots) corners.push_back(position(mesh.corners[k]));
-        if (triangulate_polygon(corners, local)) ++own[Repair::concave_polygons];
-      }
-      bool repeated = shortened;
-      for (std::size_t t = 0; t < local.size(); t += 3)
-        repeated |= !add(p, slots[local[t]], slots[local[t + 1]], slots[local[t + 2]]);
-      if (repeated) ++own[Repair::repeated_corners];
-    }
-    written[first / polygon_block] = count - own_begin;
-    found[first / polygon_block] = own;
-  });
-  std::size_t count = 0;
-  for (std::size_t b = 0; b < written.size(); ++b) {
-    soup.move(polygons.first_triangle[b], count, written[b]);
-    count += written[b];
-    add_counts(found[b], repairs);
-  }
-  soup.resize(count);
-  return soup;
-}
-
 void check_counts(const PolygonMesh& mesh) {
   check_count(mesh.vertex_count(), "vertices");
   check_count(mesh.polygon_count(), "polygons");
   check_count(mesh.corners.size(), "corners");
-}
-
-std::vector<std::uint32_t> every_vertex(std::size_t count) {
-  std::vector<std::uint32_t> vertex(count);
-  std::iota(vertex.begin(), vertex.end(), 0u);
-  return vertex;
-}
-
-// All triangles of the file, and the frame of its coordinates. `weld`: over vertices of different positions.
-Soup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel) {
-  const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
-  if (polygons.triangles() == 0) fail_without_faces(mesh, out.repairs);
-  measure_box(mesh, polygons.used, out);
-  cancel.check();
-  Soup soup =
-      triangulate(mesh, polygons,
-                  weld ? weld_vertices(mesh, polygons.used, out.repairs) : every_vertex(mesh.vertex_count()),
-                  out, out.repairs);
-  if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
-  if (soup.polygon.size() > no_index / 3)
-    throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +
-                                           " triangles are more than 32-bit half-edges can number");
-  return soup;
-}
-
-std::vector<double> soup_areas(const PolygonMesh& mesh, const PreparedMesh& frame, const Soup& soup) {
-  std::vector<double> area;
-  resize_large(area, soup.polygon.size());
-  parallel_blocks(area.size(), sum_block, [&](std::size_t begin, std::size_t end) {
-    const WorkingPositions position(mesh, frame);
-    const std::uint32_t* const corner = soup.triangles.data();
-    for (std::size_t t = begin; t < end; ++t)
-      area[t] =
-          triangle_area(position(corner[3 * t]), position(corner[3 * t + 1]), position(corner[3 * t + 2]));
-  });
-  return area;
 }
 
 void measure_area(std::span<const double> area, PreparedMesh& out) {
@@ -343,7 +41,7 @@ void measure_area(std::span<const double> area, PreparedMesh& out) {
 }
 
 // Exchanges corners 1 and 2 of triangle t; half-edge k becomes half-edge 2 - k.
-void turn_round(Soup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t t) {
+void turn_round(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t t) {
   std::swap(soup.triangles[3 * t + 1], soup.triangles[3 * t + 2]);
   std::swap(soup.corner_slot[3 * t + 1], soup.corner_slot[3 * t + 2]);
   std::swap(opposite[3 * t], opposite[3 * t + 2]);
@@ -353,7 +51,7 @@ void turn_round(Soup& soup, std::vector<std::uint32_t>& opposite, std::uint32_t 
 
 // Breadth-first over the edges, as find_components: component number of every triangle, consistent winding,
 // conflicting edges cut. The ends of those are perhaps no longer one fan.
-std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
+std::uint32_t orient(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::span<const double> area,
                      FanSurvey& survey, std::vector<std::uint32_t>& component, RepairCounts& repairs,
                      const CancelToken& cancel) {
   const auto count = static_cast<std::uint32_t>(soup.polygon.size());
@@ -404,7 +102,7 @@ std::uint32_t orient(Soup& soup, std::vector<std::uint32_t>& opposite, std::span
 
 // Components along the 3-D Hilbert curve of their centroids; new place of every old component number.
 std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const PreparedMesh& frame,
-                                            const Soup& soup, std::span<const double> area,
+                                            const TriangleSoup& soup, std::span<const double> area,
                                             std::span<const std::uint32_t> component,
                                             std::uint32_t components) {
   if (components == 1) return {0};
@@ -427,7 +125,7 @@ std::vector<std::uint32_t> order_components(const PolygonMesh& mesh, const Prepa
 }
 
 // Triangles grouped by component (file order inside), half-edges renumbered to match.
-void sort_by_component(Soup& soup, std::vector<std::uint32_t>& opposite, std::vector<double>& area,
+void sort_by_component(TriangleSoup& soup, std::vector<std::uint32_t>& opposite, std::vector<double>& area,
                        std::span<const std::uint32_t> component, std::span<const std::uint32_t> place,
                        PreparedMesh& out) {
   const std::size_t count = component.size(), components = place.size();
@@ -552,7 +250,7 @@ void place_all_vertices(const PolygonMesh& mesh, PreparedMesh& out) {
 }
 
 // Triangles that name a position twice by different vertices, as welding would find them.
-void drop_repeated_positions(const PolygonMesh& mesh, Soup& soup, std::vector<double>& area,
+void drop_repeated_positions(const PolygonMesh& mesh, TriangleSoup& soup, std::vector<double>& area,
                              PreparedMesh& out) {
   const auto same = [&](std::uint32_t a, std::uint32_t b) {
     return mesh.x[a] == mesh.x[b] && mesh.y[a] == mesh.y[b] && mesh.z[a] == mesh.z[b];
@@ -587,7 +285,7 @@ PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel) {
   check_counts(mesh);
   PreparedMesh out;
   out.repairs = mesh.repairs;
-  Soup soup = read_soup(mesh, true, out, cancel);
+  TriangleSoup soup = read_soup(mesh, true, out, cancel);
   std::vector<std::uint32_t> opposite, component;
   FanSurvey survey;
   out.repairs[Repair::split_edges] += pair_half_edges(soup.triangles, mesh.vertex_count(), opposite, &survey);
@@ -621,7 +319,7 @@ PreparedMesh prepare_soup(const PolygonMesh& mesh, const CancelToken& cancel) {
   check_counts(mesh);
   PreparedMesh out;
   out.repairs = mesh.repairs;
-  Soup soup = read_soup(mesh, false, out, cancel);
+  TriangleSoup soup = read_soup(mesh, false, out, cancel);
   std::vector<double> area = soup_areas(mesh, out, soup);
   drop_repeated_positions(mesh, soup, area, out);
   measure_area(area, out);

@@ -1,8 +1,5 @@
 #include "kernels/mesh/weld_vertices.h"
 
-#include <oneapi/tbb/task_arena.h>
-
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 
@@ -47,8 +44,8 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
     marks_there.again |= marks_there.once & bit;
     marks_there.once |= bit;
   };
-  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
-  if (count < many_vertices || threads == 1) {
+  const std::size_t parts = ranges_for_threads(count, many_vertices, most_parts);
+  if (parts == 1) {
     for (std::size_t v = 0; v < count; ++v) {
       welded[v] = hash_of_position(x[v], y[v], z[v]);
       mark(v, welded[v] / 64 & last_mark);
@@ -58,7 +55,6 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
       for (std::size_t v = begin; v < end; ++v) welded[v] = hash_of_position(x[v], y[v], z[v]);
     });
     // Every thread looks at all hashes, and makes the marks of its own range.
-    const std::size_t parts = std::min(threads, most_parts);
     parallel_tasks(parts, [&](std::size_t part) {
       const std::size_t first = marks.size() * part / parts, past = marks.size() * (part + 1) / parts;
       for (std::size_t v = 0; v < count; ++v)

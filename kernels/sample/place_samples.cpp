@@ -128,8 +128,10 @@ Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_
   repairs[Repair::bad_normals] += count_bad_normals(placer.file);
   Samples samples = room_for_samples(count);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      set_sample(placer, order[i], &points[3 * std::size_t{order[i]}], i, samples);
+    for (std::size_t i = begin; i < end; ++i) {
+      const float* const p = &points[3 * std::size_t{order[i]}];
+      set_sample(placer, order[i], {p[0], p[1], p[2]}, i, samples);
+    }
   });
   samples.curve_rank = std::move(order);
   return samples;

@@ -61,6 +61,24 @@ void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
   repairs[Repair::coincident_points] += redraws.coincident;
 }
 
+// Empty where triangles are not so few, or where samples have normals of their own.
+std::vector<SharedBySamples> shared_by_samples(const Placer& placer) {
+  const std::size_t count = placer.mesh.triangle_count();
+  std::vector<SharedBySamples> shared;
+  if (count * samples_per_shared_triangle > placer.sites.count() || !placer.file.normals.empty())
+    return shared;
+  shared.resize(count);
+  parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto triangle = static_cast<std::uint32_t>(t);
+      shared[t] = {
+          placer.corner_frame(triangle),
+          {to_float(placer.geometric_normal(triangle)), placer.corners(triangle), placer.mesh.polygon[t]}};
+    }
+  });
+  return shared;
+}
+
 }  // namespace
 
 PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
@@ -82,9 +100,10 @@ PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, co
     }
   }
   cancel.check();
-  draw_sites(Placer{file, surface, density, placed.sites, key, parameters, frame}, placed.sites, repairs,
-             cancel);
+  const Placer placer{file, surface, density, placed.sites, key, parameters, frame};
+  draw_sites(placer, placed.sites, repairs, cancel);
   placed.sites.mass = std::vector<double>();
+  placed.triangle = shared_by_samples(placer);
   repairs[Repair::bad_normals] += count_bad_normals(file);
   if (parameters.order == OrderKind::curve)
     placed.order = std::vector<std::uint32_t>();
@@ -100,13 +119,26 @@ Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const Mea
   Samples samples = room_for_samples(end - begin);
   samples.curve_rank.resize(end - begin);
   parallel_blocks(end - begin, sum_block, [&](std::size_t from, std::size_t to) {
-    constexpr std::size_t ahead = 16;  // sites that follow each other in the file are far apart in memory
+    // Sites that follow each other in the file are far apart in memory, and so are their triangles.
+    constexpr std::size_t ahead = 16, near = 8;
     for (std::size_t i = from; i < to; ++i) {
       if (i + ahead < to) __builtin_prefetch(&placed.sites.site[placed.rank(begin + i + ahead)]);
       const std::uint32_t rank = placed.rank(begin + i);
       const SampleSite& site = placed.sites.site[rank];
-      set_sample(placer, rank, point_at(placer, site).data(), i, samples);
       samples.curve_rank[i] = rank;
+      if (placed.triangle.empty()) {
+        set_sample(placer, rank, point_at(placer, site), i, samples);
+        continue;
+      }
+      if (i + near < to) {
+        const std::uint32_t next = placed.sites.site[placed.rank(begin + i + near)].triangle;
+        const auto* const bytes = reinterpret_cast<const std::byte*>(&placed.triangle[next]);
+        __builtin_prefetch(bytes);
+        __builtin_prefetch(bytes + 64);
+      }
+      const SharedBySamples& shared = placed.triangle[site.triangle];
+      set_sample(placer, rank, placer.stored_point(shared.frame, site.b1, site.b2), shared.record, i,
+                 samples);
     }
   });
   return samples;

@@ -22,6 +22,11 @@ inline constexpr int max_redraws = 64;
 // Acceptance of a linear density is at least 1/3 a trial: 64 misses in a row happen once in 10^11 draws.
 inline constexpr int max_draws = 64;
 
+// Where a triangle lies, for points by their weights.
+struct CornerFrame {
+  double origin[3], first[3], second[3];
+};
+
 struct Draw {
   double b1, b2;
   std::uint32_t next_counter;
@@ -125,18 +130,39 @@ struct Placer {
     return p;
   }
 
+  std::array<std::uint32_t, 3> corners(std::uint32_t triangle) const {
+    const std::uint32_t* const slot = &mesh.corner_slot[3 * std::size_t{triangle}];
+    return {file.corners[slot[0]], file.corners[slot[1]], file.corners[slot[2]]};
+  }
+
+  // Corner 0, and the ways from there to the other two: in units of the mesh, where nothing leaves the range
+  // of double.
+  CornerFrame corner_frame(std::uint32_t triangle) const {
+    const auto [v0, v1, v2] = corners(triangle);
+    CornerFrame result;
+    const auto set = [&, v0 = v0, v1 = v1, v2 = v2](const std::vector<double>& c, double loc, std::size_t k) {
+      result.origin[k] = in_units(c[v0] - loc);
+      result.first[k] = in_units(c[v1] - c[v0]);
+      result.second[k] = in_units(c[v2] - c[v0]);
+    };
+    set(file.x, frame.loc.x, 0);
+    set(file.y, frame.loc.y, 1);
+    set(file.z, frame.loc.z, 2);
+    return result;
+  }
+
   // The point that float32 weights name, in stored coordinates: what a reader recomputes from corners and
-  // weights. In units of the mesh, where nothing leaves the range of double.
+  // weights.
+  std::array<float, 3> stored_point(const CornerFrame& from, float b1, float b2) const {
+    std::array<float, 3> point;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double at = from.origin[k] + b1 * from.first[k] + b2 * from.second[k];
+      point[k] = static_cast<float>(at / scale_in_units) + 0.0f;  // no negative zero
+    }
+    return point;
+  }
   std::array<float, 3> stored_point(std::uint32_t triangle, float b1, float b2) const {
-    const auto vertex = [&](std::size_t k) {
-      return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
-    };
-    const std::uint32_t v0 = vertex(0), v1 = vertex(1), v2 = vertex(2);
-    const auto along = [&](const std::vector<double>& c, double loc) {
-      const double at = in_units(c[v0] - loc) + b1 * in_units(c[v1] - c[v0]) + b2 * in_units(c[v2] - c[v0]);
-      return static_cast<float>(at / scale_in_units) + 0.0f;  // no negative zero
-    };
-    return {along(file.x, frame.loc.x), along(file.y, frame.loc.y), along(file.z, frame.loc.z)};
+    return stored_point(corner_frame(triangle), b1, b2);
   }
 
   Vector3 geometric_normal(std::uint32_t triangle) const {
@@ -191,23 +217,38 @@ inline Samples room_for_samples(std::size_t count) {
   return samples;
 }
 
+// What all samples of a triangle have in common, unless the file has normals.
+struct TriangleRecord {
+  std::array<float, 3> normal;
+  std::array<std::uint32_t, 3> corners;
+  std::uint32_t polygon;
+};
+inline std::array<float, 3> to_float(const Vector3& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
 // Sample i: the one of this rank, at this point.
-inline void set_sample(const Placer& placer, std::size_t rank, const float* point, std::size_t i,
-                       Samples& samples) {
+inline void set_sample(const Placer& placer, std::size_t rank, const std::array<float, 3>& point,
+                       const TriangleRecord& record, std::size_t i, Samples& samples) {
   const auto [t, path, b1, b2] = placer.sites.site[rank];
-  const PreparedMesh& mesh = placer.mesh;
-  const Vector3 n = placer.normal(t, b1, b2);
-  const float normal[3] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
   for (std::size_t k = 0; k < 3; ++k) {
     samples.points[3 * i + k] = point[k];
-    samples.normals[3 * i + k] = normal[k];
-    samples.corners[3 * i + k] = placer.file.corners[mesh.corner_slot[3 * std::size_t{t} + k]];
+    samples.normals[3 * i + k] = record.normal[k];
+    samples.corners[3 * i + k] = record.corners[k];
   }
-  samples.face[i] = mesh.polygon[t];
+  samples.face[i] = record.polygon;
   samples.triangle[i] = t;
   samples.barycentric[2 * i] = b1;
   samples.barycentric[2 * i + 1] = b2;
   samples.density[i] = static_cast<float>(placer.density_at(t, b1, b2));
+}
+
+inline void set_sample(const Placer& placer, std::size_t rank, const std::array<float, 3>& point,
+                       std::size_t i, Samples& samples) {
+  const SampleSite& site = placer.sites.site[rank];
+  const TriangleRecord record{to_float(placer.normal(site.triangle, site.b1, site.b2)),
+                              placer.corners(site.triangle), placer.mesh.polygon[site.triangle]};
+  set_sample(placer, rank, point, record, i, samples);
 }
 
 // Samples of cells form a net in place of a shifted set along the path.
