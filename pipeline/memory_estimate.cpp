@@ -54,6 +54,9 @@ constexpr double bytes_per_clipped_piece = 750, samples_of_copied_nodes = 4096, 
 constexpr double bytes_per_kept_polygon = 64, bytes_per_growing_polygon = 96, bytes_per_kept_cell = 72;
 // A block of the balanced order has its own arrays of items, by pieces and by entries.
 constexpr double samples_per_block = 64, bytes_per_block_item = 50;
+// What is left of a prepared triangle, and of a working vertex, while the order is made. A vertex of the file
+// may be several: one more a triangle, though never more than three of each.
+constexpr double bytes_per_held_triangle = 56, bytes_per_held_vertex = 24;
 constexpr double most_kept_distances = 1 << 25;     // of a geodesic histogram
 constexpr double bytes_per_geodesic_part = 2048;    // small arrays of one component
 constexpr double bytes_per_creased_triangle = 270;  // crease normals, their edges and sums
@@ -153,12 +156,13 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   double per_sample = elements_per_sample(parameters);
   if (method.makes_charts)
     per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));
+  const bool is_split = order_of(parameters) == ElementOrder::balanced &&
+                        splits_pieces(element_parameters(parameters), !method.makes_charts,
+                                      parameters.density.kind == DensityKind::uniform);
   // Of so many samples: for large sets coarse ones, and then those of the regions that are worked on.
   const auto elements_of = [&](double of_samples, double of_triangles, double of_each) {
     const double count = of_triangles + spread * of_each * of_samples;
     if (order_of(parameters) != ElementOrder::balanced) return count * bytes_per_element;
-    const bool is_split = splits_pieces(element_parameters(parameters), !method.makes_charts,
-                                        parameters.density.kind == DensityKind::uniform);
     // Where cells may be cut exactly: whether they are is known once the areas are, and where polygons are
     // kept, their number. Triangles may be fewer than estimated, and then be clipped.
     double exact = 0;
@@ -204,6 +208,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     ordering = elements_of(samples, triangles, per_sample);
     placing = ordering + placed;
   }
+  // Nearly all triangles may be in one block: those of a scan beside a few large ones, as its floor. Both
+  // sizes of blocks then hold them.
+  const double in_one_block = is_split ? 2 * triangles * bytes_per_block_item : 0;
+  const double held = topology ? triangles * bytes_per_held_triangle +
+                                     std::min(3 * triangles, vertices + triangles) * bytes_per_held_vertex
+                               : prepared;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = std::max(ordering, placing);
   if (method.makes_charts) {
@@ -224,7 +234,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::shapedna) != descriptors.end())
     widest = std::max(widest, placed + shape_dna_bytes(triangles));
-  return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
+  return static_cast<std::uint64_t>(fixed_bytes + file + std::max(prepared, held + in_one_block) + widest);
 }
 
 std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads) {

@@ -22,15 +22,11 @@ inline Vector3 way_to_first_half(const PlainPiece& piece, std::size_t edge) {
   return (1.0 / 6) * (piece.corner[edge] - piece.corner[(edge + 1) % 3]);
 }
 
-// How a piece is split into parts of at most `limit`.
+// How a piece that weighs more than `limit`, and whose path does not end, is split into parts of at most
+// that.
 inline ElementSplit split_of(const PlainPiece& piece, double mass, double limit) {
   ElementSplit split;
-  const int bisections = std::bit_width(piece.path) - 1;
-  while (split.levels < 2 && mass > limit && bisections + split.levels < most_bisections) {
-    ++split.levels;
-    mass *= 0.5;
-  }
-  if (split.levels == 0) return split;
+  split.levels = 0.5 * mass > limit && piece.path << 1 < deepest_path ? 2 : 1;
   const auto store = [](const Vector3& way, float(&to)[3]) {
     to[0] = static_cast<float>(way.x);
     to[1] = static_cast<float>(way.y);
@@ -162,8 +158,7 @@ class PlacedPieces {
     for (std::size_t i = 0; i < count; ++i) {
       const Vector3 at = centroid(
           {mesh.position(corner[3 * i]), mesh.position(corner[3 * i + 1]), mesh.position(corner[3 * i + 2])});
-      to[i] = {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)},
-               mesh.area[begin + i]};
+      to[i] = mass_point(at, mesh.area[begin + i]);
     }
   }
 
@@ -175,6 +170,9 @@ class PlacedPieces {
   std::vector<PieceCorners> corners;       // by piece up to the last that is no whole triangle; of those only
 
  private:
+  static MassPoint mass_point(const Vector3& at, double mass) {
+    return {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass};
+  }
   // Only once there is one: most meshes of small triangles have none.
   void make_room_for_splits() {
     if (!split.empty()) return;
@@ -182,7 +180,7 @@ class PlacedPieces {
     split.reserve(most_splits_);
   }
   void add(std::size_t t, const Vector3& at, std::uint32_t piece_path, double mass) {
-    point.push_back({{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)}, mass});
+    point.push_back(mass_point(at, mass));
     triangle.push_back(static_cast<std::uint32_t>(t));
     path.push_back(piece_path);
   }

@@ -13,7 +13,7 @@
 
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
-#include "kernels/core/place_index.h"
+#include "kernels/core/ranked_bits.h"
 #include "kernels/order/exact_cells.h"
 #include "kernels/order/mass_units.h"
 #include "kernels/order/node_items.h"
@@ -73,7 +73,7 @@ class Bisection {
     if ((!traits.normal.empty() || !traits.group.empty()) && traits.triangle.size() != elements.size())
       throw std::invalid_argument("balanced_order: traits of triangles without the triangles");
     if (traits.splits.element.size() != traits.splits.split.size() ||
-        !are_places(traits.splits.element, elements.size()))
+        !ascend_below(traits.splits.element, elements.size()))
       throw std::invalid_argument("balanced_order: splits of other elements");
     mass_ = total;
     units_ = MassUnits(total);
@@ -85,7 +85,8 @@ class Bisection {
       return;
     }
     if (!traits.splits.empty()) {
-      split_number_ = PlaceIndex(traits.splits.element, elements.size());
+      split_number_ = RankedBits(traits.splits.element, elements.size());
+      split_point_.reserve(traits.splits.element.size());
       for (const std::uint32_t e : traits.splits.element) split_point_.push_back(elements[e]);
     }
     resize_large(front_, elements.size() + n);
@@ -210,20 +211,20 @@ class Bisection {
     }
     Scratch::Buffers& buffers = scratch.taken_apart[static_cast<std::size_t>(level) - 1];
     const auto deeper_levels = [&](std::size_t number, const NodeItem& item) {
-      if (number == PlaceIndex::none) return 0;
+      if (number == RankedBits::none) return 0;
       const int levels = std::min<int>(traits_.splits.split[number].levels, level);
       return std::max(levels - static_cast<int>(std::bit_width(item.part())) + 1, 0);
     };
     std::size_t room = node.leaves;
     for (std::size_t i = 0; i < node.count; ++i)
-      room += std::size_t{1} << deeper_levels(split_number_.find(node.items[i].element()), node.items[i]);
+      room += std::size_t{1} << deeper_levels(split_number_.rank_of(node.items[i].element()), node.items[i]);
     if (buffers.front.size() < room) buffers.front.resize(room);
     if (buffers.back.size() < room) buffers.back.resize(room);
     NodeItem* to = buffers.front.data();
     for (std::size_t i = 0; i < node.count; ++i) {
       const NodeItem& item = node.items[i];
       const std::uint32_t element = item.element(), part = item.part();
-      const std::size_t number = split_number_.find(element);
+      const std::size_t number = split_number_.rank_of(element);
       const int deeper = deeper_levels(number, item);
       if (deeper == 0 || part_item(number, element, part).mass != item.mass) {
         *to++ = item;
@@ -517,7 +518,7 @@ class Bisection {
   double mass_ = 0;          // of all elements
   std::uint64_t total_ = 0;  // likewise, in units
   MassUnits units_;
-  PlaceIndex split_number_;                    // of elements that are split
+  RankedBits split_number_;                    // of elements that are split
   std::vector<MassPoint> split_point_;         // by that number: the elements may be gone by now
   std::vector<NodeItem> front_, back_;         // a node's items are in one, its halves' in the other
   std::vector<std::vector<NodeItem>> blocks_;  // by first leaf: the items of a block's leaves; at n and

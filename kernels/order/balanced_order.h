@@ -31,7 +31,7 @@ struct MassPoint {
 // An element that small cells take apart: a piece of a triangle, and the pieces that its longest edge and
 // then theirs bisect it into. Halves weigh the same.
 struct ElementSplit {
-  std::uint8_t levels = 0;   // 0 to 2: it has 2^levels parts
+  std::uint8_t levels = 0;   // 1 or 2: it has 2^levels parts; 0: it stays whole
   float half[3] = {};        // from its centroid to that of its first half; to the second the other way
   float quarter[2][3] = {};  // from the centroid of either half to that of its first half
 };
@@ -116,7 +116,7 @@ struct BalancedCells {
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 80 bytes an element, 64 more for one that is split, and 230 a sample at the
+// levels more for its parts; 80 bytes an element, 68 more for one that is split, and 230 a sample at the
 // peak, and 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than
 // 2^29 elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
 // those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one

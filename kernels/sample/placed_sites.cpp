@@ -103,7 +103,7 @@ PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, co
   const Placer placer{file, surface, density, placed.sites, key, parameters, frame};
   draw_sites(placer, placed.sites, repairs, cancel);
   placed.sites.mass = std::vector<double>();
-  placed.triangle = shared_by_samples(placer);
+  placed.shared = shared_by_samples(placer);
   repairs[Repair::bad_normals] += count_bad_normals(file);
   if (parameters.order == OrderKind::curve)
     placed.order = std::vector<std::uint32_t>();
@@ -126,17 +126,18 @@ Samples samples_at(const PlacedSites& placed, const PolygonMesh& file, const Mea
       const std::uint32_t rank = placed.rank(begin + i);
       const SampleSite& site = placed.sites.site[rank];
       samples.curve_rank[i] = rank;
-      if (placed.triangle.empty()) {
+      if (placed.shared.empty()) {
         set_sample(placer, rank, point_at(placer, site), i, samples);
         continue;
       }
       if (i + near < to) {
         const std::uint32_t next = placed.sites.site[placed.rank(begin + i + near)].triangle;
-        const auto* const bytes = reinterpret_cast<const std::byte*>(&placed.triangle[next]);
+        const auto* const bytes = reinterpret_cast<const std::byte*>(&placed.shared[next]);
         __builtin_prefetch(bytes);
         __builtin_prefetch(bytes + 64);
+        __builtin_prefetch(bytes + sizeof(SharedBySamples) - 1);
       }
-      const SharedBySamples& shared = placed.triangle[site.triangle];
+      const SharedBySamples& shared = placed.shared[site.triangle];
       set_sample(placer, rank, placer.stored_point(shared.frame, site.b1, site.b2), shared.record, i,
                  samples);
     }

@@ -26,20 +26,22 @@ struct SharedBySamples {
 // Triangles have these where they are this many times fewer than the samples.
 inline constexpr std::size_t samples_per_shared_triangle = 8;
 
-// N placed samples in 20 bytes each, 16 along the curve. All else follows from these and the mesh.
+// N placed samples in 20 bytes each, 16 along the curve, and up to 13 for records of triangles. All else
+// follows from these and the mesh.
 struct PlacedSites {
   SampleSites sites;                 // N, by curve rank
   std::vector<std::uint32_t> order;  // N: the curve rank of the i-th sample of the file; empty: i
   // By triangle, where these are few beside the samples: what the samples of one have in common, in one place
   // in place of twenty. Else empty.
-  std::vector<SharedBySamples> triangle;
+  std::vector<SharedBySamples> shared;
   std::size_t count() const { return sites.count(); }
   std::uint32_t rank(std::size_t i) const { return order.empty() ? static_cast<std::uint32_t>(i) : order[i]; }
 };
 
-// The samples that place_samples places in these regions. At most 37 bytes a sample (32 for the sequences
+// The samples that place_samples places in these regions. At most 24 bytes a sample (32 for the sequences
 // owen and random, whose positions are sorted; 8 more at curve vertices), 60 for each that is drawn
-// again, and what the regions that are worked on take. O(N + E log E). Throws what place_samples throws.
+// again, 13 where triangles have records, and what the regions that are worked on take. O(N + E log E).
+// Throws what place_samples throws.
 PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                         const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
                         const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,

@@ -217,7 +217,7 @@ inline Samples room_for_samples(std::size_t count) {
   return samples;
 }
 
-// What all samples of a triangle have in common, unless the file has normals.
+// What a sample takes from its triangle: the same for all of them, unless the file has normals.
 struct TriangleRecord {
   std::array<float, 3> normal;
   std::array<std::uint32_t, 3> corners;

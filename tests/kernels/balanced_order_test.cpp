@@ -205,6 +205,30 @@ TEST_CASE("balanced order: splits are taken apart in small cells, and nothing is
   }
 }
 
+TEST_CASE("balanced order: the same where the elements are freed early, with splits and without") {
+  const std::vector<MassPoint> points = square_points(1000);
+  const Splits splits = small_splits(1000);
+  for (const bool with_splits : {false, true})
+    for (const std::uint32_t n : {8u, 100u, 500u}) {
+      ElementTraits traits;
+      if (with_splits) traits.splits = splits;
+      const BalancedCells kept = balanced_order(points, n, traits);
+      const BalancedCells freed = balanced_order(std::vector<MassPoint>(points), n, traits, {}, 0);
+      REQUIRE(kept.cell.size() == freed.cell.size());
+      std::size_t parts = 0;
+      for (std::size_t c = 0; c < kept.cell.size(); ++c) {
+        const std::span<const CellEntry> a = kept.entries(kept.cell[c]), b = freed.entries(freed.cell[c]);
+        REQUIRE(a.size() == b.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+          CHECK((a[i].name == b[i].name && a[i].mass == b[i].mass));
+          CHECK(std::equal(a[i].at, a[i].at + 3, b[i].at));
+          parts += a[i].part() > 1;
+        }
+      }
+      CHECK((parts > 0) == with_splits);
+    }
+}
+
 TEST_CASE("balanced order: parts of splits lie where the element says") {
   // One element, whose parts are points of a line.
   const std::vector<MassPoint> points = {{{0, 0, 0}, 1.0}};

@@ -6,10 +6,10 @@
 
 #include "kernels/core/disjoint_sets.h"
 #include "kernels/core/large_vector.h"
-#include "kernels/core/place_index.h"
 #include "kernels/core/radix_heap.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/core/random.h"
+#include "kernels/core/ranked_bits.h"
 #include "support/threads.h"
 
 using namespace meander;
@@ -78,27 +78,27 @@ TEST_CASE("fetch_pages: large vectors are what vectors are") {
   CHECK(array[many - 1] == 9);
 }
 
-TEST_CASE("place index: finds what a search in the list finds, and numbers that are not in it") {
+TEST_CASE("ranked bits: find what a search in the list finds, and numbers that are not in it") {
   for (const std::uint32_t count : {1u, 63u, 64u, 65u, 1000u}) {
     for (const std::uint32_t every : {1u, 2u, 7u, 64u, 2000u}) {
       std::vector<std::uint32_t> numbers;
       for (std::uint32_t i = every / 2; i < count; i += every) numbers.push_back(i);
-      REQUIRE(are_places(numbers, count));
-      const PlaceIndex index(numbers, count);
+      REQUIRE(ascend_below(numbers, count));
+      const RankedBits bits(numbers, count);
       std::size_t next = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
         const bool is_in = next < numbers.size() && numbers[next] == i;
-        CHECK(index.find(i) == (is_in ? next : PlaceIndex::none));
+        CHECK(bits.rank_of(i) == (is_in ? next : RankedBits::none));
         next += is_in;
       }
       CHECK(next == numbers.size());
     }
   }
-  CHECK(are_places({}, 0));
+  CHECK(ascend_below({}, 0));
   const std::vector<std::uint32_t> twice = {1, 1}, back = {2, 1}, past = {1, 3};
-  CHECK_FALSE(are_places(twice, 3));
-  CHECK_FALSE(are_places(back, 3));
-  CHECK_FALSE(are_places(past, 3));
+  CHECK_FALSE(ascend_below(twice, 3));
+  CHECK_FALSE(ascend_below(back, 3));
+  CHECK_FALSE(ascend_below(past, 3));
 }
 
 TEST_CASE("disjoint sets: agree with labels that are written anew at every join, and the least represents") {

@@ -6,8 +6,11 @@
 #include <numeric>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "kernels/analyse/box_discrepancy.h"
+#include "kernels/curve/curve_key.h"
+#include "kernels/locate/pieces.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
 #include "support/test_meshes.h"
@@ -157,6 +160,28 @@ TEST_CASE("build_regions: a single region has the elements of the whole surface 
     CHECK(in_part == in_whole);
     CHECK(elsewhere <= part.count() / 100);
     CHECK(part.total() == Approx(whole.total()).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("region_elements: ascend along the whole key of the 3-D Hilbert curve") {
+  // Most of the mass, and so most regions, in a small part of the box, whose elements share leading bits.
+  const Surface surface(merged(torus(16, 9), moved(icosphere(1), 0.02, 300, 200, 100)), false,
+                        parameters_of(ElementOrder::hilbert, 300000));
+  REQUIRE(surface.regions.count() > 1);
+  for (std::size_t r = 0; r < surface.regions.count(); ++r) {
+    const CurveElements elements = region_elements(surface.regions, surface.source, r);
+    std::uint64_t before = 0;
+    std::size_t descents = 0;
+    for (std::size_t i = 0; i < elements.count(); ++i) {
+      const Vector3 at = centroid(
+          followed(plain_triangle(bisection_corners(surface.mesh, elements.triangle[i])), elements.path[i])
+              .corner);
+      const auto coordinate = [](double c) { return static_cast<double>(static_cast<float>(c)); };
+      const std::uint64_t key = hilbert_key_3d({coordinate(at.x), coordinate(at.y), coordinate(at.z)});
+      descents += key < before;
+      before = key;
+    }
+    CHECK(descents == 0);
   }
 }
 
@@ -320,6 +345,44 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   CHECK_FALSE(with([](SampleParameters& p) { p.attributes = {{"heat", 1}}; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.describe.descriptors = {Descriptor::d2}; }));
   CHECK(with([](SampleParameters& p) { p.method = MethodChoice::conformal; }));
+}
+
+TEST_CASE("samples_at: what samples of a triangle share is what is looked up for each of them") {
+  SampleParameters parameters = parameters_for("direct");
+  parameters.rows_only = true;
+  set_samples(parameters, 300000);
+  const auto placed_on = [&](const PolygonMesh& file) {
+    Model model;
+    model.file = file;
+    model.key = test_key;
+    run_stages(charting_stages(parameters), model);
+    run_stages(placing_stages(parameters, nullptr), model);
+    return model;
+  };
+  Model model = placed_on(merged(torus(16, 9), moved(icosphere(2), 0.01, 1e4, -3e5, 7)));
+  REQUIRE(model.sites.shared.size() == model.surface.triangle_count());
+  for (const std::size_t begin : {0u, 70001u, 299999u}) {
+    const std::size_t end = std::min<std::size_t>(begin + 70000, 300000);
+    const Samples shared = samples_at(model, parameters.place, begin, end);
+    const std::vector<SharedBySamples> records = std::exchange(model.sites.shared, {});
+    const Samples looked_up = samples_at(model, parameters.place, begin, end);
+    model.sites.shared = records;
+    CHECK(shared.points == looked_up.points);
+    CHECK(shared.normals == looked_up.normals);
+    CHECK(shared.face == looked_up.face);
+    CHECK(shared.triangle == looked_up.triangle);
+    CHECK(shared.corners == looked_up.corners);
+    CHECK(shared.barycentric == looked_up.barycentric);
+    CHECK(shared.density == looked_up.density);
+    CHECK(shared.curve_rank == looked_up.curve_rank);
+  }
+  // Too many triangles, or normals of the file, which change from sample to sample.
+  CHECK(placed_on(icosphere(6)).sites.shared.empty());
+  PolygonMesh smooth = icosphere(2);
+  for (std::size_t v = 0; v < smooth.vertex_count(); ++v)
+    for (const double n : {smooth.x[v], smooth.y[v], smooth.z[v]})
+      smooth.normals.push_back(static_cast<float>(n));
+  CHECK(placed_on(smooth).sites.shared.empty());
 }
 
 TEST_CASE("place_samples: in regions the error over rotated boxes is that of the whole surface", "[slow]") {

@@ -241,15 +241,31 @@ TEST_CASE(
   add("soup.obj", merged(moved(icosphere(5), 0.05, 3, 0, 0), cube()));
   check_models(models, 2048);
   check_models({models[0], models[2], models.back()}, 16384);
-  // The same with more triangles than are clipped: only the large ones are split.
-  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 16);
-  write_mesh(scratch / "fine.ply", merged(moved(icosphere(6), 0.05, 3, 0, 0), cube()));
-  for (const int threads : thread_counts) {
-    Setting setting{"auto, few of the triangles split", parameters_for("auto")};
-    set_samples(setting.parameters, 2048);
-    oneapi::tbb::task_arena(threads).execute(
-        [&] { check_models({scratch / "fine.ply"}, setting, threads, EmbreeDevice()); });
+}
+
+TEST_CASE("estimate_bytes: fine triangles in a few cells, beside large ones that are split") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
   }
+  const ScratchFolder scratch;
+  const oneapi::tbb::global_control most(oneapi::tbb::global_control::max_allowed_parallelism, 16);
+  const EmbreeDevice device;
+  // More triangles than are clipped; those of the ball are all in a block of the tree, with some of the cube.
+  write_mesh(scratch / "ball.ply", merged(moved(icosphere(7), 0.03, 3, 0, 0), cube()));
+  for (const bool topology : {true, false})
+    for (const bool spaced : {false, true})
+      for (const bool rows_only : {false, true})
+        for (const int threads : thread_counts) {
+          Setting setting{topology ? "ball, few triangles split" : "the same without topology",
+                          parameters_for("auto")};
+          setting.parameters.topology = topology;
+          setting.parameters.rows_only = rows_only;
+          if (spaced) setting.parameters.place.sequence = SequenceKind::spaced;
+          set_samples(setting.parameters, 2048);
+          oneapi::tbb::task_arena(threads).execute(
+              [&] { check_models({scratch / "ball.ply"}, setting, threads, device); });
+        }
 }
 
 TEST_CASE("estimate_bytes: cells of long needles take no more than is reserved, auto, shifted and spaced") {

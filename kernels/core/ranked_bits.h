@@ -1,4 +1,4 @@
-// Where numbers are in an ascending list of a few of them, found in constant time.
+// Bits with ranks: of some of many numbers, their places in an ascending list, found in constant time.
 #pragma once
 
 #include <algorithm>
@@ -11,20 +11,21 @@
 
 namespace meander {
 
-// Whether numbers ascend, without a repetition, below `count`.
-inline bool are_places(std::span<const std::uint32_t> numbers, std::size_t count) {
+// Whether the numbers ascend, without a repetition, and are below `count`.
+inline bool ascend_below(std::span<const std::uint32_t> numbers, std::size_t count) {
   return std::adjacent_find(numbers.begin(), numbers.end(), std::greater_equal<>()) == numbers.end() &&
          (numbers.empty() || numbers.back() < count);
 }
 
-// One bit a number, and by word of bits how many are in the list before it: a quarter of a byte a number.
-class PlaceIndex {
+// One bit a number, and by word of bits how many are set before it (Jacobson 1989): a quarter of a byte a
+// number.
+class RankedBits {
  public:
   static constexpr std::size_t none = ~std::size_t{0};
 
-  PlaceIndex() = default;
-  // Of numbers below `count`, which ascend without a repetition (are_places). O(count / 64 + numbers).
-  PlaceIndex(std::span<const std::uint32_t> numbers, std::size_t count) : words_((count + 63) / 64) {
+  RankedBits() = default;
+  // Sets those bits of `count`; ascend_below(numbers, count) must hold. O(count / 64 + numbers).
+  RankedBits(std::span<const std::uint32_t> numbers, std::size_t count) : words_((count + 63) / 64) {
     for (const std::uint32_t number : numbers) words_[number / 64].bits |= std::uint64_t{1} << number % 64;
     std::uint32_t before = 0;
     for (Word& word : words_) {
@@ -33,8 +34,8 @@ class PlaceIndex {
     }
   }
 
-  // The place of a number below `count`, or none.
-  std::size_t find(std::uint32_t number) const {
+  // The place of a number below `count` among those that are set, or none.
+  std::size_t rank_of(std::uint32_t number) const {
     const Word& word = words_[number / 64];
     const std::uint64_t bit = std::uint64_t{1} << number % 64;
     if ((word.bits & bit) == 0) return none;
