@@ -159,6 +159,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const bool is_split = order_of(parameters) == ElementOrder::balanced &&
                         splits_pieces(element_parameters(parameters), !method.makes_charts,
                                       parameters.density.kind == DensityKind::uniform);
+  // Nearly all triangles may be in one block: those of a scan beside a few large ones, as its floor. Both
+  // sizes of blocks then hold them, in part where the mesh was prepared.
+  const double held = topology ? triangles * bytes_per_held_triangle +
+                                     std::min(3 * triangles, vertices + triangles) * bytes_per_held_vertex
+                               : prepared;
+  const double in_one_block = std::max(0.0, held + 2 * triangles * bytes_per_block_item - prepared);
   // Of so many samples: for large sets coarse ones, and then those of the regions that are worked on.
   const auto elements_of = [&](double of_samples, double of_triangles, double of_each) {
     const double count = of_triangles + spread * of_each * of_samples;
@@ -189,7 +195,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double in_blocks = std::min(1.0, threads * samples_per_block / of_samples);
     return std::max(exact, pieces * bytes_per_splittable_piece + splits * bytes_per_split +
                                count * bytes_per_entry + in_blocks * (pieces + count) * bytes_per_block_item +
-                               of_samples * bytes_per_balanced_sample);
+                               of_samples * bytes_per_balanced_sample + (of_each > 0 ? in_one_block : 0));
   };
   const double blocks = std::min<double>(threads, std::ceil(samples / samples_per_written_block));
   const double shared = std::min(triangles, samples / samples_per_shared_triangle) * sizeof(SharedBySamples);
@@ -208,12 +214,6 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     ordering = elements_of(samples, triangles, per_sample);
     placing = ordering + placed;
   }
-  // Nearly all triangles may be in one block: those of a scan beside a few large ones, as its floor. Both
-  // sizes of blocks then hold them.
-  const double in_one_block = is_split ? 2 * triangles * bytes_per_block_item : 0;
-  const double held = topology ? triangles * bytes_per_held_triangle +
-                                     std::min(3 * triangles, vertices + triangles) * bytes_per_held_vertex
-                               : prepared;
   const double unknowns = std::max(vertices, 0.5 * triangles);
   double widest = std::max(ordering, placing);
   if (method.makes_charts) {
@@ -234,7 +234,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     widest = std::max(widest, placed + geodesic_bytes(triangles, unknowns, parameters, threads));
   if (std::find(descriptors.begin(), descriptors.end(), Descriptor::shapedna) != descriptors.end())
     widest = std::max(widest, placed + shape_dna_bytes(triangles));
-  return static_cast<std::uint64_t>(fixed_bytes + file + std::max(prepared, held + in_one_block) + widest);
+  return static_cast<std::uint64_t>(fixed_bytes + file + prepared + widest);
 }
 
 std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads) {
