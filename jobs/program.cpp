@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <functional>
 #include <new>
+#include <string>
 #include <system_error>
 #include <vector>
 
@@ -53,29 +56,49 @@ std::string version_text() {
 
 struct Subcommand {
   const char* name;
+  std::function<JobFunction()> add;
+};
+
+std::vector<Subcommand> all_subcommands(Command& program, const Laboratory* laboratory, const StageHook& hook,
+                                        const std::vector<std::string>& arguments) {
+  const auto in_laboratory = [&program, laboratory](const char* name,
+                                                    JobFunction (Laboratory::*add)(Command&) const) {
+    return Subcommand{name, [&program, laboratory, name, add]() -> JobFunction {
+                        return laboratory ? (laboratory->*add)(program) : add_missing_command(program, name);
+                      }};
+  };
+  return {{"run", [&, laboratory] { return add_run_job(program, laboratory, hook); }},
+          {"plan", [&, laboratory] { return add_plan_job(program, laboratory, arguments); }},
+          {"status", [&] { return add_status_job(program); }},
+          {"merge", [&, laboratory] { return add_merge_job(program, laboratory); }},
+          {"verify", [&] { return add_verify_job(program); }},
+          {"info", [&] { return add_info_job(program); }},
+          {"export", [&] { return add_export_job(program); }},
+          {"surface", [&] { return add_surface_job(program); }},
+          in_laboratory("measure", &Laboratory::add_measure_job),
+          in_laboratory("figures", &Laboratory::add_figures_job),
+          in_laboratory("render", &Laboratory::add_render_job),
+          {"retrieve", [&, laboratory] { return add_retrieve_job(program, laboratory); }},
+          {"describe", [&] { return add_describe_job(program); }},
+          {"remesh", [&] { return add_remesh_job(program, hook); }},
+          {"pages", [&] { return add_pages_job(program); }}};
+}
+
+struct Job {
+  const char* name;
   JobFunction run;
 };
 
-std::vector<Subcommand> add_subcommands(Command& program, const Laboratory* laboratory, const StageHook& hook,
-                                        const std::vector<std::string>& arguments) {
-  return {
-      {"run", add_run_job(program, laboratory, hook)},
-      {"plan", add_plan_job(program, laboratory, arguments)},
-      {"status", add_status_job(program)},
-      {"merge", add_merge_job(program, laboratory)},
-      {"verify", add_verify_job(program)},
-      {"info", add_info_job(program)},
-      {"export", add_export_job(program)},
-      {"surface", add_surface_job(program)},
-      {"measure",
-       laboratory ? laboratory->add_measure_job(program) : add_missing_command(program, "measure")},
-      {"figures",
-       laboratory ? laboratory->add_figures_job(program) : add_missing_command(program, "figures")},
-      {"render", laboratory ? laboratory->add_render_job(program) : add_missing_command(program, "render")},
-      {"retrieve", add_retrieve_job(program, laboratory)},
-      {"describe", add_describe_job(program)},
-      {"remesh", add_remesh_job(program, hook)},
-      {"pages", add_pages_job(program)}};
+// The options of all subcommands take some milliseconds, so where the first argument names one, only that one
+// is added; `pages` describes them all.
+std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, const std::string& first) {
+  std::vector<Job> jobs;
+  const auto named = std::find_if(subcommands.begin(), subcommands.end(),
+                                  [&](const Subcommand& subcommand) { return subcommand.name == first; });
+  const bool one = named != subcommands.end() && first != "pages";
+  for (const Subcommand& subcommand : subcommands)
+    if (!one || &subcommand == &*named) jobs.push_back({subcommand.name, subcommand.add()});
+  return jobs;
 }
 
 }  // namespace
@@ -87,12 +110,17 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
                    footer);
   Command program = line.program();
   program.require_subcommand();
-  const std::vector<Subcommand> subcommands =
-      add_subcommands(program, laboratory, hook, {argv + 1, argv + argc});
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::vector<Job> jobs = add_subcommands(all_subcommands(program, laboratory, hook, arguments),
+                                                arguments.empty() ? "" : arguments.front());
+  std::string chosen;
   try {
     if (!line.parse(argc, argv)) return exit_done;
-    for (const Subcommand& subcommand : subcommands)
-      if (program.chose(subcommand.name)) return end_output(subcommand.run());
+    for (const Job& job : jobs)
+      if (program.chose(job.name)) {
+        chosen = job.name;
+        return end_output(job.run());
+      }
   } catch (const UsageError& error) {
     return say(exit_usage, error.what());
   } catch (const RunError& error) {
@@ -103,8 +131,7 @@ int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook h
     return say(exit_internal,
                fmt::format("internal error (a bug of meander, please report it): {}", error.what()));
   } catch (const std::bad_alloc&) {
-    const bool resumable = program.chose("run") || program.chose("merge") || program.chose("describe") ||
-                           program.chose("remesh");
+    const bool resumable = chosen == "run" || chosen == "merge" || chosen == "describe" || chosen == "remesh";
     return say(resumable ? exit_stopped : exit_usage,
                resumable
                    ? "out of memory: what is done is kept, the same command continues when there is more"

@@ -14,13 +14,13 @@
 #include "kernels/locate/element_source.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/locate/placed_pieces.h"
+#include "kernels/locate/space_order.h"
 
 namespace meander {
 
 namespace {
 
 constexpr std::size_t most_curve_elements = std::size_t{1} << 31;
-constexpr std::size_t tie_block = 65536;
 
 struct Element {
   std::uint64_t key;  // along the curve of the chart
@@ -116,117 +116,6 @@ std::vector<KeyIndex> curve_order(const PreparedMesh& mesh, const std::vector<El
   return order;
 }
 
-// Stable; nearly all ties are of two or three.
-void sort_by_key(std::vector<KeyIndex>& items) {
-  constexpr std::size_t few = 16;
-  const auto precedes = [](const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; };
-  if (items.size() > few) {
-    std::stable_sort(items.begin(), items.end(), precedes);
-    return;
-  }
-  for (std::size_t i = 1; i < items.size(); ++i)
-    for (std::size_t k = i; k > 0 && precedes(items[k], items[k - 1]); --k) std::swap(items[k], items[k - 1]);
-}
-
-// Words of equal coarse keys in the order of their whole keys, which key_of(number) gives. A small part of a
-// large box may share one cell.
-template <class KeyOf>
-void sort_ties(std::span<std::uint64_t> words, int number_bits, const KeyOf& key_of) {
-  const auto tie = [&](std::size_t a, std::size_t b) {
-    return words[a] >> number_bits == words[b] >> number_bits;
-  };
-  // Ties belong to the block that they begin in, and may be longer than it.
-  std::vector<std::size_t> block_begin((words.size() + tie_block - 1) / tie_block + 1, words.size());
-  block_begin[0] = 0;
-  for (std::size_t b = 1; b + 1 < block_begin.size(); ++b) {
-    std::size_t at = std::max(b * tie_block, block_begin[b - 1]);
-    if (at > block_begin[b - 1])
-      while (at < words.size() && tie(at - 1, at)) ++at;
-    block_begin[b] = at;
-  }
-  parallel_blocks(words.size(), tie_block, [&](std::size_t first, std::size_t) {
-    const std::size_t past = block_begin[first / tie_block + 1];
-    std::vector<KeyIndex> tied;
-    for (std::size_t begin = block_begin[first / tie_block], end; begin < past; begin = end) {
-      for (end = begin + 1; end < past && tie(begin, end);) ++end;
-      if (end - begin == 1) continue;
-      tied.clear();
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto number = static_cast<std::uint32_t>(words[i] & ((std::uint64_t{1} << number_bits) - 1));
-        tied.push_back({key_of(number), number});
-      }
-      sort_by_key(tied);
-      const std::uint64_t key = words[begin] >> number_bits << number_bits;
-      for (std::size_t i = begin; i < end; ++i) words[i] = key | tied[i - begin].index;
-    }
-  });
-}
-
-// Numbers of points along the 3-D Hilbert curve, in words whose other bits are to be masked.
-struct SpaceOrder {
-  std::vector<std::uint64_t> words;
-  std::uint64_t mask = ~std::uint64_t{0};
-  std::size_t operator[](std::size_t i) const { return static_cast<std::size_t>(words[i] & mask); }
-};
-
-StridedPoints points_from(const std::vector<MassPoint>& points, std::size_t begin) {
-  return {points[begin].at, sizeof(MassPoint) / sizeof(float)};
-}
-
-std::vector<std::uint64_t> whole_keys(const std::vector<MassPoint>& points) {
-  std::vector<std::uint64_t> keys(points.size());
-  parallel_blocks(keys.size(), sum_block, [&](std::size_t begin, std::size_t end) {
-    hilbert_keys_3d(points_from(points, begin), std::span(keys).subspan(begin, end - begin));
-  });
-  return keys;
-}
-
-// A coarse key and the number fit into one word. `dense`: most points may share a cell of the coarse grid, as
-// those of a region of the surface. They are not so many, so that their words have room for longer keys; and
-// a region is a stretch of the curve, so that keys less the least of them are shorter than whole ones.
-SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense) {
-  constexpr int most_number_bits = 64 - coarse_key_bits;
-  constexpr std::size_t most_numbered = std::size_t{1} << most_number_bits;
-  const std::size_t count = points.size();
-  const int number_bits = dense ? std::max(static_cast<int>(std::bit_width(count)), 1) : most_number_bits;
-  SpaceOrder order;
-  std::vector<std::uint64_t>& words = order.words;
-  resize_large(words, count);
-  if (count == 0) return order;
-  std::vector<std::uint64_t> keys;  // whole ones, where they are needed
-  if (dense || count > most_numbered) keys = whole_keys(points);
-  if (count > most_numbered) {
-    std::vector<KeyIndex> numbered(count), scratch;
-    for (std::size_t i = 0; i < count; ++i) numbered[i] = {keys[i], static_cast<std::uint32_t>(i)};
-    radix_sort(numbered, scratch);
-    for (std::size_t i = 0; i < count; ++i) words[i] = numbered[i].index;
-    return order;
-  }
-  if (dense) {
-    const auto [least, most] = std::minmax_element(keys.begin(), keys.end());
-    const std::uint64_t first = *least, range = *most - first;
-    const int unused = 64 - std::max(static_cast<int>(std::bit_width(range)), 1);
-    for (std::size_t i = 0; i < count; ++i)
-      words[i] = (keys[i] - first) << unused >> number_bits << number_bits | i;
-  } else {
-    parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
-      coarse_hilbert_keys_3d(points_from(points, begin), std::span(words).subspan(begin, end - begin));
-      for (std::size_t i = begin; i < end; ++i) words[i] = words[i] << number_bits | i;
-    });
-  }
-  {
-    std::vector<std::uint64_t> scratch;
-    radix_sort_words(words, scratch, number_bits);
-  }
-  sort_ties(words, number_bits, [&](std::uint32_t number) {
-    if (!keys.empty()) return keys[number];
-    const float* p = points[number].at;
-    return hilbert_key_3d({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
-  });
-  order.mask = (std::uint64_t{1} << number_bits) - 1;
-  return order;
-}
-
 // A sum of masses in their order, compensated (Kahan 1965): monotone, and exact to a few units in the last
 // place for any number of elements.
 class MassSum {
@@ -266,9 +155,9 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-// Column by column, each of which is freed once it has been put in order.
-CurveElements along_space_curve(PlacedPieces pieces, bool dense) {
-  const SpaceOrder order = space_order(pieces.point, dense);
+// Pieces, none of which is cut any more. Column by column, each of which is freed once it has been put in
+// order.
+CurveElements in_space_order(PlacedPieces pieces, const SpaceOrder& order) {
   const std::size_t count = pieces.size();
   CurveElements result;
   const auto put_in_order = [&](std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
@@ -295,6 +184,67 @@ CurveElements along_space_curve(PlacedPieces pieces, bool dense) {
   return result;
 }
 
+// Pieces along the 3-D Hilbert curve.
+CurveElements along_space_curve(const ElementSource& source, double limit,
+                                const ElementParameters& parameters, const CancelToken& cancel) {
+  PlacedPieces pieces = cut_source(
+      source, nullptr, limit,
+      [&] {
+        return PlacedPieces(source.places, source.key, KeptOfPieces{.vertices = parameters.keep_vertices});
+      },
+      cancel);
+  check_count(pieces.size(), most_curve_elements);
+  cancel.check();
+  const SpaceOrder order = space_order(pieces.point, false);
+  return in_space_order(std::move(pieces), order);
+}
+
+// Whether many of the pieces that follow each other lie on each other, as those of two sheets that coincide:
+// their centroids are nearer to each other than those of neighbours in one sheet are.
+bool lie_on_each_other(const std::vector<MassPoint>& points, const SpaceOrder& order) {
+  // Between the centroids of two halves of half a square it is, squared, 4/9 of the mass of each.
+  constexpr double near = 0.1;
+  constexpr std::size_t one_in = 16;
+  std::size_t found = 0;
+  for (std::size_t i = 1; i < order.count(); ++i) {
+    const MassPoint &a = points[order[i - 1]], &b = points[order[i]];
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double way = static_cast<double>(b.at[k]) - static_cast<double>(a.at[k]);
+      squared += way * way;
+    }
+    if (squared < near * std::min(a.mass, b.mass)) ++found;
+  }
+  return found * one_in > order.count();
+}
+
+// The same for a region. Wide pieces are elements as wholes, unless they lie on each other: there the curve
+// passes through all sheets at once.
+CurveElements along_region(const ElementSource& source, const SurfaceRegion& region, double limit,
+                           const ElementParameters& parameters, const CancelToken& cancel) {
+  const auto cut = [&](double stratum) {
+    const KeptOfPieces kept{.vertices = parameters.keep_vertices, .stratum = stratum};
+    return cut_source(
+        source, &region, limit, [&] { return PlacedPieces(source.places, source.key, kept); }, cancel);
+  };
+  PlacedPieces pieces = cut(limit * parameters.elements_per_sample);
+  SpaceOrder order = space_order(pieces.point, true);
+  if (pieces.wide > 0 && lie_on_each_other(pieces.point, order)) {
+    pieces = cut(0);
+    order = space_order(pieces.point, true);
+  }
+  std::vector<float> place;
+  if (pieces.wide > 0) {
+    place.reserve(3 * order.count());
+    for (std::size_t i = 0; i < order.count(); ++i)
+      place.insert(place.end(), pieces.point[order[i]].at, pieces.point[order[i]].at + 3);
+  }
+  CurveElements elements = in_space_order(std::move(pieces), order);
+  elements.place = std::move(place);
+  elements.limit = limit;
+  return elements;
+}
+
 }  // namespace
 
 double element_limit(const MeshMeasure& measure, const ElementParameters& parameters) {
@@ -311,17 +261,9 @@ void check_count(std::size_t elements, std::size_t most) {
 
 CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
                             const ElementParameters& parameters, const CancelToken& cancel) {
-  if (!source.places.any()) {
-    PlacedPieces pieces = cut_source(
-        source, region, limit,
-        [&] {
-          return PlacedPieces(source.places, source.key, KeptOfPieces{.vertices = parameters.keep_vertices});
-        },
-        cancel);
-    check_count(pieces.point.size(), most_curve_elements);
-    cancel.check();
-    return along_space_curve(std::move(pieces), region != nullptr);
-  }
+  if (!source.places.any())
+    return region == nullptr ? along_space_curve(source, limit, parameters, cancel)
+                             : along_region(source, *region, limit, parameters, cancel);
   const KeyedPieces pieces = cut_source(
       source, region, limit, [&] { return KeyedPieces(source.places, source.group, source.key, parameters); },
       cancel);

@@ -26,6 +26,10 @@ struct CurveElements {
   std::vector<double> cumulative;       // E + 1
   std::vector<float> vertex;  // 2 E barycentric weights (of corners 1, 2) of each element's curve vertex;
                               // only filled when `vertex placement` is asked for, else empty
+  // Of a region: an element of more than `limit` is a wide piece, in whose parts of at most that samples have
+  // their places (bisection_walk.h).
+  std::vector<float> place;  // 3 E: the elements' centroids, in working units; empty if no piece is wide
+  double limit = 0;
   std::size_t count() const { return triangle.size(); }
   double total() const { return cumulative.empty() ? 0.0 : cumulative.back(); }
 };

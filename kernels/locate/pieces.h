@@ -65,6 +65,18 @@ inline std::array<PlainPiece, 2> bisect(const PlainPiece& piece) {
 }
 std::array<WorkPiece, 2> bisect(const WorkPiece& piece);
 
+// One of them.
+inline PlainPiece half_of(const PlainPiece& piece, std::size_t a, bool second) {
+  const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];
+  PlainPiece half = piece;
+  half.corner[second ? a : b] = middle;
+  half.squared_edge[a] = 0.25 * piece.squared_edge[a];
+  half.squared_edge[second ? c : b] = dot(median, median);
+  half.path = piece.path << 1 | (second ? 1u : 0u);
+  return half;
+}
+
 // The piece at the end of a path that begins with the whole triangle.
 template <class AnyPiece>
 AnyPiece followed(AnyPiece piece, std::uint32_t path) {
@@ -128,6 +140,10 @@ inline std::array<double, 2> centroid(const Piece& piece) {
 inline Vector3 centroid(const std::array<Vector3, 3>& corner) {
   return (1.0 / 3) * (corner[0] + corner[1] + corner[2]);
 }
+// From a piece's centroid to that of the half that bisect_edge makes first.
+inline Vector3 way_to_first_half(const PlainPiece& piece, std::size_t edge) {
+  return (1.0 / 6) * (piece.corner[edge] - piece.corner[(edge + 1) % 3]);
+}
 
 // Those of the point of it that two uniform numbers in [0, 1) choose: uniform over the piece.
 inline std::array<double, 2> uniform_point(const Piece& piece, double first, double second) {
@@ -149,6 +165,13 @@ std::array<double, 2> random_point(const Piece& piece, std::size_t triangle, std
 // there: samples would be spread along it. Never for pieces of less than limit / 8, so that their number is
 // bounded.
 bool is_needle(const PlainPiece& piece, double mass, double limit);
+
+// Whether the samples' parts of a plain piece, each of the mass `stratum`, can be about as wide as they are
+// long: its height over the longest edge is at least the side of a square of that mass. Halves of a narrower
+// piece are no wider.
+inline bool is_wide(const PlainPiece& piece, double mass, double stratum) {
+  return 4 * mass * mass >= stratum * piece.squared_edge[longest_edge(piece)];
+}
 
 // use(edge) with the number of the longest edge as a constant: corners that are found by variable numbers
 // would go by way of memory.
@@ -255,6 +278,7 @@ class PieceCutter {
     if constexpr (Record::takes_plain_pieces) {
       plain_ = density.uniform() && surface.in_space() && wanted.empty() && !record.wants_weights();
       whole_limit_ = std::min(limit, record.whole_limit());
+      stratum_ = record.stratum();
     }
   }
 
@@ -284,16 +308,8 @@ class PieceCutter {
           record_(t, corners, mesh.area[t] * piece.share);
           return;
         }
-        const PlainPiece start = followed(plain_triangle(corners), piece.path);
-        double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
-        if (!(mass > 0)) return;
-        const int times = bisections_to(piece.path, limit_, mass);
-        mass *= piece.share;
-        if (times == 0)
-          record_(t, start, mass);
-        else
-          bisect_times(start, times,
-                       [&](const PlainPiece& whole, auto edge) { record_.add_halves(t, whole, edge, mass); });
+        const double mass = mesh.area[t] * share_after(std::bit_width(piece.path) - 1);
+        if (mass > 0) cut_plain(t, followed(plain_triangle(corners), piece.path), mass, piece.share);
         return;
       }
     const TriangleSource source = source_of(mesh, density_, t);
@@ -304,10 +320,24 @@ class PieceCutter {
   }
 
  private:
+  void cut_plain(std::size_t t, const PlainPiece& piece, double mass, double share) {
+    if (stratum_ > 0 && mass > limit_ && is_wide(piece, mass, stratum_)) {
+      record_.add_wide(t, piece, mass * share);
+      return;
+    }
+    const int times = bisections_to(piece.path, limit_, mass);
+    mass *= share;
+    if (times == 0)
+      record_(t, piece, mass);
+    else
+      bisect_times(piece, times,
+                   [&](const PlainPiece& whole, auto edge) { record_.add_halves(t, whole, edge, mass); });
+  }
+
   const MeasuredMesh& surface_;
   const Density& density_;
   std::span<const std::uint32_t> wanted_;
-  double limit_;
+  double limit_, stratum_ = 0;
   Record& record_;
   bool plain_ = false;
   double whole_limit_ = 0;
@@ -320,6 +350,8 @@ class PieceCutter {
 //   bool wants_weights() const;  // else plain pieces will do
 //   void operator()(std::size_t triangle, const PlainPiece&, double mass);
 //   void add_halves(std::size_t triangle, const PlainPiece&, Edge bisected, double mass_of_each);
+//   double stratum() const;  // if not 0, the mass of a sample; pieces that is_wide() are not cut then
+//   void add_wide(std::size_t triangle, const PlainPiece&, double mass);
 //   double whole_limit() const;  // whole triangles of at most this mass are handed over by their corners
 //   void operator()(std::size_t triangle, const std::array<Vector3, 3>& corners, double mass);
 //   void add_whole(const PreparedMesh&, std::size_t begin, std::size_t end);  // or many, each of its area

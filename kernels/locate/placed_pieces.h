@@ -17,11 +17,6 @@
 
 namespace meander {
 
-// From a piece's centroid to that of the half that bisect_edge makes first.
-inline Vector3 way_to_first_half(const PlainPiece& piece, std::size_t edge) {
-  return (1.0 / 6) * (piece.corner[edge] - piece.corner[(edge + 1) % 3]);
-}
-
 // How a piece that weighs more than `limit`, and whose path does not end, is split into parts of at most
 // that.
 inline ElementSplit split_of(const PlainPiece& piece, double mass, double limit) {
@@ -52,6 +47,7 @@ struct KeptOfPieces {
   bool vertices = false;   // their curve vertices
   bool corners = false;    // of plain ones that are no whole triangles, the corners
   double split_limit = 0;  // unless 0, the splits of plain pieces into parts of at most this mass
+  double stratum = 0;      // unless 0, the mass of a sample: wide plain pieces are not cut
 };
 
 // Pieces with their centroids (see cut_all).
@@ -62,7 +58,8 @@ class PlacedPieces {
         key_(key),
         keep_vertices_(kept.vertices),
         keep_corners_(kept.corners),
-        split_limit_(kept.split_limit) {}
+        split_limit_(kept.split_limit),
+        stratum_(kept.stratum) {}
 
   static constexpr bool takes_plain_pieces = true;
   bool wants_weights() const { return keep_vertices_ || places_->any(); }
@@ -78,6 +75,7 @@ class PlacedPieces {
       most_splits_ = static_cast<std::size_t>(std::min(mass / split_limit_, static_cast<double>(pieces)));
   }
   void append(const PlacedPieces& next) {
+    wide += next.wide;
     if (!next.split.empty()) {
       make_room_for_splits();
       for (const std::uint32_t piece : next.split_piece)
@@ -140,6 +138,13 @@ class PlacedPieces {
     add(t, centroid(corner), piece.path << 1 | 1, mass);
   }
 
+  // Wide pieces as wholes.
+  double stratum() const { return stratum_; }
+  void add_wide(std::size_t t, const PlainPiece& piece, double mass) {
+    add(t, centroid(piece.corner), piece.path, mass);
+    ++wide;
+  }
+
   // Whole triangles that are not split.
   double whole_limit() const { return split_limit_ > 0 ? split_limit_ : INFINITY; }
   void operator()(std::size_t t, const std::array<Vector3, 3>& whole, double mass) {
@@ -167,6 +172,7 @@ class PlacedPieces {
   std::vector<float> vertex;
   std::vector<std::uint32_t> split_piece;  // the pieces that are split, and
   std::vector<ElementSplit> split;         // how each of them is
+  std::size_t wide = 0;                    // so many are wide
   std::vector<PieceCorners> corners;       // by piece up to the last that is no whole triangle; of those only
 
  private:
@@ -199,7 +205,7 @@ class PlacedPieces {
   const ChartPlaces* places_;
   RandomKey key_;
   bool keep_vertices_, keep_corners_;
-  double split_limit_;
+  double split_limit_, stratum_;
   std::size_t most_splits_ = 0;
 };
 

@@ -43,8 +43,9 @@ SurfaceRegions build_regions(const MeasuredMesh& surface, const MeshMeasure& mea
                              std::span<const std::uint8_t> sheet, RandomKey key,
                              const ElementParameters& parameters, const CancelToken& cancel = {});
 
-// The elements of one of them, in the order of a curve; or its cells, one a stratum. Pure: regions may be
-// asked for in any order, by any thread. O(E log E) for its own E elements.
+// The elements of one of them, in the order of a curve, of uniform density in space with wide pieces as
+// wholes (CurveElements::place); or its cells, one a stratum. Pure: regions may be asked for in any order, by
+// any thread. O(E log E) for its own E elements.
 CurveElements region_elements(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,
                               const CancelToken& cancel = {});
 ElementCells region_cells(const SurfaceRegions& regions, const ElementSource& source, std::size_t region,

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "kernels/core/parallel.h"
+#include "kernels/locate/bisection_walk.h"
 #include "kernels/sample/cell_net.h"
 #include "kernels/sample/sequence.h"
 
@@ -53,12 +54,10 @@ void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bo
   for (std::size_t block = 0; block < blocks; ++block) find_block(block * cell_block, scratch);
 }
 
-}  // namespace
-
-// Half-open. Positions ascend: one linear merge.
-SampleSites elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
-                        const CancelToken& cancel) {
-  SampleSites found(position.size(), vertices);
+// Calls take(r, element) for every position. Half-open; positions ascend: one linear merge.
+template <class Take>
+void at_positions(const CurveElements& elements, std::span<const double> position, const CancelToken& cancel,
+                  const Take& take) {
   const double total = elements.total();
   std::size_t at = 0;
   std::size_t last =
@@ -69,10 +68,32 @@ SampleSites elements_at(const CurveElements& elements, std::span<const double> p
     if (r % sum_block == 0) cancel.check();
     const double target = position[r] * total;
     while (at < last && elements.cumulative[at + 1] <= target) ++at;
+    take(r, at, target);
+  }
+}
+
+// Of a region, whose wide pieces are elements.
+SampleSites parts_at(const CurveElements& elements, const MeasuredMesh& surface,
+                     std::span<const double> position, const CancelToken& cancel) {
+  SampleSites found(position.size(), false);
+  BisectionWalk walk(surface, elements);
+  at_positions(elements, position, cancel, [&](std::size_t r, std::size_t at, double target) {
+    const double begin = elements.cumulative[at], mass = elements.cumulative[at + 1] - begin;
+    found.set(r, elements.triangle[at], walk.path_at(at, std::clamp((target - begin) / mass, 0.0, 1.0)));
+  });
+  return found;
+}
+
+}  // namespace
+
+SampleSites elements_at(const CurveElements& elements, std::span<const double> position, bool vertices,
+                        const CancelToken& cancel) {
+  SampleSites found(position.size(), vertices);
+  at_positions(elements, position, cancel, [&](std::size_t r, std::size_t at, double) {
     found.set(r, elements.triangle[at], elements.path[at]);
     if (vertices)
       found.set_vertex(r, &elements.vertex[2 * at], elements.cumulative[at + 1] - elements.cumulative[at]);
-  }
+  });
   return found;
 }
 
@@ -135,11 +156,14 @@ SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& sour
     std::vector<double> local(end - begin);
     for (std::size_t i = 0; i < local.size(); ++i)
       local[i] = std::min((position[begin + i] * samples - first) / strata, below_one);
-    const SampleSites part =
-        regions.parameters.order == ElementOrder::balanced
-            ? elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel)
-            : elements_at(region_elements(regions, source, region, cancel), local, vertices, cancel);
-    found.set_all(begin, part);
+    if (regions.parameters.order == ElementOrder::balanced) {
+      found.set_all(begin,
+                    elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel));
+      return;
+    }
+    const CurveElements elements = region_elements(regions, source, region, cancel);
+    found.set_all(begin, elements.place.empty() ? elements_at(elements, local, vertices, cancel)
+                                                : parts_at(elements, source.surface, local, cancel));
   });
   return found;
 }

@@ -1,0 +1,136 @@
+#include "kernels/locate/bisection_walk.h"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "kernels/mesh/prepare_mesh.h"
+#include "kernels/model/model.h"
+#include "support/test_meshes.h"
+
+using namespace meander;
+using namespace meander::test;
+
+namespace {
+
+constexpr int bisections = 10;
+constexpr std::size_t parts = std::size_t{1} << bisections;
+
+Vector3 centroid_at(const PreparedMesh& mesh, std::uint32_t triangle, std::uint32_t path) {
+  return centroid(followed(plain_triangle(bisection_corners(mesh, triangle)), path).corner);
+}
+
+// The triangles of a mesh as wide pieces that follow each other.
+CurveElements triangles_of(const PreparedMesh& mesh, int times) {
+  CurveElements elements;
+  elements.cumulative.push_back(0);
+  for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+    elements.triangle.push_back(t);
+    elements.path.push_back(1);
+    elements.cumulative.push_back(elements.cumulative.back() + mesh.area[t]);
+    const Vector3 at = centroid_at(mesh, t, 1);
+    for (const double c : {at.x, at.y, at.z}) elements.place.push_back(static_cast<float>(c));
+  }
+  elements.limit = 1.5 * mesh.area[0] * share_after(times);
+  return elements;
+}
+
+double share_of(std::size_t part) { return (static_cast<double>(part) + 0.5) / parts; }
+
+}  // namespace
+
+TEST_CASE("bisection walk: every part is reached once, by shares in any order") {
+  const PreparedMesh mesh = prepare_mesh(icosphere(0));
+  const CurveElements elements = triangles_of(mesh, bisections);
+  BisectionWalk walk(mesh, elements), leaping(mesh, elements);
+  for (std::size_t i = 0; i < elements.count(); ++i) {
+    std::vector<std::uint32_t> path(parts);
+    for (std::size_t k = 0; k < parts; ++k) path[k] = walk.path_at(i, share_of(k));
+    const std::set<std::uint32_t> different(path.begin(), path.end());
+    REQUIRE(different.size() == parts);
+    REQUIRE(*different.begin() == parts);
+    REQUIRE(*different.rbegin() == 2 * parts - 1);
+    for (std::size_t k = 0; k < parts; ++k) {
+      const std::size_t far = k * 389 % parts;
+      REQUIRE(leaping.path_at(i, share_of(far)) == path[far]);
+    }
+    CHECK(walk.path_at(i, 0) == path.front());
+    CHECK(walk.path_at(i, 1) == path.back());
+    // The border between two parts belongs to the later one.
+    CHECK(walk.path_at(i, 0.5) == path[parts / 2]);
+  }
+}
+
+TEST_CASE(
+    "bisection walk: parts that follow each other are near each other, from one neighbour to the other") {
+  // Along the faces of an icosahedron in the order of the curve, as a region would have them.
+  const PreparedMesh mesh = prepare_mesh(icosphere(0));
+  const CurveElements elements = triangles_of(mesh, bisections);
+  BisectionWalk walk(mesh, elements);
+  for (std::size_t i = 1; i + 1 < elements.count(); ++i) {
+    const double side = std::sqrt(mesh.area[elements.triangle[i]] / parts);
+    const auto at = [&](std::size_t k) {
+      return centroid_at(mesh, elements.triangle[i], walk.path_at(i, share_of(k)));
+    };
+    double sum = 0, most = 0;
+    for (std::size_t k = 1; k < parts; ++k) {
+      const double step = norm(at(k) - at(k - 1));
+      sum += step;
+      most = std::max(most, step);
+    }
+    INFO("face " << i << ": mean step " << sum / (parts - 1) / side << ", longest " << most / side);
+    // In random order the mean would be some 20 sides. The least of any path through congruent halves of
+    // squares is two thirds of their hypotenuse or 0.94 sides between some, 0.67 between others.
+    CHECK(sum / (parts - 1) < 1.5 * side);
+    const Vector3 way =
+        centroid_at(mesh, elements.triangle[i + 1], 1) - centroid_at(mesh, elements.triangle[i - 1], 1);
+    const Vector3 first_half = (1.0 / (parts / 2)) * [&] {
+      Vector3 total{};
+      for (std::size_t k = 0; k < parts / 2; ++k) total = total + at(k);
+      return total;
+    }();
+    CHECK(dot(centroid_at(mesh, elements.triangle[i], 1) - first_half, way) >= -1e-9);
+  }
+}
+
+TEST_CASE("bisection walk: an element that is light enough is its own part") {
+  const PreparedMesh mesh = prepare_mesh(icosphere(0));
+  CurveElements elements = triangles_of(mesh, bisections);
+  elements.limit = 2 * mesh.area[0];
+  BisectionWalk walk(mesh, elements);
+  for (std::size_t i = 0; i < elements.count(); ++i)
+    for (const double share : {0.0, 0.3, 1.0}) CHECK(walk.path_at(i, share) == 1);
+}
+
+TEST_CASE("place_samples: parts of wide pieces of large sets get their share of the samples, for every key") {
+  // Every sixteenth of each face of a tetrahedron, cut by bisection, has the number of samples that its area
+  // asks for, but for those strata that it has a part of only: along its border, and at the borders of
+  // regions.
+  constexpr std::uint32_t n = 140000;
+  constexpr int levels = 4;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SampleParameters parameters;
+    parameters.method = MethodChoice::direct;
+    set_samples(parameters, n);
+    Model model;
+    model.file = tetrahedron();
+    model.key = make_random_key(seed, {});
+    run_stages(charting_stages(parameters), model);
+    run_stages(placing_stages(parameters, nullptr), model);
+    const Samples& samples = model.row.samples;
+    REQUIRE(samples.count() == n);
+    std::vector<double> count(4 << levels, 0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+      TriangleSource source{};
+      source.corner = bisection_corners(model.surface, samples.triangle[i]);
+      source.piece_bisections = levels;
+      const std::uint32_t path = source.piece_at(static_cast<double>(samples.barycentric[2 * i]),
+                                                 static_cast<double>(samples.barycentric[2 * i + 1]));
+      ++count[(std::size_t{samples.triangle[i]} << levels) + path - (1u << levels)];
+    }
+    const double expected = n / static_cast<double>(count.size());
+    for (const double held : count) CHECK(std::abs(held - expected) < 0.02 * expected);
+  }
+}
