@@ -26,8 +26,8 @@ enum class Compression : std::uint8_t {
 // The format version of stores with the columns of a plain run; older ones are read. Stores with columns of
 // the user's choice have the next one, so that programs that would lose these refuse them.
 inline constexpr std::uint32_t store_format_version = 3, chosen_format_version = 4;
-inline constexpr std::uint32_t store_method_version =
-    11;  // raised whenever the same input gives other points
+// Raised whenever the same input gives other points.
+inline constexpr std::uint32_t store_method_version = 11;
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
 // file that it stands in: descriptors, anisotropy, or certificate for measures of the samples themselves.
