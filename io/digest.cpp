@@ -7,10 +7,10 @@
 
 namespace meander {
 
+// If it fails, so do the digests.
+void leave_out_openssl_configuration() { OPENSSL_init_crypto(OPENSSL_INIT_NO_LOAD_CONFIG, nullptr); }
+
 std::array<std::uint8_t, 32> sha256(std::span<const std::byte> bytes) {
-  // Reading openssl.cnf, which nothing here depends on, takes as long as digesting a small model.
-  static const int without_configuration = OPENSSL_init_crypto(OPENSSL_INIT_NO_LOAD_CONFIG, nullptr);
-  if (without_configuration != 1) throw std::runtime_error("OpenSSL cannot be started");
   std::array<std::uint8_t, 32> digest{};
   unsigned int length = 0;
   if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1 ||

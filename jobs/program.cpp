@@ -9,6 +9,7 @@
 #include <system_error>
 #include <vector>
 
+#include "io/digest.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
@@ -89,8 +90,8 @@ struct Job {
   JobFunction run;
 };
 
-// The options of all subcommands take some milliseconds, so where the first argument names one, only that one
-// is added; `pages` describes them all.
+// Adding the options of all subcommands takes some milliseconds, so where the first argument names one, only
+// that one is added; `pages` describes them all.
 std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, const std::string& first) {
   std::vector<Job> jobs;
   const auto named = std::find_if(subcommands.begin(), subcommands.end(),
@@ -105,6 +106,7 @@ std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, con
 
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
+  leave_out_openssl_configuration();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
   CommandLine line("meander", "Low-discrepancy sampling of whole collections of surfaces", version_text(),
                    footer);

@@ -5,6 +5,12 @@
 
 namespace meander {
 
+int bisections_of(const MeasuredMesh& surface, const CurveElements& elements, std::size_t element) {
+  const std::uint32_t path = elements.path[element];
+  double mass = surface.mesh().area[elements.triangle[element]] * share_after(std::bit_width(path) - 1);
+  return bisections_to(path, elements.limit, mass);
+}
+
 Vector3 BisectionWalk::place_of(std::size_t element) const {
   const float* const at = &elements_.place[3 * element];
   return {at[0], at[1], at[2]};
@@ -12,9 +18,8 @@ Vector3 BisectionWalk::place_of(std::size_t element) const {
 
 void BisectionWalk::enter(std::size_t element) {
   const std::uint32_t triangle = elements_.triangle[element], path = elements_.path[element];
-  double mass = surface_.mesh().area[triangle] * share_after(std::bit_width(path) - 1);
   element_ = element;
-  bisections_ = bisections_to(path, elements_.limit, mass);
+  bisections_ = bisections_of(surface_, elements_, element);
   if (bisections_ == 0) return;
   held_[0] = {followed(plain_triangle(bisection_corners(surface_, triangle)), path),
               place_of(element > 0 ? element - 1 : element),

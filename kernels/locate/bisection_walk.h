@@ -11,6 +11,9 @@
 
 namespace meander {
 
+// How often an element is bisected for its parts to weigh at most elements.limit; 0 if it is no wide piece.
+int bisections_of(const MeasuredMesh& surface, const CurveElements& elements, std::size_t element);
+
 // A path through the parts of a wide piece, all of which weigh the same. The piece has a place that the path
 // comes from, the centroid of the element before it, and one that it goes to, that of the element after it.
 // Of two halves the one comes first for which the sum of squared distances, from the first place to this half

@@ -56,8 +56,9 @@ auto cut_source(const ElementSource& source, const SurfaceRegion* region, double
 struct ElementCells;
 
 // The elements or cells of a region, or of the whole surface (null): what build_elements and build_cells
-// return, of pieces of at most `limit`. `cells` cells hold `strata` equal shares of the mass between them,
-// each a whole number; the first of them is number `first_cell` of all. Throw what these throw.
+// return, of pieces of at most `limit` or, of a region, of wide pieces as wholes. `cells` cells hold `strata`
+// equal shares of the mass between them, each a whole number; the first of them is number `first_cell` of
+// all. Throw what these throw.
 CurveElements elements_from(const ElementSource& source, const SurfaceRegion* region, double limit,
                             const ElementParameters& parameters, const CancelToken& cancel = {});
 ElementCells cells_from(const ElementSource& source, const SurfaceRegion* region, std::uint64_t cells,

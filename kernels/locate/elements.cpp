@@ -155,7 +155,7 @@ CurveElements along_curve(const PreparedMesh& mesh, const std::vector<Element>& 
   return result;
 }
 
-// Pieces, none of which is cut any more. Column by column, each of which is freed once it has been put in
+// Pieces as they are, wide ones included. Column by column, each of which is freed once it has been put in
 // order.
 CurveElements in_space_order(PlacedPieces pieces, const SpaceOrder& order) {
   const std::size_t count = pieces.size();
@@ -202,7 +202,7 @@ CurveElements along_space_curve(const ElementSource& source, double limit,
 // Whether many of the pieces that follow each other lie on each other, as those of two sheets that coincide:
 // their centroids are nearer to each other than those of neighbours in one sheet are.
 bool lie_on_each_other(const std::vector<MassPoint>& points, const SpaceOrder& order) {
-  // Between the centroids of two halves of half a square it is, squared, 4/9 of the mass of each.
+  // Between the centroids of two halves of a square it is, squared, 4/9 of the mass of each.
   constexpr double near = 0.1;
   constexpr std::size_t one_in = 16;
   std::size_t found = 0;
@@ -224,8 +224,10 @@ CurveElements along_region(const ElementSource& source, const SurfaceRegion& reg
                            const ElementParameters& parameters, const CancelToken& cancel) {
   const auto cut = [&](double stratum) {
     const KeptOfPieces kept{.vertices = parameters.keep_vertices, .stratum = stratum};
-    return cut_source(
+    PlacedPieces pieces = cut_source(
         source, &region, limit, [&] { return PlacedPieces(source.places, source.key, kept); }, cancel);
+    cancel.check();
+    return pieces;
   };
   PlacedPieces pieces = cut(limit * parameters.elements_per_sample);
   SpaceOrder order = space_order(pieces.point, true);

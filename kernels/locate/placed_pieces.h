@@ -42,7 +42,7 @@ struct PieceCorners {
   float at[3][3];
 };
 
-// What else is kept of pieces.
+// What else is kept of pieces, and which of them are cut.
 struct KeptOfPieces {
   bool vertices = false;   // their curve vertices
   bool corners = false;    // of plain ones that are no whole triangles, the corners

@@ -17,9 +17,11 @@ struct SpaceOrder {
   std::size_t operator[](std::size_t i) const { return static_cast<std::size_t>(words[i] & mask); }
 };
 
-// By the keys of hilbert_key_3d, points of equal keys by their numbers; the masses do not matter. `dense`:
-// most points may share a cell of the grid of coarse keys, as those of a region of the surface; it changes
-// the time, not the order. O(N); 16 bytes a point. Parallel, the same for every thread count.
+// By their 3-D Hilbert keys, points of equal keys by their numbers; the masses do not matter. `dense`: most
+// points may share a cell of the grid of coarse keys, as those of a region of the surface; they are then
+// ordered by whole keys. Else the leading bits of keys are computed in single precision, so that points at
+// the borders of cells may be in the cell beside. O(N); 16 bytes a point, dense 24, above 2^28 points 48.
+// Parallel, the same for every thread count.
 SpaceOrder space_order(const std::vector<MassPoint>& points, bool dense);
 
 }  // namespace meander

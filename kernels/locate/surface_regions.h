@@ -30,7 +30,7 @@ struct SurfaceRegions {
   std::vector<std::uint64_t> first_stratum;  // R + 1
   std::vector<std::uint32_t> group;          // ElementSource::group
   ElementParameters parameters;
-  double limit = 0;  // the most that an element may weigh
+  double limit = 0;  // the most that an element, or a part of a wide piece, may weigh
   std::size_t count() const { return region.size(); }
   std::uint64_t strata(std::size_t r) const { return first_stratum[r + 1] - first_stratum[r]; }
 };

@@ -54,7 +54,7 @@ SampleSites elements_at(const CurveElements& elements, std::span<const double> p
 SampleSites elements_at(const ElementCells& cells, std::span<const double> position, bool vertices,
                         const CancelToken& cancel);
 // The elements or cells are made and forgotten one region after the other, several at a time by several
-// threads.
+// threads. Of a wide piece it is the part that holds the position.
 SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
                         std::span<const double> position, bool vertices, const CancelToken& cancel);
 

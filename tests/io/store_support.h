@@ -12,9 +12,8 @@
 #include <limits>
 #include <numeric>
 #include <random>
-#include <sstream>
+#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "io/store/store.h"
@@ -44,9 +43,12 @@ class ScratchFolder {
 
 inline std::string read_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
-  std::ostringstream bytes;  // character by character it takes most of the time of tests with sanitizers
-  bytes << in.rdbuf();
-  return std::move(bytes).str();
+  if (!in) return {};
+  // Character by character it takes most of the time of tests with sanitizers.
+  std::string bytes(std::filesystem::file_size(path), '\0');
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    throw std::runtime_error("cannot read " + path.string());
+  return bytes;
 }
 
 inline void write_file(const std::filesystem::path& path, const std::string& bytes) {

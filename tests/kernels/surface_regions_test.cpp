@@ -1,7 +1,6 @@
 #include "kernels/locate/surface_regions.h"
 
 #include <algorithm>
-#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
@@ -80,9 +79,7 @@ struct Surface {
 
   // 1, or of a wide piece the number of its parts.
   std::size_t parts_of(const CurveElements& elements, std::size_t i) const {
-    if (elements.place.empty()) return 1;
-    double mass = mesh.area[elements.triangle[i]] * share_after(std::bit_width(elements.path[i]) - 1);
-    return std::size_t{1} << bisections_to(elements.path[i], elements.limit, mass);
+    return elements.place.empty() ? 1 : std::size_t{1} << bisections_of(mesh, elements, i);
   }
 };
 
