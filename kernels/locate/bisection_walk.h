@@ -11,7 +11,8 @@
 
 namespace meander {
 
-// How often an element is bisected for its parts to weigh at most elements.limit; 0 if it is no wide piece.
+// Of elements that have a place: how often one is bisected for its parts to weigh at most elements.limit; 0
+// if it is no wide piece.
 int bisections_of(const MeasuredMesh& surface, const CurveElements& elements, std::size_t element);
 
 // A path through the parts of a wide piece, all of which weigh the same. The piece has a place that the path

@@ -350,12 +350,14 @@ class PieceCutter {
 //   bool wants_weights() const;  // else plain pieces will do
 //   void operator()(std::size_t triangle, const PlainPiece&, double mass);
 //   void add_halves(std::size_t triangle, const PlainPiece&, Edge bisected, double mass_of_each);
-//   double stratum() const;  // if not 0, the mass of a sample; pieces for which is_wide() holds are not cut
-//   then void add_wide(std::size_t triangle, const PlainPiece&, double mass); double whole_limit() const;  //
-//   whole triangles of at most this mass are handed over by their corners void operator()(std::size_t
-//   triangle, const std::array<Vector3, 3>& corners, double mass); void add_whole(const PreparedMesh&,
-//   std::size_t begin, std::size_t end);  // or many, each of its area std::size_t size() const; void
-//   reserve(std::size_t pieces, double mass_of_all); void append(const Record& of_the_next_triangles);
+//   double stratum() const;  // unless 0, the mass of a sample: wide pieces are not cut
+//   void add_wide(std::size_t triangle, const PlainPiece&, double mass);
+//   double whole_limit() const;  // whole triangles of at most this mass are handed over by their corners
+//   void operator()(std::size_t triangle, const std::array<Vector3, 3>& corners, double mass);
+//   void add_whole(const PreparedMesh&, std::size_t begin, std::size_t end);  // or many, each of its area
+//   std::size_t size() const;
+//   void reserve(std::size_t pieces, double mass_of_all);
+//   void append(const Record& of_the_next_triangles);
 // `make` makes an empty one. Parallel by blocks of triangles, appended in order.
 template <class Make>
 auto cut_all(const MeasuredMesh& surface, const Density& density, std::span<const std::uint32_t> wanted,
