@@ -23,20 +23,9 @@ namespace {
 using namespace test;
 using namespace std::string_literals;
 
-// Uses what the formats can hold: polygons, normals and attributes.
-PolygonMesh rich_mesh() {
-  PolygonMesh mesh = merged(cube(), tetrahedron());
-  mesh.vertex_attributes.push_back({"quality", mesh.x});
-  mesh.face_attributes.push_back({"label", std::vector<double>(mesh.polygon_count(), 7)});
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-    for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]})
-      mesh.normals.push_back(static_cast<float>(value));
-  return mesh;
-}
-
 std::vector<std::string> off_seeds() {
-  return {mesh_bytes(rich_mesh(), MeshFile::off),
-          mesh_bytes(rich_mesh(), MeshFile::off_binary),
+  return {mesh_bytes(mesh_with_attributes(), MeshFile::off),
+          mesh_bytes(mesh_with_attributes(), MeshFile::off_binary),
           "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
           "COFF\n3 1 0 # colours\n0 0 0 255 0 0 255\n1 0 0 0 1 0 1\n0 1 0 0 0 1\n3 0 1 2 0.5 0.5 0.5\n",
           "ST4NOFF\n3 1 0\n0 0 0 1 0 0 1 0 0\n1 0 0 1 0 0 1 0 0\n0 1 0 1 0 0 1 1 1\n3 0 1 2\n",
@@ -44,7 +33,7 @@ std::vector<std::string> off_seeds() {
 }
 
 std::vector<std::string> obj_seeds() {
-  return {mesh_bytes(rich_mesh(), MeshFile::obj),
+  return {mesh_bytes(mesh_with_attributes(), MeshFile::obj),
           "mtllib a.mtl b.mtl\no one\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 255\nvt 0 0\nvn 0 0 1\n"
           "g a\ns off\nusemtl red\nf 1/1/1 2/1/1 3/1/1\nf -1//-1 -2//-1 \\\n -3//-1\nl 1 2\np 1\n",
           "v 1e400 -nan(ind) 1.#INF 2\r\nv 0 0 0\r\nv 1 0 0\r\nf 1 2 3 1\r\nf 4294967296 1 2\r\n"};
@@ -52,8 +41,9 @@ std::vector<std::string> obj_seeds() {
 
 std::vector<std::string> ply_seeds() {
   return {
-      mesh_bytes(rich_mesh(), MeshFile::ply_ascii), mesh_bytes(rich_mesh(), MeshFile::ply_little_endian),
-      mesh_bytes(rich_mesh(), MeshFile::ply_big_endian),
+      mesh_bytes(mesh_with_attributes(), MeshFile::ply_ascii),
+      mesh_bytes(mesh_with_attributes(), MeshFile::ply_little_endian),
+      mesh_bytes(mesh_with_attributes(), MeshFile::ply_big_endian),
       "ply\nformat ascii 1.0\ncomment c\nobj_info o\nelement vertex 4\nproperty float x\nproperty float y\n"
       "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
       "property float density\nelement tristrips 1\nproperty list int int vertex_indices\n"
@@ -186,7 +176,7 @@ std::vector<std::string> tar_seeds() {
 }
 
 std::vector<std::string> gz_seeds() {
-  const std::string mesh = mesh_bytes(rich_mesh(), MeshFile::off);
+  const std::string mesh = mesh_bytes(mesh_with_attributes(), MeshFile::off);
   return {gzip_bytes(mesh),
           gzip_bytes(mesh, 0),
           gzip_bytes(mesh) + gzip_bytes("second\n"),

@@ -40,43 +40,13 @@ struct PngKind {
 
 // A picture of 13 x 9 whose channels are known.
 std::string png_of_kind(const PngKind& kind,
-                        const std::function<unsigned(unsigned, unsigned, unsigned)>& value) {
-  std::string bytes;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(png);
-  png_set_write_fn(
-      png, &bytes,
-      [](png_structp to, png_bytep data, std::size_t count) {
-        static_cast<std::string*>(png_get_io_ptr(to))->append(reinterpret_cast<char*>(data), count);
-      },
-      [](png_structp) {});
-  png_set_IHDR(png, info, 13, 9, kind.depth, kind.type,
-               kind.interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
-  const png_color palette[4] = {{10, 20, 30}, {255, 0, 0}, {0, 200, 0}, {7, 7, 250}};
-  const png_byte alpha[2] = {0, 128};
+                        const std::function<unsigned(std::size_t, std::size_t, std::size_t)>& value) {
+  PngPicture picture{13, 9, kind.depth, kind.type, kind.interlaced, {}, false};
   if (kind.type == PNG_COLOR_TYPE_PALETTE) {
-    png_set_PLTE(png, info, palette, 4);
-    png_set_tRNS(png, info, alpha, 2, nullptr);
+    picture.palette = {{10, 20, 30}, {255, 0, 0}, {0, 200, 0}, {7, 7, 250}};
+    picture.transparent = true;
   }
-  png_set_gAMA(png, info, 0.45455);
-  png_write_info(png, info);
-  png_set_packing(png);
-  const unsigned channels = png_get_channels(png, info);
-  std::vector<std::vector<png_byte>> rows(9);
-  std::vector<png_bytep> pointers;
-  for (unsigned y = 0; y < 9; ++y) {
-    for (unsigned k = 0; k < 13 * channels; ++k) {
-      const unsigned v = value(k / channels, y, k % channels);
-      if (kind.depth == 16) rows[y].push_back(static_cast<png_byte>(v >> 8));
-      rows[y].push_back(static_cast<png_byte>(v & 255));
-    }
-    pointers.push_back(rows[y].data());
-  }
-  png_write_image(png, pointers.data());
-  png_write_end(png, nullptr);
-  png_destroy_write_struct(&png, &info);
-  return bytes;
+  return png_bytes(picture, value);
 }
 
 }  // namespace

@@ -33,17 +33,6 @@ MeshFormat format_of(MeshFile file) {
   }
 }
 
-// A small mesh that uses what the formats can hold: polygons, normals and attributes.
-PolygonMesh small_mesh() {
-  PolygonMesh mesh = merged(cube(), tetrahedron());
-  mesh.vertex_attributes.push_back({"quality", mesh.x});
-  mesh.face_attributes.push_back({"label", std::vector<double>(mesh.polygon_count(), 7)});
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-    for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]})
-      mesh.normals.push_back(static_cast<float>(value));
-  return mesh;
-}
-
 // A mesh or an ItemError with a sentence, nothing else.
 void check_outcome(std::string_view content, MeshFormat format, const BlockRule& rule = {}) {
   try {
@@ -112,7 +101,7 @@ TEST_CASE("file bytes: files that are read and mapped, empty files, folders and 
 }
 
 TEST_CASE("read_mesh: every format gives back what was written") {
-  const PolygonMesh mesh = small_mesh();
+  const PolygonMesh mesh = mesh_with_attributes();
   for (const MeshFile file : all_files) {
     CAPTURE(static_cast<int>(file));
     const PolygonMesh back = read(mesh_bytes(mesh, file), format_of(file));
@@ -130,7 +119,7 @@ TEST_CASE("read_mesh: every format gives back what was written") {
 }
 
 TEST_CASE("read_mesh: content of another format is named") {
-  const PolygonMesh mesh = small_mesh();
+  const PolygonMesh mesh = mesh_with_attributes();
   const std::map<MeshFormat, std::string> names = {{MeshFormat::off, "an OFF file"},
                                                    {MeshFormat::obj, "an OBJ file"},
                                                    {MeshFormat::ply, "a PLY file"},
@@ -196,7 +185,7 @@ TEST_CASE("read_mesh: blocks of any size give the same mesh") {
 }
 
 TEST_CASE("read_mesh: a file cut at any byte gives a mesh or an error") {
-  const PolygonMesh mesh = small_mesh();
+  const PolygonMesh mesh = mesh_with_attributes();
   for (const MeshFile file : all_files) {
     const std::string content = mesh_bytes(mesh, file);
     for (std::size_t length = 0; length < content.size(); ++length) {
@@ -209,7 +198,7 @@ TEST_CASE("read_mesh: a file cut at any byte gives a mesh or an error") {
 }
 
 TEST_CASE("read_mesh: random damage gives a mesh or an error") {
-  const PolygonMesh mesh = small_mesh();
+  const PolygonMesh mesh = mesh_with_attributes();
   for (const MeshFile file : all_files) {
     const std::string content = mesh_bytes(mesh, file);
     for (std::uint32_t round = 0; round < 1500; ++round) {

@@ -11,60 +11,12 @@
 #include "io/plot/png_writer.h"
 #include "kernels/core/status.h"
 #include "support/mesh_files.h"
+#include "support/png_files.h"
 
 using namespace meander;
 using namespace meander::test;
 
 namespace {
-
-struct Picture {
-  std::uint32_t width = 0, height = 0;
-  int depth = 8, type = PNG_COLOR_TYPE_GRAY;
-  bool interlaced = false;
-  std::vector<png_color> palette;
-  bool transparent = false;  // some of the palette or one grey
-};
-
-// The bytes of a PNG file whose samples, before packing, are sample(x, y, channel).
-std::string encoded(const Picture& picture,
-                    const std::function<unsigned(std::size_t, std::size_t, std::size_t)>& sample) {
-  std::string bytes;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(png);
-  png_set_write_fn(
-      png, &bytes,
-      [](png_structp to, png_bytep data, std::size_t count) {
-        static_cast<std::string*>(png_get_io_ptr(to))->append(reinterpret_cast<char*>(data), count);
-      },
-      [](png_structp) {});
-  png_set_IHDR(png, info, picture.width, picture.height, picture.depth, picture.type,
-               picture.interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
-  if (!picture.palette.empty())
-    png_set_PLTE(png, info, picture.palette.data(), static_cast<int>(picture.palette.size()));
-  png_byte alpha[2] = {0, 128};
-  png_color_16 clear{};
-  if (picture.transparent) png_set_tRNS(png, info, alpha, picture.palette.empty() ? 0 : 2, &clear);
-  png_set_gAMA(png, info, 0.45455);
-  png_write_info(png, info);
-  png_set_packing(png);
-  const std::size_t channels = png_get_channels(png, info), size = picture.depth == 16 ? 2 : 1;
-  const std::size_t row_bytes = picture.width * channels * size;
-  std::vector<png_byte> data(row_bytes * picture.height);
-  std::vector<png_bytep> rows;
-  for (std::size_t y = 0; y < picture.height; ++y) {
-    rows.push_back(data.data() + y * row_bytes);
-    for (std::size_t k = 0; k < picture.width * channels; ++k) {
-      const unsigned value = sample(k / channels, y, k % channels);
-      if (size == 2) rows[y][2 * k] = static_cast<png_byte>(value >> 8);
-      rows[y][size * k + size - 1] = static_cast<png_byte>(value & 255);
-    }
-  }
-  png_write_image(png, rows.data());
-  png_write_end(png, nullptr);
-  png_destroy_write_struct(&png, &info);
-  return bytes;
-}
 
 GrayImage read(const std::string& bytes, std::uint64_t most_bytes = 1 << 20) {
   return decode_gray_png(std::as_bytes(std::span(bytes)), most_bytes);
@@ -105,9 +57,9 @@ TEST_CASE("read_gray_png: grey of every depth, interlaced or not, with alpha or 
       for (const int type : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA})
         for (const auto& [width, height] : {std::pair{1u, 1u}, std::pair{13u, 9u}, std::pair{3u, 40u}}) {
           if (type == PNG_COLOR_TYPE_GRAY_ALPHA && depth < 8) continue;
-          Picture picture{width, height, depth, type, interlaced, {}, type == PNG_COLOR_TYPE_GRAY};
+          PngPicture picture{width, height, depth, type, interlaced, {}, type == PNG_COLOR_TYPE_GRAY};
           const GrayImage image =
-              read(encoded(picture, [&](auto x, auto y, auto c) { return noise(x, y, c, depth); }));
+              read(png_bytes(picture, [&](auto x, auto y, auto c) { return noise(x, y, c, depth); }));
           REQUIRE(image.width == width);
           REQUIRE(image.height == height);
           REQUIRE(image.values.size() == std::size_t{width} * height);
@@ -125,22 +77,22 @@ TEST_CASE("read_gray_png: colours become BT.709 luma, and grey colours are grey"
   for (const int depth : {8, 16})
     for (const int type : {PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA})
       for (const bool interlaced : {false, true}) {
-        const Picture picture{11, 7, depth, type, interlaced, {}, false};
+        const PngPicture picture{11, 7, depth, type, interlaced, {}, false};
         const double white = (1 << depth) - 1;
         const GrayImage image =
-            read(encoded(picture, [&](auto x, auto y, auto c) { return noise(x, y, c, depth); }));
+            read(png_bytes(picture, [&](auto x, auto y, auto c) { return noise(x, y, c, depth); }));
         for (std::size_t i = 0; i < 77; ++i) {
           const auto s = [&](std::size_t c) { return noise(i % 11, i / 11, c, depth) / white; };
           REQUIRE(image.values[i] == Approx(0.2126 * s(0) + 0.7152 * s(1) + 0.0722 * s(2)).margin(1e-7));
         }
         const GrayImage grey =
-            read(encoded(picture, [&](auto x, auto y, auto) { return noise(x, y, 0, depth); }));
+            read(png_bytes(picture, [&](auto x, auto y, auto) { return noise(x, y, 0, depth); }));
         for (std::size_t i = 0; i < 77; ++i)
           REQUIRE(grey.values[i] == static_cast<float>(noise(i % 11, i / 11, 0, depth) / white));
       }
   // Pure colours distinguish the channels.
-  const GrayImage pure = read(encoded({3, 1, 8, PNG_COLOR_TYPE_RGB, false, {}, false},
-                                      [](auto x, auto, auto c) { return x == c ? 255u : 0u; }));
+  const GrayImage pure = read(png_bytes({3, 1, 8, PNG_COLOR_TYPE_RGB, false, {}, false},
+                                        [](auto x, auto, auto c) { return x == c ? 255u : 0u; }));
   REQUIRE(pure.values == std::vector<float>{0.2126f, 0.7152f, 0.0722f});
 }
 
@@ -149,8 +101,8 @@ TEST_CASE("read_gray_png: palettes of every depth") {
   for (const int depth : {1, 2, 4, 8})
     for (const bool transparent : {false, true}) {
       const GrayImage image =
-          read(encoded({9, 2, depth, PNG_COLOR_TYPE_PALETTE, depth == 4, palette, transparent},
-                       [](auto x, auto y, auto) { return unsigned((x + y) % 2); }));
+          read(png_bytes({9, 2, depth, PNG_COLOR_TYPE_PALETTE, depth == 4, palette, transparent},
+                         [](auto x, auto y, auto) { return unsigned((x + y) % 2); }));
       for (std::size_t i = 0; i < 18; ++i)
         REQUIRE(image.values[i] == ((i % 9 + i / 9) % 2 == 1 ? static_cast<float>(10 / 255.0) : 0.2126f));
     }
@@ -171,8 +123,8 @@ TEST_CASE("read_gray_png: what write_png writes, top row first") {
 }
 
 TEST_CASE("read_gray_png: errors say what is wrong") {
-  const std::string good = encoded({20, 20, 8, PNG_COLOR_TYPE_GRAY, false, {}, false},
-                                   [](auto x, auto y, auto c) { return noise(x, y, c, 8); });
+  const std::string good = png_bytes({20, 20, 8, PNG_COLOR_TYPE_GRAY, false, {}, false},
+                                     [](auto x, auto y, auto c) { return noise(x, y, c, 8); });
   CHECK(result(good) == "400 values");
   CHECK(result("") == "unreadable: not a PNG file: it does not begin with the PNG signature");
   CHECK(result("\xFF\xD8\xFF\xE0 a photograph") ==
@@ -208,8 +160,8 @@ TEST_CASE("read_gray_png: sizes are checked before memory is taken") {
   CHECK_THAT(result(header(zero, one, 0)), Catch::StartsWith("unreadable: the PNG file cannot be decoded: "));
   // A file that is whole, and larger than allowed.
   for (const bool interlaced : {false, true}) {
-    const std::string good = encoded({1000, 100, 8, PNG_COLOR_TYPE_GRAY, interlaced, {}, false},
-                                     [](auto, auto, auto) { return 0u; });
+    const std::string good = png_bytes({1000, 100, 8, PNG_COLOR_TYPE_GRAY, interlaced, {}, false},
+                                       [](auto, auto, auto) { return 0u; });
     const std::uint64_t needed = interlaced ? 500000 : 400000;
     CHECK(result(good, needed) == "100000 values");
     CHECK(result(good, needed - 1) == "unreadable: 1000 x 100 pixels need more memory than the " +
@@ -220,11 +172,11 @@ TEST_CASE("read_gray_png: sizes are checked before memory is taken") {
 TEST_CASE("read_gray_png: a changed byte ends in a picture or a sentence") {
   for (const int type : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_PALETTE}) {
     const std::string good =
-        encoded({7, 5, 8, type, true,
-                 type == PNG_COLOR_TYPE_PALETTE ? std::vector<png_color>{{1, 2, 3}, {4, 5, 6}}
-                                                : std::vector<png_color>{},
-                 true},
-                [](auto x, auto, auto) { return unsigned(x % 2); });
+        png_bytes({7, 5, 8, type, true,
+                   type == PNG_COLOR_TYPE_PALETTE ? std::vector<png_color>{{1, 2, 3}, {4, 5, 6}}
+                                                  : std::vector<png_color>{},
+                   true},
+                  [](auto x, auto, auto) { return unsigned(x % 2); });
     for (std::size_t at = 0; at < good.size(); ++at)
       for (const int bit : {1, 16, 128}) {
         std::string changed = good;

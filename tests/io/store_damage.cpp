@@ -2,6 +2,7 @@
 #include <fcntl.h>
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <random>
 
 #include "io/store/crc32c.h"

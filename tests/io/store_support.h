@@ -1,13 +1,9 @@
-// Random rows, headers and folders for the tests of io/store.
+// Random rows and headers for the tests of io/store.
 #pragma once
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -17,44 +13,9 @@
 #include <vector>
 
 #include "io/store/store.h"
+#include "support/scratch_files.h"
 
 namespace meander::test {
-
-// A folder of its own under the system's temporary folder, removed at the end of the scope.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "meander-store-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make a scratch folder");
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-inline std::string read_file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return {};
-  // Character by character it takes most of the time of tests with sanitizers.
-  std::string bytes(std::filesystem::file_size(path), '\0');
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
-    throw std::runtime_error("cannot read " + path.string());
-  return bytes;
-}
-
-inline void write_file(const std::filesystem::path& path, const std::string& bytes) {
-  std::filesystem::remove(path);  // a file that is emptied and filled again makes ext4 wait for the disk
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
 
 inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
                                Compression compression = Compression::standard) {

@@ -12,6 +12,7 @@
 #include "io/store/store.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -108,8 +109,7 @@ TEST_CASE("describe: the same bytes as run --describe, at once and in steps, for
 TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
   const Collection models;
   models.sample("s.h5");
-  REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code ==
-          0);
+  REQUIRE(models.describe("s.h5", {"-o", models.path("whole.h5"), "--descriptors", "d2,a3"}).exit_code == 0);
   for (const int shards : {1, 2, 5, 9}) {
     std::vector<std::string> parts;
     for (int i = shards - 1; i >= 0; --i) {
@@ -370,17 +370,7 @@ TEST_CASE("basics: retrieve scales every value, whatever its range") {
   {
     RunDirectory run(scratch / "s.h5", header);
     for (std::uint64_t i = 0; i < 4; ++i) {
-      Row row;
-      row.report.status = Status::ok;
-      row.report.method = Method::direct;
-      row.report.vertices = 3;
-      row.report.faces = 1;
-      row.samples.points = row.samples.normals = {0, 0, 1};
-      row.samples.face = {0};
-      row.samples.corners = {0, 1, 2};
-      row.samples.barycentric = {0.25f, 0.25f};
-      row.samples.curve_rank = {0};
-      row.samples.density = {1};
+      Row row = row_of_one_sample();
       row.descriptors = {{"basics", {values[i][0], values[i][1]}}};
       run.end_item(encode_row(header, i, row));
     }

@@ -10,6 +10,7 @@
 #include "io/xml_reader.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -73,26 +74,18 @@ void write_items(const std::filesystem::path& store, const Written& written) {
   RunDirectory run(store, header);
   for (std::uint64_t i = 0; i < rows.size(); ++i) {
     Row row;
-    row.label = header.labels[i];
-    row.report.status = rows[i].status;
-    if (rows[i].status != Status::ok) {
-      row.report.reason = "made so";
-    } else {
-      row.report.method = Method::direct;
-      row.report.vertices = 3;
-      row.report.faces = 1;
-      row.samples.points = row.samples.normals = {0, 0, 1};
-      row.samples.face = {0};
-      row.samples.corners = {0, 1, 2};
-      row.samples.barycentric = {0.25f, 0.25f};
-      row.samples.curve_rank = {0};
-      row.samples.density = {1};
+    if (rows[i].status == Status::ok) {
+      row = row_of_one_sample();
       const float x = rows[i].x;
       const float wide = with_gap && i == 3 ? std::numeric_limits<float>::infinity() : 10 * x;
       if (with_descriptors)
         row.descriptors = {{"place", {x, 0, 0, 0}}, {"flat", {1, 2, 3}}, {"wide", {wide}}};
       row.descriptors.push_back({"error", {1}});
+    } else {
+      row.report.status = rows[i].status;
+      row.report.reason = "made so";
     }
+    row.label = header.labels[i];
     run.begin_item(i);
     run.end_item(encode_row(header, i, row));
   }

@@ -8,6 +8,7 @@
 
 #include "kernels/analyse/differential_domain.h"
 #include "tests/support/metric_samples.h"
+#include "tests/support/tangent_arrays.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -30,22 +31,10 @@ std::vector<TangentTensor> varying_field(const PlanarSamples& set) {
   return field;
 }
 
-// The plane as a surface: arrays that TangentSamples looks at.
-struct Surface {
-  std::vector<double> points, normals, axes, s1, s2;
-  TangentSamples view() const { return {points, normals, axes, s1, s2}; }
-  void add(Vector3 p, Vector3 n, Vector3 e1, double along, double across) {
-    points.insert(points.end(), {p.x, p.y, p.z});
-    normals.insert(normals.end(), {n.x, n.y, n.z});
-    axes.insert(axes.end(), {e1.x, e1.y, e1.z});
-    s1.push_back(along);
-    s2.push_back(across);
-  }
-};
-
 // In a plane spanned by two unit vectors.
-Surface in_space(const PlanarSamples& set, const std::vector<TangentTensor>& field, Vector3 x, Vector3 y) {
-  Surface surface;
+TangentArrays in_space(const PlanarSamples& set, const std::vector<TangentTensor>& field, Vector3 x,
+                       Vector3 y) {
+  TangentArrays surface;
   for (std::size_t i = 0; i < set.x.size(); ++i) {
     const TensorAxes axes = spacings_of(field[i]);
     const double sign = i % 3 == 0 ? -1.7 : 0.4;  // neither sign nor length of e1 matters
@@ -173,7 +162,7 @@ TEST_CASE("add_anisotropic_surface_differences: a plane in space gives the map o
 
 TEST_CASE("add_anisotropic_surface_differences: isotropic spacings on a sphere, and threads") {
   const PlanarSamples u = random_samples(3000, 7);
-  Surface sphere;
+  TangentArrays sphere;
   std::vector<double> spacing;
   const double s = sample_spacing_scale(4 * std::numbers::pi, 3000);
   for (std::size_t i = 0; i < u.x.size(); ++i) {
@@ -198,7 +187,7 @@ TEST_CASE("add_anisotropic_surface_differences: random samples of a sphere are w
   constexpr std::size_t n = 3000;
   for (std::uint64_t seed = 0; seed < 2; ++seed) {
     const PlanarSamples u = random_samples(n, 17 + seed);
-    Surface sphere;
+    TangentArrays sphere;
     const double s = sample_spacing_scale(4 * std::numbers::pi, n);
     for (std::size_t i = 0; i < n; ++i) {
       const double z = 2 * u.x[i] - 1, r = std::sqrt(1 - z * z), a = 2 * std::numbers::pi * u.y[i];
@@ -223,8 +212,8 @@ TEST_CASE("add_anisotropic_surface_differences: random samples of a sphere are w
 TEST_CASE("add_anisotropic_surface_differences: samples of other sheets of a fold do not count") {
   const PlanarSamples set = random_samples(300, 6), other = random_samples(300, 16);
   const std::vector<TangentTensor> field(300, scaled(log_spacing(4, 0.3), 300));
-  Surface front = in_space(set, field, {1, 0, 0}, {0, 1, 0});
-  const Surface back = in_space(other, field, {0, 1, 0}, {1, 0, 0});  // the normal downwards
+  TangentArrays front = in_space(set, field, {1, 0, 0}, {0, 1, 0});
+  const TangentArrays back = in_space(other, field, {0, 1, 0}, {1, 0, 0});  // the normal downwards
   DifferenceMap apart = make_difference_map(small_map()), together = apart;
   add_anisotropic_surface_differences(apart, front.view());
   add_anisotropic_surface_differences(apart, back.view());
@@ -273,7 +262,7 @@ TEST_CASE("anisotropic differences: what they refuse") {
   CHECK_THROWS_AS(
       add_anisotropic_surface_differences(map, in_space(set, field, {1, 0, 0}, {0, 1, 0}).view(), parameters),
       std::invalid_argument);
-  Surface bad = in_space(set, field, {1, 0, 0}, {0, 1, 0});
+  TangentArrays bad = in_space(set, field, {1, 0, 0}, {0, 1, 0});
   bad.s2[1] = 0;
   CHECK_THROWS_AS(add_anisotropic_surface_differences(map, bad.view()), std::invalid_argument);
   bad = in_space(set, field, {1, 0, 0}, {0, 1, 0});

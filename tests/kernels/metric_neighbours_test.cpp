@@ -9,6 +9,7 @@
 
 #include "kernels/analyse/differential_domain.h"
 #include "tests/support/metric_samples.h"
+#include "tests/support/tangent_arrays.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -17,23 +18,11 @@ namespace {
 
 using std::numbers::pi;
 
-struct Surface {
-  std::vector<double> points, normals, axes, s1, s2;
-  TangentSamples view() const { return {points, normals, axes, s1, s2}; }
-  void add(Vector3 p, Vector3 n, Vector3 e1, double along, double across) {
-    points.insert(points.end(), {p.x, p.y, p.z});
-    normals.insert(normals.end(), {n.x, n.y, n.z});
-    axes.insert(axes.end(), {e1.x, e1.y, e1.z});
-    s1.push_back(along);
-    s2.push_back(across);
-  }
-};
-
 // Random points of the unit sphere in a field of ratios 1 .. most.
-Surface random_sphere(std::size_t count, double most, std::uint64_t seed) {
+TangentArrays random_sphere(std::size_t count, double most, std::uint64_t seed) {
   const PlanarSamples u = random_samples(count, seed);
   const double s = sample_spacing_scale(4 * pi, count);
-  Surface sphere;
+  TangentArrays sphere;
   for (std::size_t i = 0; i < count; ++i) {
     const double z = 2 * u.x[i] - 1, r = std::sqrt(1 - z * z), a = 2 * pi * u.y[i];
     const Vector3 p = {r * std::cos(a), r * std::sin(a), z};
@@ -44,12 +33,12 @@ Surface random_sphere(std::size_t count, double most, std::uint64_t seed) {
 }
 
 // Jittered in the metric of a constant tensor, in the unit square.
-Surface stratified_square(double count, double ratio, std::uint64_t seed) {
+TangentArrays stratified_square(double count, double ratio, std::uint64_t seed) {
   const TangentTensor log_s = log_spacing(ratio, 0.5);
   const PlanarSamples set = jittered_samples(count, log_s, 0.3, seed);
   const TensorAxes axes = spacings_of(log_s);
   const double scale = 1 / std::sqrt(count);
-  Surface square;
+  TangentArrays square;
   for (std::size_t i = 0; i < set.x.size(); ++i)
     square.add({set.x[i], set.y[i], 0}, {0, 0, 1}, {axes.x, axes.y, 0}, scale * axes.first,
                scale * axes.second);
@@ -57,7 +46,7 @@ Surface stratified_square(double count, double ratio, std::uint64_t seed) {
 }
 
 // The definition, with arrays of its own.
-double slow_length(const Surface& s, std::size_t i, std::size_t j) {
+double slow_length(const TangentArrays& s, std::size_t i, std::size_t j) {
   const auto at = [](const std::vector<double>& a, std::size_t k) {
     return Vector3{a[3 * k], a[3 * k + 1], a[3 * k + 2]};
   };
@@ -85,7 +74,7 @@ double mean(const std::vector<double>& values) {
 }  // namespace
 
 TEST_CASE("metric neighbours: equal a comparison of all pairs") {
-  Surface surface = random_sphere(250, 8, 4);
+  TangentArrays surface = random_sphere(250, 8, 4);
   // Samples of a second sheet right beside the first ones: no neighbours.
   for (std::size_t i = 0; i < 20; ++i) {
     const Vector3 p = {surface.points[3 * i], surface.points[3 * i + 1], surface.points[3 * i + 2]};
@@ -110,7 +99,7 @@ TEST_CASE("metric neighbours: equal a comparison of all pairs") {
 TEST_CASE("metric neighbours: random samples of any ratio have the distances of the plane") {
   constexpr std::size_t n = 4000;
   for (const double most : {1.0, 4.0}) {
-    const Surface sphere = random_sphere(n, most, 9);
+    const TangentArrays sphere = random_sphere(n, most, 9);
     const std::vector<double> nearest = metric_nearest_distances(sphere.view());
     // Mean 1/2, variance 1/pi - 1/4 a sample; neighbours share.
     CHECK(mean(nearest) == Approx(0.5).margin(5 * 0.261 * std::sqrt(2.0 / n)));
@@ -125,7 +114,7 @@ TEST_CASE("metric neighbours: stratified samples keep their distance whatever th
   const double isotropic = mean(metric_nearest_distances(stratified_square(2500, 1, 3).view()));
   CHECK(isotropic > 0.56);
   for (const double ratio : {2.0, 4.0, 8.0}) {
-    const Surface square = stratified_square(2500, ratio, 3);
+    const TangentArrays square = stratified_square(2500, ratio, 3);
     // At the border samples lack neighbours, a little more so with long strata.
     CHECK(mean(metric_nearest_distances(square.view())) == Approx(isotropic).epsilon(0.05));
     CHECK(mean(metric_neighbour_counts(square.view(), 1)) < 0.9 * pi);
@@ -136,7 +125,7 @@ TEST_CASE("compare_band: the stated error of the ratio holds where band and rest
   double nearest_squares = 0, count_squares = 0;
   constexpr int repeats = 40;
   for (std::uint64_t seed = 0; seed < repeats; ++seed) {
-    const Surface sphere = random_sphere(600, 2, 50 + seed);
+    const TangentArrays sphere = random_sphere(600, 2, 50 + seed);
     std::vector<double> height;
     for (std::size_t i = 0; i < 600; ++i) height.push_back(std::abs(sphere.points[3 * i + 2]));
     const std::vector<std::uint8_t> band = seam_band(height, 0.25);
@@ -156,7 +145,7 @@ TEST_CASE("compare_band: the stated error of the ratio holds where band and rest
 
 TEST_CASE("compare_band: a band that was sampled at random is detected") {
   const double count = 4096;
-  Surface square = stratified_square(count, 4, 3);
+  TangentArrays square = stratified_square(count, 4, 3);
   const PlanarSamples noise = random_samples(square.s1.size(), 8);
   std::vector<double> distances;
   for (std::size_t i = 0; i < square.s1.size(); ++i) {
@@ -178,7 +167,7 @@ TEST_CASE("compare_band: a band that was sampled at random is detected") {
 }
 
 TEST_CASE("metric neighbours: small cases and what they refuse") {
-  Surface two;
+  TangentArrays two;
   two.add({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0.5, 0.1);
   CHECK(metric_nearest_distances(two.view())[0] == std::numeric_limits<double>::infinity());
   two.add({0.2, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0.5, 0.1);
@@ -190,7 +179,7 @@ TEST_CASE("metric neighbours: small cases and what they refuse") {
   CHECK(metric_nearest_distances(two.view())[1] == 0);
   two.normals[5] = -1;
   CHECK(metric_nearest_distances(two.view())[1] == std::numeric_limits<double>::infinity());
-  CHECK(metric_nearest_distances(Surface{}.view()).empty());
+  CHECK(metric_nearest_distances(TangentArrays{}.view()).empty());
   CHECK_THROWS_AS(metric_neighbour_counts(two.view(), 0), std::invalid_argument);
   two.s1.pop_back();
   CHECK_THROWS_AS(metric_nearest_distances(two.view()), std::invalid_argument);

@@ -9,7 +9,8 @@
 #include <vector>
 // Needs stdio.h in front of it.
 #include <jpeglib.h>
-#include <png.h>
+
+#include "support/png_files.h"
 
 namespace meander::test {
 
@@ -28,23 +29,10 @@ struct TestImage {
 };
 
 inline std::string png_bytes(const TestImage& image) {
-  std::string bytes;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(png);
-  png_set_write_fn(
-      png, &bytes,
-      [](png_structp to, png_bytep data, std::size_t count) {
-        static_cast<std::string*>(png_get_io_ptr(to))->append(reinterpret_cast<char*>(data), count);
-      },
-      [](png_structp) {});
-  png_set_IHDR(png, info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_write_info(png, info);
-  for (std::uint32_t y = 0; y < image.height; ++y)
-    png_write_row(png, image.rgb.data() + std::size_t{3} * y * image.width);
-  png_write_end(png, nullptr);
-  png_destroy_write_struct(&png, &info);
-  return bytes;
+  return png_bytes({image.width, image.height, 8, PNG_COLOR_TYPE_RGB, false, {}, false},
+                   [&](std::size_t x, std::size_t y, std::size_t channel) {
+                     return image.rgb[3 * (y * image.width + x) + channel];
+                   });
 }
 
 struct JpegKind {

@@ -1,11 +1,11 @@
-// Meshes as files: writers of every format that io/mesh reads, and temporary folders.
+// Meshes as files: writers of every format that io/mesh reads.
 #pragma once
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 #include "kernels/mesh/polygon_mesh.h"
+#include "support/scratch_files.h"  // where they are written
 
 namespace meander::test {
 
@@ -28,26 +28,5 @@ std::string mesh_bytes(const PolygonMesh& mesh, MeshFile kind);
 void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, MeshFile kind);
 // By the extension: .off, .obj, .ply (little-endian) or .stl (binary).
 void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh);
-
-void write_file(const std::filesystem::path& path, std::string_view bytes);
-std::string read_file(const std::filesystem::path& path);
-
-inline bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
-  return read_file(a) == read_file(b);
-}
-
-// A new empty folder, removed with everything in it at the end of the scope.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace meander::test

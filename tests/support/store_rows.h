@@ -1,4 +1,4 @@
-// Rows of a store by the ids of their models.
+// Rows of a store by the ids of their models, and small ones to put there.
 #pragma once
 
 #include <algorithm>
@@ -21,6 +21,22 @@ inline Row row_of(const std::filesystem::path& store, const std::string& id) {
   const auto at = std::find(ids.begin(), ids.end(), id);
   if (at == ids.end()) throw std::runtime_error(store.string() + " has no row " + id);
   return reader.read_row(static_cast<std::uint64_t>(at - ids.begin()));
+}
+
+// A row that is ok, of one sample in a model of one triangle.
+inline Row row_of_one_sample() {
+  Row row;
+  row.report.status = Status::ok;
+  row.report.method = Method::direct;
+  row.report.vertices = 3;
+  row.report.faces = 1;
+  row.samples.points = row.samples.normals = {0, 0, 1};
+  row.samples.face = {0};
+  row.samples.corners = {0, 1, 2};
+  row.samples.barycentric = {0.25f, 0.25f};
+  row.samples.curve_rank = {0};
+  row.samples.density = {1};
+  return row;
 }
 
 }  // namespace meander::test

@@ -189,6 +189,16 @@ PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b) {
   return mesh;
 }
 
+PolygonMesh mesh_with_attributes() {
+  PolygonMesh mesh = merged(cube(), tetrahedron());
+  mesh.vertex_attributes.push_back({"quality", mesh.x});
+  mesh.face_attributes.push_back({"label", std::vector<double>(mesh.polygon_count(), 7)});
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]})
+      mesh.normals.push_back(static_cast<float>(value));
+  return mesh;
+}
+
 PolygonMesh moved(const PolygonMesh& mesh, double scale, double shift_x, double shift_y, double shift_z) {
   // A rotation about (1, 2, 3) by one radian (Rodrigues).
   const double n = std::sqrt(14.0), kx = 1 / n, ky = 2 / n, kz = 3 / n, c = std::cos(1.0), s = std::sin(1.0);

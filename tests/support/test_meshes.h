@@ -27,6 +27,9 @@ PolygonMesh two_sided_plate(std::uint32_t n,
 PolygonMesh folded_sheet(std::uint32_t folds, std::uint32_t n, double gap);
 // a slab of unit cells with `holes` square tunnels: a closed surface of that genus
 PolygonMesh slab_with_tunnels(std::uint32_t holes);
+// cube and tetrahedron with vertex normals, the attribute `quality` of vertices and `label` of faces: what
+// files can hold
+PolygonMesh mesh_with_attributes();
 std::vector<std::uint32_t> triangles_of(const PolygonMesh& mesh);  // corners of its polygons as fans
 PolygonMesh polygon_mesh(std::vector<double> xyz, std::vector<std::vector<std::uint32_t>> faces);
 PolygonMesh merged(const PolygonMesh& a, const PolygonMesh& b);  // vertices and faces of b after those of a
