@@ -35,14 +35,14 @@ def rows_of(store, split=None):
 def load_store(path, descriptor=None, split=None):
     """All ok rows: points (rows, n, 3), labels (rows,), ids, and a descriptor (rows, values) if one is named.
 
-    With a split only the rows of it. Rows whose descriptor could not be made (all values 0) are left out with it.
+    With a split only the rows of it. Rows whose descriptor could not be made (NaN) are left out with it.
     """
     with open_store(path) as store:
         rows = rows_of(store, split)
         values = None
         if descriptor:
             values = store["descriptors"][descriptor][:][rows]
-            described = values.any(axis=1)
+            described = numpy.isfinite(values).all(axis=1)
             rows, values = rows[described], values[described]
         points = store["points"][:][rows]
         labels = store["label"][:, 0][rows]

@@ -169,8 +169,7 @@ JobFunction add_figures_job(Command& program) {
   command.add_option("-j,--threads", options->threads, "Threads, up to 1024 (0: all available)")
       .show_default()
       .range(0, 1024);
-  command.add_flag("--quick", options->quick,
-                   "Fewer points, shapes and sets: takes minutes instead of an hour");
+  command.add_flag("--quick", options->quick, "Fewer points, shapes and sets");
   return [options] { return draw_figures(*options); };
 }
 
