@@ -198,10 +198,11 @@ FileKind text_kind(const Head& head) {
   }
   if (is_json(text)) return is_gltf(text) ? FileKind::gltf_mesh : FileKind::json;
   const auto lines = lines_of(head);
+  // Names and sentences of a list may have commas, as many on each line as on the others.
+  if (text.starts_with("# ") && !is_obj(lines)) return FileKind::item_list;
   if (is_csv(head)) return FileKind::csv;
   if (text.starts_with("solid")) return FileKind::stl_mesh;
   if (is_obj(lines)) return FileKind::obj_mesh;
-  if (text.starts_with("# ")) return FileKind::item_list;
   return is_xyz(lines) ? FileKind::xyz : FileKind::text;
 }
 

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <type_traits>
 
 #include "jobs/inputs.h"
@@ -85,7 +87,10 @@ Option& Option::range(double low, double high) {
 Option& Option::whole_number() {
   option_->check([](const std::string& input) -> std::string {
     const bool digits = !input.empty() && input.find_first_not_of("0123456789") == std::string::npos;
-    return digits ? std::string() : "`" + input + "` is not a whole number";
+    if (!digits) return "`" + input + "` is not a whole number";
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(input.data(), input.data() + input.size(), value);
+    return error == std::errc() ? std::string() : "`" + input + "` is larger than 2^64 - 1";
   });
   return *this;
 }

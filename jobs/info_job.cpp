@@ -3,13 +3,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "io/digest.h"
 #include "io/json_writer.h"
-#include "io/store/run_array.h"
 #include "io/store/schema.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
@@ -211,33 +208,6 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   json.end_array();
   json.end_object();
   fmt::print("{}\n", json.text());
-}
-
-// Work that was begun and is not finished, as a sentence; empty where there is none.
-std::string unfinished_work(const std::string& store) {
-  if (const std::optional<RunArray> array = read_run_array(store))
-    return fmt::format("`{0}.run` is an array of {1} shards over {2} models: see `meander status {0}.run`",
-                       store, array->shards.size(), array->rows);
-  const std::optional<RunPlan> plan = read_run_plan(store);
-  if (!plan) return {};
-  return fmt::format(
-      "`{}.run` holds an unfinished run over {} models, begun to {}: the command that began it continues it",
-      store, plan->header.ids.size(), plan->purpose);
-}
-
-// Says so on standard error where there is work left beside the store; throws UsageError where there is no
-// store yet.
-void mind_unfinished_work(const std::string& store) {
-  if (!std::filesystem::exists(store)) {
-    if (const std::string work = unfinished_work(store); !work.empty())
-      throw UsageError(fmt::format("the store `{}` is not finished: {}", store, work));
-    return;
-  }
-  try {
-    if (const std::string work = unfinished_work(store); !work.empty())
-      fmt::print(stderr, "meander: {}\n", work);
-  } catch (const RunError&) {  // a damaged plan is no affair of the store
-  }
 }
 
 int info(const InfoOptions& options) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "io/run_error.h"
 #include "jobs/inputs.h"
@@ -17,7 +18,11 @@ bool depends_on_machine(Status status) {
          status == Status::unreadable;
 }
 
-std::string key_of(const std::array<std::uint8_t, 32>& content) { return {content.begin(), content.end()}; }
+std::string key_of(const std::array<std::uint8_t, 32>& content, MeshFormat format) {
+  std::string key(content.begin(), content.end());
+  key.push_back(static_cast<char>(format));
+  return key;
+}
 
 }  // namespace
 
@@ -25,14 +30,18 @@ ReusableRows::ReusableRows(const std::string& path, StoreCheck check, const Stor
     : store_(path, check) {
   if (const std::string otherwise = made_otherwise(store_, header); !otherwise.empty())
     throw UsageError("--reuse: `" + path + "` was made with other parameters: " + otherwise);
+  const std::vector<std::string> ids = store_.header().ids;
   for (std::uint64_t row = 0; row < store_.rows(); ++row) {
     const ItemReport report = store_.report(row);
-    if (!depends_on_machine(report.status)) rows_.emplace(key_of(report.content_sha256), row);
+    MeshFormat format{};
+    if (!depends_on_machine(report.status) && mesh_format_of(ids[row], format))
+      rows_.emplace(key_of(report.content_sha256, format), row);
   }
 }
 
-std::optional<CopiedRow> ReusableRows::find(const std::array<std::uint8_t, 32>& content) const {
-  const auto at = rows_.find(key_of(content));
+std::optional<CopiedRow> ReusableRows::find(const std::array<std::uint8_t, 32>& content,
+                                            MeshFormat format) const {
+  const auto at = rows_.find(key_of(content, format));
   if (at == rows_.end()) return std::nullopt;
   try {
     CopiedRow found = store_.copy_row(at->second);

@@ -151,7 +151,10 @@ class RunJob {
 
   bool make_store(const PlannedStore& planned, const StoreReader* older) {
     PlannedRunParameters parameters{options_, hook_, {}, older, [&] { write_reports(planned); }};
-    if (reusable_) parameters.reuse = [this](const auto& content) { return reusable_->find(content); };
+    if (reusable_)
+      parameters.reuse = [this](const auto& content, MeshFormat format) {
+        return reusable_->find(content, format);
+      };
     if (!make_planned_store(planned, parameters, outcome_)) return false;
     made_ = true;
     check_ = StoreCheck::none;  // sealed a moment ago

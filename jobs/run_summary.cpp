@@ -14,6 +14,7 @@
 #include "io/json_writer.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
+#include "kernels/core/instruction_set.h"
 #include "kernels/sample/sample_colors.h"
 #include "meander_version.h"
 
@@ -269,7 +270,7 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   json.member("tool", std::string("meander ") + meander_version);
   json.member("compiler", meander_compiler);
   json.member("build_type", meander_build_type);
-  json.member("instruction_set", "x86-64-v2");
+  json.member("instruction_set", name_of(best_instruction_set()));
   json.member("tbb", TBB_runtime_version());
   json.member("host", system.nodename);
   json.member("finished_unix_time", static_cast<std::int64_t>(std::time(nullptr)));

@@ -122,7 +122,9 @@ class ShardRun {
     if (!options_.reuse.empty()) {
       if (!task_.reusable)
         task_.reusable = std::make_unique<ReusableRows>(options_.reuse, options_.check, planned_.plan.header);
-      parameters.reuse = [this](const auto& content) { return task_.reusable->find(content); };
+      parameters.reuse = [this](const auto& content, MeshFormat format) {
+        return task_.reusable->find(content, format);
+      };
     }
     ShardReport report;
     const auto write_report = [&](StoreCheck check) {

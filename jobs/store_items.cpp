@@ -1,12 +1,17 @@
 #include "jobs/store_items.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <filesystem>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "io/item_id.h"
 #include "io/parameters_text.h"
+#include "io/run_error.h"
+#include "io/store/run_array.h"
 #include "jobs/command_line.h"
 #include "jobs/inputs.h"
 #include "kernels/core/spelling.h"
@@ -58,6 +63,37 @@ std::string made_otherwise(const StoreReader& store, const StoreHeader& header) 
            std::to_string(store_method_version);
   const std::string differences = parameter_differences(store.parameters_json(), header.parameters_json);
   return text + (text.empty() || differences.empty() ? "" : "; ") + differences;
+}
+
+namespace {
+
+// Work that was begun and is not finished, as a sentence; empty where there is none.
+std::string unfinished_work(const std::string& store) {
+  if (const std::optional<RunArray> array = read_run_array(store))
+    return fmt::format("`{0}.run` is an array of {1} shards over {2} models: see `meander status {0}.run`",
+                       store, array->shards.size(), array->rows);
+  const std::optional<RunPlan> plan = read_run_plan(store);
+  if (!plan) return {};
+  return fmt::format(
+      "`{}.run` holds an unfinished run over {} models, begun to {}: the command that began it continues it",
+      store, plan->header.ids.size(), plan->purpose);
+}
+
+}  // namespace
+
+void mind_unfinished_work(const std::string& store) {
+  if (!std::filesystem::exists(store)) {
+    if (const std::string work = unfinished_work(store); !work.empty())
+      throw UsageError(fmt::format("the store `{}` is not finished: {}", store, work));
+    throw UsageError(fmt::format("the store `{}` does not exist", store));
+  }
+  if (std::filesystem::is_directory(store))
+    throw UsageError(fmt::format("`{}` is a folder, not a store", store));
+  try {
+    if (const std::string work = unfinished_work(store); !work.empty())
+      fmt::print(stderr, "meander: {}\n", work);
+  } catch (const RunError&) {  // a damaged plan is no affair of the store
+  }
 }
 
 }  // namespace meander

@@ -8,6 +8,7 @@
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
 #include "jobs/jobs.h"
+#include "jobs/store_items.h"
 
 namespace meander {
 
@@ -20,6 +21,7 @@ struct VerifyOptions {
 };
 
 int verify(const VerifyOptions& options) {
+  mind_unfinished_work(options.store);
   const VerifyResult result = verify_store(options.store, options.limit);
   if (options.json) {
     JsonWriter json;

@@ -220,7 +220,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
     const double chart = triangles * bytes_per_chart_triangle;
     const double flatten =
         triangles * bytes_per_tried_triangle + factor_entries(unknowns) * bytes_per_factored_entry;
-    const double leaves = 4 * parameters.locator.curve.leaves_per_sample * samples + triangles;
+    const double leaves = most_leaves_per_mass(parameters.locator.curve.kind) *
+                              parameters.locator.curve.leaves_per_sample * samples +
+                          triangles;
     const double locate = casts_rays(parameters)
                               ? chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf
                               : chart;

@@ -449,7 +449,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   const bool digests_later = !reuse && item.file_bytes >= large;
   if (!digests_later) digest();
   std::optional<CopiedRow> found;
-  if (reuse) found = reuse(row.report.content_sha256);
+  if (reuse) found = reuse(row.report.content_sha256, plan.format);
   if (found && found->row.report.color_sha256 == row.report.color_sha256) {
     row = std::move(found->row);
     row.report.file_bytes = item.file_bytes;  // absent from stores of format version 1

@@ -111,7 +111,8 @@ struct GraphStage {
 using GraphStages = std::vector<GraphStage>;
 
 // A row of an older store for content with this digest; called from many threads.
-using ReuseLookup = std::function<std::optional<CopiedRow>(const std::array<std::uint8_t, 32>& content)>;
+using ReuseLookup =
+    std::function<std::optional<CopiedRow>(const std::array<std::uint8_t, 32>& content, MeshFormat format)>;
 
 // read_mesh and the stages of the method. The parameters and the device (null unless they cast
 // rays) must outlive the graph.

@@ -145,6 +145,9 @@ bool read_lines(std::string_view body, const OffHeader& header, const OffRows& r
 
 void read_vertices(std::string_view content, TextCursor& cursor, const OffHeader& header, const OffRows& rows,
                    const CancelToken& cancel) {
+  // A number too many or too few would shift all that follows. Numbers may stand on any lines, but where each
+  // vertex ended its line, the next one does, too.
+  bool end_lines = true;
   for (std::size_t v = 0; v < header.vertices; ++v) {
     if (v % rows_between_checks == 0) cancel.check();
     cursor.skip_to_token();
@@ -153,9 +156,18 @@ void read_vertices(std::string_view content, TextCursor& cursor, const OffHeader
     if (token == Token::ok && !rows.acceptable(v))
       throw ItemError(Status::non_finite, "line " + std::to_string(text::line_of(content, start)) + ": " +
                                               not_finite(v, header.vertices));
-    if (token == Token::ok) continue;
+    if (token == Token::ok && (rows.layout.rest_of_line || !end_lines || !cursor.token_on_line())) continue;
+    if (token == Token::ok && v == 0) {
+      end_lines = false;
+      continue;
+    }
     const std::string which = "vertex " + std::to_string(v) + " of " + std::to_string(header.vertices);
     if (token == Token::ended) text::fail_at(content, cursor.end, "the file ends in " + which);
+    if (token == Token::ok)
+      text::fail_at(
+          content, cursor.at,
+          text::quoted(content, cursor.at) + " follows " + which +
+              " on its line, where all before it end theirs: a number or a vertex too many or too few");
     text::fail_at(content, cursor.at, which + ": " + text::quoted(content, cursor.at) + " is not a number");
   }
 }
@@ -168,6 +180,8 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
   const auto bytes = static_cast<std::uint64_t>(cursor.end - cursor.at);
   part.begin.reserve(std::min(header.faces, bytes / 2) + 1);
   part.corners.reserve(std::min(3 * std::min(header.faces, bytes), bytes / 2));
+  cursor.skip_to_token();
+  const char* const first = cursor.at;
   const char* first_bad = nullptr;
   std::uint64_t bad = 0;
   bool cut = false;  // in a face that is not there then
@@ -194,8 +208,13 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
   if (bad >= part.count())
     text::fail_at(content, first_bad, text::quoted(content, first_bad) + " does not begin a face");
   mesh.repairs[Repair::missing_faces] = saturated(header.faces - part.count());
-  if (cursor.skip_to_token())
-    mesh.repairs[Repair::extra_data] = saturated(static_cast<std::uint64_t>(cursor.end - cursor.at));
+  const bool more = cursor.skip_to_token();
+  if (more && first_bad == first)
+    text::fail_at(content, first_bad,
+                  text::quoted(content, first_bad) +
+                      " does not begin a face, and more lines than the header promises " +
+                      "follow: the file has more than " + std::to_string(header.vertices) + " vertices");
+  if (more) mesh.repairs[Repair::extra_data] = saturated(static_cast<std::uint64_t>(cursor.end - cursor.at));
   join_polygons(parts, mesh);
 }
 

@@ -303,9 +303,14 @@ class PlyMeshReader {
       PolygonPart& polygons = columns.index_list >= 0 ? parts[0] : unused;
       std::uint64_t row = element.properties.empty() ? element.count : 0;
       bool cut = !complete_;  // in a row that is not there then
+      // A number too few would shift all vertices that follow: where each has had a line, the next one has,
+      // too.
+      bool has_line = roles_[e] == Role::vertices;
       for (; row < fit; ++row) {
         if (row % rows_between_checks == 0) cancel_.check();
         if (!cursor.skip_to_token()) break;
+        const char* const start = cursor.at;
+        const char* const line_end = has_line ? text::find_line_end(start, cursor.end) : cursor.end;
         const Token token = read_row(cursor, e, row, columns, polygons, &mesh_.repairs);
         cut = token == Token::ended;
         if (cut) break;
@@ -313,6 +318,12 @@ class PlyMeshReader {
           text::fail_at(content_, cursor.at,
                         "vertex " + std::to_string(row) + " of " + std::to_string(element.count) + ": " +
                             text::quoted(content_, cursor.at) + " is not a number");
+        if (cursor.at - line_end <= 1) continue;
+        if (row > 0)
+          text::fail_at(content_, start,
+                        "vertex " + std::to_string(row) + " of " + std::to_string(element.count) +
+                            " has fewer numbers on its line than the header promises");
+        has_line = false;
       }
       // Without a line end behind it and with rows missing, the last row was probably cut in the middle of a
       // number.

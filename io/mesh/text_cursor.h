@@ -1,9 +1,9 @@
 // Internal to the mesh readers: a cursor over the bytes of a text, its numbers, and sentences about places in
 // it.
 //
-// Everything up to a space (tabs, carriage returns, form feeds, the NUL bytes of padded files) separates
-// tokens. Numbers are those of the C locale whatever the program's locale is. Nothing reads at or behind
-// `end`.
+// Spaces, tabs, line ends, form feeds and the NUL bytes of padded files separate tokens. Other control bytes
+// do not: one bit away from a digit, they would make two numbers of one. Numbers are those of the C locale
+// whatever the program's locale is. Nothing reads at or behind `end`.
 #pragma once
 
 #include <array>
@@ -18,7 +18,12 @@
 
 namespace meander::text {
 
-inline bool is_separator(char c) { return static_cast<unsigned char>(c) <= ' '; }
+inline bool is_separator(char c) {
+  // NUL, tab, line feed, vertical tab, form feed, carriage return, ^Z (the end of a DOS text) and space.
+  constexpr std::uint64_t separators = 1u | 0x1fu << 9 | 1u << 26 | std::uint64_t{1} << 32;
+  const auto byte = static_cast<unsigned char>(c);
+  return byte <= ' ' && (separators >> byte & 1) != 0;
+}
 inline bool is_blank(char c) { return is_separator(c) && c != '\n'; }
 inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }

@@ -56,6 +56,10 @@ struct CurveParameters {
   int max_depth = 24;  // of Hilbert levels; Peano trees stop at 2/3 of it (a factor 3 a level instead of 2)
 };
 
+// Leaves of a tree of total mass M whose leaves are split while their mass is above m, over M / m, at most:
+// of even masses a leaf has between m and a child's share of it, and some are smaller.
+constexpr double most_leaves_per_mass(CurveKind kind) { return kind == CurveKind::hilbert ? 4 : 10; }
+
 // A depth given in Hilbert levels, in levels of the kind: itself, or 2/3 of it (rounded down); at most
 // curve_key_levels(kind).
 int curve_depth(CurveKind kind, int hilbert_levels);

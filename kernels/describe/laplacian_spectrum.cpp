@@ -123,7 +123,7 @@ std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass,
                                                                          Eigen::EigenvaluesOnly);
   if (solver.info() != Eigen::Success)
-    throw ItemError(Status::internal, "the eigenvalues of a small component could not be found");
+    throw SpectrumNotFound("the eigenvalues of a small component could not be found");
   return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
 }
 
@@ -148,7 +148,7 @@ std::vector<double> by_iteration(const SurfaceMatrices& matrices, std::size_t co
   solver.init();
   solver.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance, Spectra::SortRule::SmallestAlge);
   if (solver.info() != Spectra::CompInfo::Successful)
-    throw ItemError(Status::internal, "the eigenvalues of a component could not be found");
+    throw SpectrumNotFound("the eigenvalues of a component could not be found");
   const Eigen::VectorXd values = solver.eigenvalues();
   return {values.begin(), values.end()};
 }

@@ -3,12 +3,20 @@
 
 #include <cstddef>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "kernels/core/cancel.h"
 #include "kernels/solve/intrinsic_disk.h"
 
 namespace meander {
+
+// Iterations that do not converge, as for a component with a vertex a million times as far away as the others
+// are.
+class SpectrumNotFound : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // The lowest `count` eigenvalues of the Laplacian of a connected surface, ascending, without the zero of the
 // constant function; fewer where there are fewer than count + 1 vertices. At boundaries the normal derivative
@@ -24,8 +32,8 @@ namespace meander {
 // small surfaces by dense matrices. Few vertices, or a multiple eigenvalue, are no problem.
 //
 // The triangles should be those of make_intrinsic_delaunay, the lengths mollified. O(V^1.5 + count V) time,
-// about 2 KB a vertex for 40 eigenvalues. Deterministic. Throws ItemError(internal) when the matrix cannot be
-// factorised or the iterations do not converge, and what `cancel` throws.
+// about 2 KB a vertex for 40 eigenvalues. Deterministic. Throws SpectrumNotFound when the iterations do not
+// converge, ItemError(internal) when the matrix cannot be factorised, and what `cancel` throws.
 std::vector<double> laplacian_spectrum(const IntrinsicSurface& surface, std::size_t count,
                                        const CancelToken& cancel = {});
 

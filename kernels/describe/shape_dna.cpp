@@ -120,8 +120,8 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
   parameters.part_crossings = false;  // the spectrum is that of the surface, not of its place in space
   const RemeshedSurface remeshed = remesh_surface(
       mesh, {chosen.triangle, chosen.weights, chosen.position, chosen.rank}, {}, parameters, cancel);
-  if (remeshed.x.size() > shape_dna_most_vertices)
-    return std::vector<float>(shape_dna_values, std::numeric_limits<float>::quiet_NaN());
+  const std::vector<float> missing(shape_dna_values, std::numeric_limits<float>::quiet_NaN());
+  if (remeshed.x.size() > shape_dna_most_vertices) return missing;
   std::vector<IntrinsicSurface> components = intrinsic_components(remeshed);
   double area = 0;
   std::size_t vertices = 0;
@@ -138,8 +138,14 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
       vertices += component.vertex_count;
     }
   }
+  std::vector<double> spectrum;
+  try {
+    spectrum = joint_spectrum(components, shape_dna_values, cancel);
+  } catch (const SpectrumNotFound&) {
+    return missing;
+  }
   std::vector<float> values;
-  for (const double value : joint_spectrum(components, shape_dna_values, cancel)) {
+  for (const double value : spectrum) {
     const double expected = 4 * std::numbers::pi * static_cast<double>(values.size() + 1) / area;
     values.push_back(static_cast<float>(std::sqrt(value / expected)));
   }

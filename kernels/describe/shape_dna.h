@@ -36,8 +36,9 @@ struct SurfaceSamplePlaces {
 //
 // The surface is remeshed first (remesh_surface, without creases), with shape_dna_samples of the samples as
 // vertices, evenly chosen along the curve, or all where there are fewer; components without samples are left
-// out. All values are NaN where the remeshed surface has more than shape_dna_most_vertices. Deterministic.
-// About 1 us a triangle, and 20 ms. Throws what remesh_surface and laplacian_spectrum throw.
+// out. All values are NaN where the remeshed surface has more than shape_dna_most_vertices, or the
+// eigenvalues of a component cannot be found. Deterministic. About 1 us a triangle, and 20 ms. Throws what
+// remesh_surface throws, and ItemError(internal) when a matrix cannot be factorised.
 std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces& samples,
                              const CancelToken& cancel = {});
 

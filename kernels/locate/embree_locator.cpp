@@ -77,7 +77,7 @@ void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, D
     add_conflicts(sure, work.conflicts);
     return false;
   };
-  work.rays += refine_by_rays(tree, scene, depths, cancel, random_point, visit);
+  work.rays += refine_by_rays(tree, scene, depths, any_number_of_leaves, cancel, random_point, visit);
 }
 
 // Neighbours that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays

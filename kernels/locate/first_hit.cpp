@@ -68,9 +68,19 @@ double density_at(const PreparedMesh& mesh, const Density& density, std::uint32_
   return weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
 }
 
+// Area factors are linear over triangles: where a chart shrinks a part to almost nothing, the factor of that
+// part spreads over large triangles beside it, and leaves there weigh more than the whole surface. This is
+// what memory is reserved for.
+std::uint64_t most_leaves(const Component& component, double mass, const RayPlan& plan, CurveKind kind) {
+  const double expected = plan.leaf_mass > 0 ? mass / plan.leaf_mass : 0;
+  return static_cast<std::uint64_t>(most_leaves_per_mass(kind) * expected) + component.triangle_end -
+         component.triangle_begin + 1024;
+}
+
 CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mesh, const Density& density,
                              const Component& component, const FlatChart& chart, CurveTree& tree,
-                             DepthRange depths, double leaf_mass, const CancelToken& cancel) {
+                             DepthRange depths, std::uint64_t most_leaves, double leaf_mass,
+                             const CancelToken& cancel) {
   const ChartScene scene(device, chart.u, chart.v, chart.cut.triangles);
   const std::vector<double> factor = area_factors(mesh, component, chart);
   CurveVertices found;
@@ -94,7 +104,7 @@ CurveVertices chart_vertices(const EmbreeDevice& device, const PreparedMesh& mes
     found.push(t, mass, weight[1], weight[2]);
     return false;
   };
-  refine_by_rays(tree, scene, depths, cancel, centre, visit);
+  refine_by_rays(tree, scene, depths, most_leaves, cancel, centre, visit);
   radix_sort(order, scratch);  // from level by level to along the curve
   CurveVertices sorted;
   for (const KeyIndex entry : order)
@@ -137,10 +147,12 @@ CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& m
   std::vector<CurveVertices> parts(charts.size());
   parallel_tasks(charts.size(), [&](std::size_t c) {
     const Component& component = mesh.components[c];
-    if (trees[c].leaf_count() > 0)
-      parts[c] = chart_vertices(device, mesh, density, component, charts[c], trees[c],
-                                depth_range(component_mass(component, masses), plan, parameters.curve),
-                                plan.leaf_mass, cancel);
+    if (trees[c].leaf_count() > 0) {
+      const double mass = component_mass(component, masses);
+      parts[c] = chart_vertices(
+          device, mesh, density, component, charts[c], trees[c], depth_range(mass, plan, parameters.curve),
+          most_leaves(component, mass, plan, parameters.curve.kind), plan.leaf_mass, cancel);
+    }
     if (parts[c].mass.empty()) parts[c] = whole_triangles(mesh, component, masses);
   });
   CurveElements result;

@@ -58,6 +58,9 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of("PK\3\4 and so on") == FileKind::zip);
   CHECK(kind_of("[\"a.off\",\"b.off\"]\n") == FileKind::json);
   CHECK(kind_of("# a.off: empty: no face\nin/a.off\n") == FileKind::item_list);
+  // As many commas on every line, or on the only one.
+  CHECK(kind_of("# in, 2024/a.off: empty: no face\nscans, 2024/a.off\n") == FileKind::item_list);
+  CHECK(kind_of("# a.off: unreadable: by its name OFF, by its content OBJ\n\n") == FileKind::item_list);
   CHECK(kind_of("ply\nformat ascii 1.0\nelement vertex 2\nend_header\n") == FileKind::ply_points);
   CHECK(kind_of("OFF\n2 0 0\n0 0 0\n1 1 1\n") == FileKind::off_points);
   CHECK(kind_of("1 2 3 0 0 1\n1e-5 -2 3 0 0 1\n") == FileKind::xyz);

@@ -277,6 +277,11 @@ TEST_CASE("PLY: rows that cannot be read") {
   REQUIRE(mesh.repairs[Repair::bad_attributes] == 1);
   REQUIRE(outcome(ascii(vertex_head + face_head, "0 0 0\n1 0 0\n0 1,5 0\n0 0 1\n" + two), MeshFormat::ply) ==
           "unreadable: line 14: vertex 2 of 4: `1,5` is not a number");
+  REQUIRE(outcome(ascii(vertex_head + face_head, "0 0 0\n1 0\n0 1 0\n0 0 1\n" + two), MeshFormat::ply) ==
+          "unreadable: line 13: vertex 1 of 4 has fewer numbers on its line than the header promises");
+  // Rows that all stand on two lines are read.
+  REQUIRE(ply(ascii(vertex_head + face_head, "0 0\n0\n1 0\n0\n0 1\n0\n0 0\n1\n" + two)).x ==
+          std::vector<double>{0, 1, 0, 0});
   REQUIRE(outcome(ascii(vertex_head + face_head, four_rows + "x\ny\n"), MeshFormat::ply) ==
           "unreadable: none of 2 faces has a corner that can be read");
 }

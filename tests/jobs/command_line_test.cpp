@@ -120,6 +120,8 @@ TEST_CASE("command line: every mistake is a usage error") {
   CHECK(Example().problem({"draw", "a", "--count", "10"}) == "--count: Value 10 not in range 1 to 9");
   CHECK(Example().problem({"draw", "a", "--count", "x"}) == "--count: Value x not in range 1 to 9");
   CHECK(Example().problem({"draw", "a", "--seed", "-1"}) == "--seed: `-1` is not a whole number");
+  CHECK(Example().problem({"draw", "a", "--seed", "18446744073709551616"}) ==
+        "--seed: `18446744073709551616` is larger than 2^64 - 1");
   CHECK(Example().problem({"draw", "a", "--form", "squre"}) ==
         "--form: `squre` is none of round|square; did you mean `square`?");
   CHECK(Example().problem({"draw", "a", "--form", "square", "--bold"}) == "--form excludes --bold");

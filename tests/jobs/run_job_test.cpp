@@ -223,6 +223,19 @@ TEST_CASE("run: --reuse takes the rows of equal content, and the bytes are those
             .exit_code == 2);
 }
 
+TEST_CASE("run: --reuse takes no row of a file with the same bytes that was read as another format") {
+  const ScratchFolder scratch;
+  for (const char* const folder : {"old", "new"}) std::filesystem::create_directory(scratch / folder);
+  write_mesh(scratch / "old/t.off", torus(8, 6), MeshFile::off);
+  std::filesystem::copy_file(scratch / "old/t.off", scratch / "new/t.stl");
+  REQUIRE(run_process(run_command(scratch / "old", scratch / "old.h5")).exit_code == 0);
+  CHECK(run_process(
+            run_command(scratch / "new", scratch / "new.h5", {"--reuse", (scratch / "old.h5").string()}))
+            .exit_code == 3);
+  CHECK(run_process(run_command(scratch / "new", scratch / "calm.h5")).exit_code == 3);
+  CHECK(same_bytes(scratch / "calm.h5", scratch / "new.h5"));
+}
+
 TEST_CASE("run: too_large is a row") {
   const ScratchFolder scratch;
   write_collection(scratch / "in");
@@ -401,4 +414,6 @@ TEST_CASE("info, verify and export: a store can be looked at and taken apart") {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write_file(store, bytes);
   CHECK(run_process({fault_program, "verify", store}).exit_code == 3);
+  for (const std::filesystem::path& none : {scratch / "none.h5", scratch / "in"})
+    CHECK(run_process({fault_program, "verify", none}).exit_code == 2);
 }
