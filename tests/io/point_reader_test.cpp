@@ -270,7 +270,7 @@ TEST_CASE("read_points: what is wrong in a text, and where") {
       {"1 2 1e999\n", "non_finite: line 1: point 0 is not finite"},
       {"1.#INF,2,3\n", "non_finite: line 1: point 0 is not finite"},
       {"0x10 2 3\n", "unreadable: line 1: `0x10` is not a number"},
-      {"\x01\x02\x7f\n1 2 3\n", "unreadable: line 1: `?` is not a number"},
+      {"\x01\x02\x7f\n1 2 3\n", "unreadable: line 1: `???` is not a number"},
       {"OFF\n1 0 0\n1 2 3\n",
        "unreadable: by its name this is a text of points, by its content it is an OFF file"},
       {"v 1 2 3\nv 1 2 3\nv 1 2 3\n",
@@ -357,7 +357,8 @@ TEST_CASE("read_points: what is wrong in OFF, and where") {
   CHECK(result("a.off", "OFF\n2 0 0\n" + three_rows) ==
         "unreadable: line 5: `6` follows the 2 vertices that the header promises");
   CHECK(result("a.off", "OFF\n4 1 0\n" + three_rows + "3 0 1 2\n3 1 2 0\n") ==
-        "unreadable: line 6: `2` follows the 4 vertices that the header promises");
+        "unreadable: line 6: `2` follows vertex 3 of 4 on its line, where all before it end theirs: a number or a "
+        "vertex too many or too few");
   CHECK(result("a.off", "OFF\n3 0 0\n0 1 2\n3 4 five\n6 7 8\n") ==
         "unreadable: line 4: vertex 1 of 3: `five` is not a number");
   CHECK(result("a.off", "OFF\n3 0 0\n0 1 2\n3 nan 5\n6 7 8\n") ==
