@@ -15,6 +15,7 @@
 
 #include "io/file/file_descriptor.h"
 #include "io/utf8.h"
+#include "kernels/core/status.h"
 
 namespace meander {
 
@@ -165,6 +166,15 @@ bool is_csv(const Head& head) {
   return first >= 2 && !(quoted && head.whole());
 }
 
+// "# ID: STATUS: SENTENCE" to begin with. Ids and sentences may have commas, as many on each line as on the
+// others.
+bool is_failed_list(const std::vector<std::string_view>& lines) {
+  if (lines.empty() || !lines.front().starts_with("# ")) return false;
+  return std::any_of(status_names.begin(), status_names.end(), [&](std::string_view name) {
+    return lines.front().find(": " + std::string(name) + ": ") != std::string_view::npos;
+  });
+}
+
 bool is_xyz(const std::vector<std::string_view>& lines) {
   return !lines.empty() && std::all_of(lines.begin(), lines.end(), [](std::string_view line) {
     const auto words = words_of(line);
@@ -198,11 +208,11 @@ FileKind text_kind(const Head& head) {
   }
   if (is_json(text)) return is_gltf(text) ? FileKind::gltf_mesh : FileKind::json;
   const auto lines = lines_of(head);
-  // Names and sentences of a list may have commas, as many on each line as on the others.
-  if (text.starts_with("# ") && !is_obj(lines)) return FileKind::item_list;
+  if (is_failed_list(lines)) return FileKind::item_list;
   if (is_csv(head)) return FileKind::csv;
   if (text.starts_with("solid")) return FileKind::stl_mesh;
   if (is_obj(lines)) return FileKind::obj_mesh;
+  if (text.starts_with("# ")) return FileKind::item_list;
   return is_xyz(lines) ? FileKind::xyz : FileKind::text;
 }
 

@@ -208,13 +208,15 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
   if (bad >= part.count())
     text::fail_at(content, first_bad, text::quoted(content, first_bad) + " does not begin a face");
   mesh.repairs[Repair::missing_faces] = saturated(header.faces - part.count());
-  const bool more = cursor.skip_to_token();
-  if (more && first_bad == first)
-    text::fail_at(content, first_bad,
-                  text::quoted(content, first_bad) +
-                      " does not begin a face, and more lines than the header promises " +
-                      "follow: the file has more than " + std::to_string(header.vertices) + " vertices");
-  if (more) mesh.repairs[Repair::extra_data] = saturated(static_cast<std::uint64_t>(cursor.end - cursor.at));
+  if (cursor.skip_to_token()) {
+    if (first_bad == first)
+      text::fail_at(content, first_bad,
+                    text::quoted(content, first_bad) +
+                        " does not begin a face, and more lines than the header promises follow: the file "
+                        "has more than " +
+                        std::to_string(header.vertices) + " vertices");
+    mesh.repairs[Repair::extra_data] = saturated(static_cast<std::uint64_t>(cursor.end - cursor.at));
+  }
   join_polygons(parts, mesh);
 }
 

@@ -71,7 +71,7 @@ double density_at(const PreparedMesh& mesh, const Density& density, std::uint32_
 // Area factors are linear over triangles: where a chart shrinks a part to almost nothing, the factor of that
 // part spreads over large triangles beside it, and leaves there weigh more than the whole surface. This is
 // what memory is reserved for.
-std::uint64_t most_leaves(const Component& component, double mass, const RayPlan& plan, CurveKind kind) {
+std::uint64_t leaf_limit(const Component& component, double mass, const RayPlan& plan, CurveKind kind) {
   const double expected = plan.leaf_mass > 0 ? mass / plan.leaf_mass : 0;
   return static_cast<std::uint64_t>(most_leaves_per_mass(kind) * expected) + component.triangle_end -
          component.triangle_begin + 1024;
@@ -151,7 +151,7 @@ CurveElements locate_first_hit(const EmbreeDevice& device, const PreparedMesh& m
       const double mass = component_mass(component, masses);
       parts[c] = chart_vertices(
           device, mesh, density, component, charts[c], trees[c], depth_range(mass, plan, parameters.curve),
-          most_leaves(component, mass, plan, parameters.curve.kind), plan.leaf_mass, cancel);
+          leaf_limit(component, mass, plan, parameters.curve.kind), plan.leaf_mass, cancel);
     }
     if (parts[c].mass.empty()) parts[c] = whole_triangles(mesh, component, masses);
   });

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
+#include "kernels/curve/curve_frames.h"
 #include "kernels/curve/curve_tree.h"
 #include "kernels/locate/chart_scene.h"
 
@@ -32,7 +33,8 @@ std::uint64_t refine_by_rays(CurveTree& tree, const ChartScene& scene, DepthRang
                              std::uint64_t most_leaves, const CancelToken& cancel, const PointOf& point_of,
                              const Visit& visit) {
   std::uint64_t rays = 0, all_leaves = tree.leaf_count();
-  const std::uint64_t more_by_split = tree.kind == CurveKind::hilbert ? 3 : 8;
+  const auto branching = static_cast<std::uint64_t>(frame_table(tree.kind).branching);
+  const std::uint64_t more_by_split = branching * branching - 1;
   std::vector<CurveLevel> levels;
   levels.push_back({std::move(tree), {}});
   RayHits hits;
@@ -48,7 +50,7 @@ std::uint64_t refine_by_rays(CurveTree& tree, const ChartScene& scene, DepthRang
       if (nodes.depth[i] >= depths.least) leaves.push_back(i);
     all_leaves += more_by_split * (nodes.leaf_count() - leaves.size());
     rays += leaves.size();
-    // Not all at once: where a chart is folded up, each ray hits hundreds of triangles.
+    // Not all at once: a level may have millions of leaves, and a ray most_hits_per_ray hits.
     for (std::size_t first = 0; first < leaves.size(); first += rays_at_once) {
       const std::size_t count = std::min(rays_at_once, leaves.size() - first);
       u.resize(count);

@@ -89,6 +89,7 @@ TEST_CASE("file kind: files of other programs are not recognised as our own") {
   CHECK(kind_of("import sys, os\nprint(sys.argv, os.name, 1)\n") == FileKind::text);
   CHECK(kind_of("Dear reader,\n\nthis is a letter.\n") == FileKind::text);
   CHECK(kind_of("v for victory, f for fun\nand more\n") == FileKind::text);
+  CHECK(kind_of("# name, value\na, 1\n") == FileKind::csv);
   CHECK(kind_of("[section]\nkey = 1\n") == FileKind::text);
   CHECK(kind_of("<?xml version=\"1.0\"?>\n<note/>\n") == FileKind::text);
   CHECK(kind_of("\x89HDF\r\n\x1a\n and more") == FileKind::hdf5);

@@ -184,23 +184,19 @@ TEST_CASE("OFF: what cannot be read says where") {
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1,5 0\n3 0 1 2\n",
        "unreadable: line 5: vertex 2 of 3: `1,5` is not a number"},
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0 0.5\n3 0 1 2\n",
-       "unreadable: line 5: `0.5` follows vertex 2 of 3 on its line, where all before it end theirs: a "
-       "number or a "
-       "vertex too many or too few"},
+       "unreadable: line 5: `0.5` follows vertex 2 of 3 on its line, where all before it end theirs: "
+       "a number or a vertex too many or too few"},
       {"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n",
-       "unreadable: line 5: `1` follows vertex 1 of 3 on its line, where all before it end theirs: a number "
-       "or a "
-       "vertex too many or too few"},
+       "unreadable: line 5: `1` follows vertex 1 of 3 on its line, where all before it end theirs: "
+       "a number or a vertex too many or too few"},
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n3 0 1 2\n",
-       "unreadable: line 5: `2` follows vertex 2 of 3 on its line, where all before it end theirs: a number "
-       "or a "
-       "vertex too many or too few"},
+       "unreadable: line 5: `2` follows vertex 2 of 3 on its line, where all before it end theirs: "
+       "a number or a vertex too many or too few"},
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n0.5 1 0\n3 0 1 2\n",
        "unreadable: line 6: `0.5` does not begin a face"},
       {"OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n0.5 1 0\n3 0 1 2\n3 0 2 1\n",
-       "unreadable: line 6: `0.5` does not begin a face, and more lines than the header promises follow: the "
-       "file has "
-       "more than 3 vertices"},
+       "unreadable: line 6: `0.5` does not begin a face, and more lines than the header promises follow: "
+       "the file has more than 3 vertices"},
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n    0 1\n", "unreadable: line 6: the file ends in vertex 2 of 3"},
       {"OFF\n1000 1 0\n0 0 0\n", "unreadable: the header promises 1000 vertices, but only 7 bytes follow it"},
       {"OFF\n353535235358 6 0\n0 0 0\n",

@@ -357,9 +357,8 @@ TEST_CASE("read_points: what is wrong in OFF, and where") {
   CHECK(result("a.off", "OFF\n2 0 0\n" + three_rows) ==
         "unreadable: line 5: `6` follows the 2 vertices that the header promises");
   CHECK(result("a.off", "OFF\n4 1 0\n" + three_rows + "3 0 1 2\n3 1 2 0\n") ==
-        "unreadable: line 6: `2` follows vertex 3 of 4 on its line, where all before it end theirs: a number "
-        "or a "
-        "vertex too many or too few");
+        "unreadable: line 6: `2` follows vertex 3 of 4 on its line, where all before it end theirs: "
+        "a number or a vertex too many or too few");
   CHECK(result("a.off", "OFF\n3 0 0\n0 1 2\n3 4 five\n6 7 8\n") ==
         "unreadable: line 4: vertex 1 of 3: `five` is not a number");
   CHECK(result("a.off", "OFF\n3 0 0\n0 1 2\n3 nan 5\n6 7 8\n") ==

@@ -87,32 +87,11 @@ TEST_CASE("parse_number: numbers in every spelling, with and without text after 
 }
 
 TEST_CASE("parse_number: text that is not a number is refused") {
-  for (const char* const token : {"",
-                                  "-",
-                                  "+",
-                                  ".",
-                                  "-.",
-                                  "e5",
-                                  "1,5",
-                                  "1.5.2",
-                                  "--1",
-                                  "+-1",
-                                  "1e",
-                                  "1e+",
-                                  "1x",
-                                  "0x10",
-                                  "nanny",
-                                  "information",
-                                  "1.#ABC",
-                                  "1/2",
-                                  "12345678x",
-                                  "0.123456789x",
-                                  "0.1\x11"
-                                  "5",
-                                  "1\x0e"
-                                  "5",
-                                  "\x7f"
-                                  "1"})
+  for (const char* const token :
+       {"",       "-",           "+",      ".",   "-.",        "e5",           "1,5",
+        "1.5.2",  "--1",         "+-1",    "1e",  "1e+",       "1x",           "0x10",
+        "nanny",  "information", "1.#ABC", "1/2", "12345678x", "0.123456789x", "0.1\0215",
+        "1\0165", "\1771"})
     for (const std::string& behind : {std::string(), room}) {
       CAPTURE(token, behind);
       bool ok = true;

@@ -11,6 +11,7 @@
 #include "io/store/store.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/store_rows.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -425,19 +426,8 @@ TEST_CASE("export: no id of a store leads out of the folder") {
     {
       RunDirectory directory(store, header);
       for (std::uint64_t row = 0; row < 2; ++row) {
-        Row content;
-        content.report.status = Status::ok;
-        content.report.method = Method::direct;
-        content.report.vertices = 3;
-        content.report.faces = 1;
-        content.samples.points = content.samples.normals = {0, 0, 1};
-        content.samples.face = {0};
-        content.samples.corners = {0, 1, 2};
-        content.samples.barycentric = {0.25f, 0.25f};
-        content.samples.curve_rank = {0};
-        content.samples.density = {1};
         directory.begin_item(row);
-        directory.end_item(encode_row(header, row, content));
+        directory.end_item(encode_row(header, row, row_of_one_sample()));
       }
       directory.finish();
     }
