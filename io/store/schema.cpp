@@ -339,8 +339,16 @@ std::size_t value_bytes(const DatasetSpec& spec) {
 bool per_sample(const DatasetSpec& spec) { return spec.role == Role::samples; }
 
 void write_fill(const DatasetSpec& spec, std::span<std::byte> values) {
-  const std::size_t size = element_size(spec.type);
-  for (std::size_t at = 0; at + size <= values.size(); at += size) std::memcpy(&values[at], &spec.fill, size);
+  // What is filled is copied, at first as much again and then by the page.
+  constexpr std::size_t page = 4096;
+  const std::size_t size = element_size(spec.type), whole = values.size() / size * size;
+  if (whole == 0) return;
+  std::memcpy(values.data(), &spec.fill, size);
+  for (std::size_t at = size; at < whole;) {
+    const std::size_t bytes = std::min({at, page, whole - at});
+    std::memcpy(values.data() + at, values.data(), bytes);
+    at += bytes;
+  }
 }
 
 std::string fill_text(const DatasetSpec& spec) {

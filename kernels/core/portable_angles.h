@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace meander {
@@ -45,8 +46,10 @@ struct Direction {
 };
 
 // Cosine and sine of an angle of at most a few thousand turns; absolute error below 1e-15 plus that of the
-// reduction (2e-16 per turn).
+// reduction (2e-16 per turn). NaN where the angle is none, or so large (1e15) that it has no direction.
 inline Direction direction_of(double angle) {
+  if (!(std::abs(angle) < 1e15))
+    return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   const double quarters = std::floor(angle * (2 * std::numbers::inv_pi) + 0.5);
   // pi / 2 in two parts, the first with 33 bits so that the product is exact.
   const double r = (angle - quarters * 1.57079632673412561417e+00) - quarters * 6.07710050650619224932e-11;

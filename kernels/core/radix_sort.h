@@ -50,12 +50,6 @@ inline std::size_t word_digit(std::uint64_t word, int low_bit) {
   return (word >> low_bit) & (word_values - 1);
 }
 
-// Where the first word of every digit goes, from how many there are.
-inline void begins_of(Counts& count) {
-  std::uint32_t sum = 0;
-  for (std::uint32_t& c : count) sum += std::exchange(c, sum);
-}
-
 // One digit of many words. Blocks count their own and then know where they go: behind those of the blocks
 // before.
 inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span<std::uint64_t> sorted,
@@ -78,8 +72,8 @@ inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span
 
 }  // namespace radix
 
-// Sorts fewer than 2^32 words by their bits from `low_bit` on; equal ones keep their order. Digits of 12
-// bits. O(n); parallel where they are many.
+// Sorts fewer than 2^32 words by their bits from `low_bit` < 64 on; equal ones keep their order. Digits of at
+// most 12 bits. O(n); parallel where they are many.
 inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch,
                              int low_bit) {
   using namespace radix;
@@ -97,17 +91,23 @@ inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std:
     }
     return;
   }
-  const auto digits = static_cast<std::size_t>((64 - low_bit + word_bits - 1) / word_bits);
-  const auto bit_of = [low_bit](std::size_t digit) { return low_bit + word_bits * static_cast<int>(digit); };
-  std::vector<Counts> counts(digits);
+  // Digits of equal size: of few words the counts would cost more than the words.
+  const int bits = 64 - low_bit, digits = (bits + word_bits - 1) / word_bits,
+            width = (bits + digits - 1) / digits;
+  const std::size_t values = std::size_t{1} << width;
+  const auto digit_of = [=](std::uint64_t word, int digit) {
+    return static_cast<std::size_t>(word >> (low_bit + width * digit)) & (values - 1);
+  };
+  std::vector<std::uint32_t> counts(static_cast<std::size_t>(digits) * values);
   for (const std::uint64_t word : words)
-    for (std::size_t digit = 0; digit < digits; ++digit) ++counts[digit][word_digit(word, bit_of(digit))];
-  for (std::size_t digit = 0; digit < digits; ++digit) {
-    Counts& count = counts[digit];
-    const int bit = bit_of(digit);
-    if (count[word_digit(words[0], bit)] == words.size()) continue;
-    begins_of(count);
-    for (const std::uint64_t word : words) scratch[count[word_digit(word, bit)]++] = word;
+    for (int digit = 0; digit < digits; ++digit)
+      ++counts[static_cast<std::size_t>(digit) * values + digit_of(word, digit)];
+  for (int digit = 0; digit < digits; ++digit) {
+    std::uint32_t* const count = counts.data() + static_cast<std::size_t>(digit) * values;
+    if (count[digit_of(words[0], digit)] == words.size()) continue;
+    std::uint32_t sum = 0;
+    for (std::size_t value = 0; value < values; ++value) sum += std::exchange(count[value], sum);
+    for (const std::uint64_t word : words) scratch[count[digit_of(word, digit)]++] = word;
     words.swap(scratch);
   }
 }

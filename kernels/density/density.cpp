@@ -136,8 +136,8 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
                            [&](std::size_t h) -> std::size_t { return mesh.polygon[h / 3]; });
 }
 
-double file_measure(const PreparedMesh& mesh, std::span<const double> masses) {
-  const double measure = file_area(mesh, blocked_sum(masses));
+double file_measure(const PreparedMesh& mesh, double total) {
+  const double measure = file_area(mesh, total);
   if (!std::isfinite(measure))
     throw ItemError(Status::non_finite,
                     "too large: the integral of the density over the surface is more than double precision "
@@ -163,14 +163,14 @@ std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& den
 
 double MeshMeasure::total() const { return masses.empty() ? freed_mass : blocked_sum(masses); }
 
-void MeshMeasure::free_masses() {
-  freed_mass = total();
-  masses = std::vector<double>();
-}
-
-MeshMeasure measure_of(const PreparedMesh& mesh, Density density) {
+MeshMeasure measure_of(const PreparedMesh& mesh, Density density, bool keep_masses) {
   MeshMeasure measure;
-  measure.masses = triangle_masses(mesh, density);
+  if (keep_masses)
+    measure.masses = triangle_masses(mesh, density);
+  else if (density.uniform())
+    measure.freed_mass = blocked_sum(mesh.area);
+  else
+    measure.freed_mass = blocked_sum(triangle_masses(mesh, density));
   measure.density = std::move(density);
   return measure;
 }

@@ -57,9 +57,8 @@ struct Density {
 struct MeshMeasure {
   Density density;
   std::vector<double> masses;
-  double freed_mass = 0;  // their sum, once they are freed
-  double total() const;   // O(T); the same before and after
-  void free_masses();     // for stages that need no more than the sum
+  double freed_mass = 0;  // their sum, where they are not kept
+  double total() const;   // O(T) where they are; the same for both
 };
 
 // Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices (vertex_curvature), in
@@ -79,11 +78,11 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
 // working units squared: T values.
 std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& density);
 
-// The density with its masses. O(T).
-MeshMeasure measure_of(const PreparedMesh& mesh, Density density);
+// The density with its masses, or, for stages that need no more, with their sum alone. O(T).
+MeshMeasure measure_of(const PreparedMesh& mesh, Density density, bool keep_masses = true);
 
 // The sum of the masses in units of the file. Throws ItemError(non_finite) where it is more than double
 // holds.
-double file_measure(const PreparedMesh& mesh, std::span<const double> masses);
+double file_measure(const PreparedMesh& mesh, double total);
 
 }  // namespace meander

@@ -26,14 +26,18 @@ class BisectionWalk {
   BisectionWalk(const MeasuredMesh& surface, const CurveElements& elements)
       : surface_(surface), elements_(elements) {}
 
-  // The path of the part of the element, of at most elements.limit, that is reached after a share in [0, 1)
-  // of its mass; the element's own path if it is no wide piece. O(bisections) at first, and of the same
-  // element those that are not in common with the last path: fastest for places that follow each other.
-  std::uint32_t path_at(std::size_t element, double share);
+  struct Part {
+    std::uint32_t path;
+    Piece weights;
+  };
+  // The part of the element, of at most elements.limit, that is reached after a share in [0, 1) of its mass;
+  // the element itself if it is no wide piece. O(bisections) at first, and of the same element those that are
+  // not in common with the last path: fastest for places that follow each other. Valid until the next call.
+  const Part& part_at(std::size_t element, double share);
 
  private:
   struct Place {
-    PlainPiece piece;
+    WorkPiece piece;
     Vector3 from, to;
   };
   void enter(std::size_t element);
@@ -43,8 +47,9 @@ class BisectionWalk {
   const CurveElements& elements_;
   std::array<Place, most_bisections + 1> held_;  // by bisections of the element
   std::size_t element_ = ~std::size_t{0};
-  int bisections_ = 0;      // of the element, in all
-  std::uint32_t part_ = 0;  // the last one, in the order of the path
+  int bisections_ = 0;        // of the element, in all
+  std::uint32_t number_ = 0;  // of the last part, in the order of the path
+  Part part_{};
 };
 
 }  // namespace meander

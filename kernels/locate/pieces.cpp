@@ -18,27 +18,6 @@ WorkPiece whole_triangle(const std::array<Vector3, 3>& corners) {
   return {plain_triangle(corners), {{0, 1, 0}, {0, 0, 1}}};
 }
 
-namespace {
-
-// One half of a piece, as half_of makes it of plain ones. By half_of itself, whose result is copied, large
-// sets take a fifth longer.
-template <std::size_t a>
-void take_half(const WorkPiece& piece, bool second, WorkPiece& half) {
-  constexpr std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-  const Vector3 middle = 0.5 * (piece.corner[a] + piece.corner[b]), median = middle - piece.corner[c];
-  const double b1 = 0.5 * (piece.weights.b1[a] + piece.weights.b1[b]),
-               b2 = 0.5 * (piece.weights.b2[a] + piece.weights.b2[b]);
-  half = piece;
-  half.squared_edge[a] = 0.25 * piece.squared_edge[a];
-  half.squared_edge[second ? c : b] = dot(median, median);
-  half.corner[second ? a : b] = middle;
-  half.weights.b1[second ? a : b] = b1;
-  half.weights.b2[second ? a : b] = b2;
-  half.path = piece.path << 1 | (second ? 1u : 0u);
-}
-
-}  // namespace
-
 std::array<WorkPiece, 2> bisect(const WorkPiece& piece) {
   std::array<WorkPiece, 2> halves;
   at_longest_edge(piece, [&](auto edge) {

@@ -155,7 +155,8 @@ std::vector<std::uint32_t> places_along_curve(std::span<const CentroidSum> compo
 }
 
 void describe_components(PreparedMesh& out) {
-  std::vector<std::uint8_t> visited(out.opposite.size(), 0);
+  std::vector<std::uint8_t> visited;
+  assign_large(visited, out.opposite.size(), std::uint8_t{0});
   std::uint32_t next_vertex = 0;
   for (Component& c : out.components) {
     c.vertex_begin = next_vertex;

@@ -199,7 +199,8 @@ std::uint32_t pair_half_edges(std::span<const std::uint32_t> triangles, std::siz
                               std::vector<std::uint32_t>& opposite, FanSurvey* survey) {
   resize_large(opposite, triangles.size());
   if (survey != nullptr) survey->one_fan.assign(vertex_count, 1);
-  std::vector<std::uint32_t> end(vertex_count + 1, 0);  // of the star of every vertex, shifted by one
+  std::vector<std::uint32_t> end;  // of the star of every vertex, shifted by one
+  assign_large(end, vertex_count + 1, 0u);
   in_parts(vertex_count, [&](const auto& is_own) {
     for (const std::uint32_t v : triangles)
       if (is_own(v)) ++end[v + 1];

@@ -180,10 +180,12 @@ void sort_by_component(TriangleSoup& soup, std::vector<std::uint32_t>& opposite,
 // Replaces welded vertices by one working vertex per fan, so that every vertex is a disk or a half-disk; fans
 // are numbered in the order in which they first appear. The welded vertex of every fan is the result.
 std::vector<std::uint32_t> split_vertices(std::span<const std::uint8_t> one_fan, PreparedMesh& out) {
-  std::vector<std::uint32_t> number(one_fan.size(), no_index);  // of the vertex, or of its last fan
+  std::vector<std::uint32_t> number;  // of the vertex, or of its last fan
+  assign_large(number, one_fan.size(), no_index);
   std::uint32_t fans = 0, distinct = 0;
   if (std::find(one_fan.begin(), one_fan.end(), 0) == one_fan.end()) {
-    std::vector<std::uint32_t> source(one_fan.size() + 1);
+    std::vector<std::uint32_t> source;
+    resize_large(source, one_fan.size() + 1);
     // Always written, and stays if the vertex is new: as in find_components.
     for (std::uint32_t& corner : out.triangles) {
       const std::uint32_t vertex = corner;

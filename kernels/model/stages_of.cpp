@@ -45,9 +45,9 @@ void prepare_surface(Model& model, const DensityParameters& density, bool topolo
   model.measure.density = make_density(model.file, model.surface, density, model.cancel);
 }
 
-void measure_surface(Model& model) {
-  model.measure = measure_of(model.surface, std::move(model.measure.density));
-  model.row.report.measure = file_measure(model.surface, model.measure.masses);
+void measure_surface(Model& model, bool keep_masses = true) {
+  model.measure = measure_of(model.surface, std::move(model.measure.density), keep_masses);
+  model.row.report.measure = file_measure(model.surface, model.measure.total());
 }
 
 ModelStages charting_direct(const SampleParameters& p) {
@@ -59,8 +59,7 @@ ModelStages charting_direct(const SampleParameters& p) {
              prepare_surface(model, density, topology);
              if (frees_topology) model.surface.opposite = std::vector<std::uint32_t>();
              if (frees_polygons) model.file.polygon_begin = std::vector<std::uint32_t>();
-             measure_surface(model);
-             if (rows_only) model.measure.free_masses();
+             measure_surface(model, !rows_only);
              model.row.report.method = method;
            }}};
 }

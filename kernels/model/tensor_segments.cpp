@@ -178,7 +178,7 @@ TensorSegments make_tensor_segments(const PolygonMesh& file, const PreparedMesh&
   segments.measure = measure_of(surface, times(density, tensor_density(segments.tensor)));
   segments.source_triangle.resize(surface.triangle_count());
   std::iota(segments.source_triangle.begin(), segments.source_triangle.end(), 0u);
-  segments.file_measure = file_measure(surface, segments.measure.masses);
+  segments.file_measure = file_measure(surface, segments.measure.total());
   const bool along = wanted.form == AlignmentForm::gradient;
   if (along)
     cut_through_singularities(segments.mesh, segments.tensor, cancel);

@@ -419,7 +419,7 @@ bool ClippedPieces::clip(Item& item, std::size_t axis, float at, Item& above) {
     polygon.corners = corners_kept + 2;
   };
   std::copy(low.corner, low.corner + 4, high.corner);
-  std::copy(low.edge[0], low.edge[0] + 8, high.edge[0]);
+  for (const int k : {0, 1}) std::copy(low.edge[k], low.edge[k] + 4, high.edge[k]);
   crossing(begin, low);
   crossing(end, high);
   fill(low, begin, count, high);

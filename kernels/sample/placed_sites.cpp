@@ -37,10 +37,10 @@ std::uint32_t redraw_counter(const Placer& placer, std::uint32_t rank) {
   return placer.draw_in_element(rank, placer.piece(rank), 0).next_counter;
 }
 
-// Draws every sample in its element, unless it lies at the curve vertex, and then those again that are not at
-// a place of their own.
+// Draws every sample in its element, unless that is done or it lies at the curve vertex, and then those again
+// that are not at a place of their own.
 void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs, const CancelToken& cancel) {
-  if (placer.parameters.place == PlaceKind::element)
+  if (placer.parameters.place == PlaceKind::element && !sites.drawn)
     parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
       cancel.check();
       PieceWalk walk(placer.surface);
@@ -95,7 +95,7 @@ PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, co
     } else {
       SampleSequence sequence =
           make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
-      placed.sites = elements_at(regions, source, sequence.position, vertices, cancel);
+      placed.sites = elements_at(regions, source, sequence.position, key, vertices, cancel);
       placed.order = std::move(sequence.rank_of_index);
     }
   }

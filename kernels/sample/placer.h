@@ -107,9 +107,8 @@ struct Placer {
     const SampleSite& site = sites.site[rank];
     const Piece& p = walk.to(site.triangle, site.path);
     if (site.b1 == SampleSite::nowhere) return draw_in_element(rank, p, 0);
-    const double first = site.b1, second = site.b2;
-    return {p.b1[0] + first * (p.b1[1] - p.b1[0]) + second * (p.b1[2] - p.b1[0]),
-            p.b2[0] + first * (p.b2[1] - p.b2[0]) + second * (p.b2[2] - p.b2[0]), 1};
+    const auto weights = point_in(p, site);
+    return {weights[0], weights[1], 1};
   }
 
   // The piece to redraw a duplicate in: the element itself, or, for a curve vertex that stands for less than

@@ -54,7 +54,26 @@ void find_in_net(const ElementCells& cells, std::size_t first, RandomKey key, bo
   for (std::size_t block = 0; block < blocks; ++block) find_block(block * cell_block, scratch);
 }
 
-// Calls take(r, element) for every position. Half-open; positions ascend: one linear merge.
+// The first element from `at` on, `last` at most, that ends behind the target. Few steps find most; where
+// elements are many more than positions, steps that double do.
+std::size_t element_behind(std::span<const double> cumulative, std::size_t at, std::size_t last,
+                           double target) {
+  constexpr std::size_t few = 16;
+  const std::size_t near = std::min(last, at + few);
+  while (at < near && cumulative[at + 1] <= target) ++at;
+  if (at < near || at == last) return at;
+  std::size_t begin = at, step = few;
+  while (step < last - begin && cumulative[begin + step + 1] <= target) {
+    begin += step;
+    step *= 2;
+  }
+  const auto first = cumulative.begin() + 1;
+  const auto from = first + static_cast<std::ptrdiff_t>(begin),
+             to = first + static_cast<std::ptrdiff_t>(std::min(last, begin + step));
+  return static_cast<std::size_t>(std::upper_bound(from, to, target) - first);
+}
+
+// Calls take(r, element, mass before it and in it) for every position. Half-open; positions ascend.
 template <class Take>
 void at_positions(const CurveElements& elements, std::span<const double> position, const CancelToken& cancel,
                   const Take& take) {
@@ -67,21 +86,35 @@ void at_positions(const CurveElements& elements, std::span<const double> positio
   for (std::size_t r = 0; r < position.size(); ++r) {
     if (r % sum_block == 0) cancel.check();
     const double target = position[r] * total;
-    while (at < last && elements.cumulative[at + 1] <= target) ++at;
+    at = element_behind(elements.cumulative, at, last, target);
     take(r, at, target);
   }
 }
 
-// Of a region, whose wide pieces are elements.
-SampleSites parts_at(const CurveElements& elements, const MeasuredMesh& surface,
-                     std::span<const double> position, const CancelToken& cancel) {
-  SampleSites found(position.size(), false);
+// Of a region, whose wide pieces are elements: samples in their parts, from rank `first` on.
+void place_in_parts(const CurveElements& elements, const MeasuredMesh& surface,
+                    std::span<const double> position, std::size_t first, RandomKey key, SampleSites& found,
+                    const CancelToken& cancel) {
   BisectionWalk walk(surface, elements);
   at_positions(elements, position, cancel, [&](std::size_t r, std::size_t at, double target) {
     const double begin = elements.cumulative[at], mass = elements.cumulative[at + 1] - begin;
-    found.set(r, elements.triangle[at], walk.path_at(at, std::clamp((target - begin) / mass, 0.0, 1.0)));
+    const BisectionWalk::Part& part = walk.part_at(at, std::clamp((target - begin) / mass, 0.0, 1.0));
+    const std::size_t rank = first + r;
+    found.set(rank, elements.triangle[at], part.path);
+    found.set_point(rank, first_point(part.weights, static_cast<std::uint32_t>(rank), key));
   });
-  return found;
+}
+
+// Samples of uniform density, each at the point of its piece or at a uniform one.
+void draw_points(const MeasuredMesh& surface, std::size_t begin, std::size_t end, RandomKey key,
+                 SampleSites& sites) {
+  PieceWalk walk(surface);
+  for (std::size_t r = begin; r < end; ++r) {
+    const SampleSite& site = sites.site[r];
+    const Piece& piece = walk.to(site.triangle, site.path);
+    sites.set_point(r, site.b1 == SampleSite::nowhere ? first_point(piece, static_cast<std::uint32_t>(r), key)
+                                                      : point_in(piece, site));
+  }
 }
 
 }  // namespace
@@ -129,17 +162,21 @@ SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool verti
 SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
                             bool vertices, const CancelToken& cancel) {
   SampleSites found(regions.parameters.samples, vertices);
+  found.drawn = source.density.uniform() && !vertices;
   parallel_tasks(regions.count(), [&](std::size_t region) {
-    find_in_net(region_cells(regions, source, region, cancel), regions.first_stratum[region], key, vertices,
-                found, cancel);
+    const std::size_t begin = regions.first_stratum[region];
+    find_in_net(region_cells(regions, source, region, cancel), begin, key, vertices, found, cancel);
+    if (found.drawn) draw_points(source.surface, begin, begin + regions.strata(region), key, found);
   });
   return found;
 }
 
 // Regions have whole strata: positions in strata, less those before, are those in the region.
 SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& source,
-                        std::span<const double> position, bool vertices, const CancelToken& cancel) {
+                        std::span<const double> position, RandomKey key, bool vertices,
+                        const CancelToken& cancel) {
   SampleSites found(position.size(), vertices);
+  found.drawn = source.density.uniform() && !vertices;
   const auto samples = static_cast<double>(regions.parameters.samples);
   const auto rank_at = [&](std::size_t region) {
     if (region == regions.count()) return position.size();
@@ -159,11 +196,15 @@ SampleSites elements_at(const SurfaceRegions& regions, const ElementSource& sour
     if (regions.parameters.order == ElementOrder::balanced) {
       found.set_all(begin,
                     elements_at(region_cells(regions, source, region, cancel), local, vertices, cancel));
-      return;
+    } else {
+      const CurveElements elements = region_elements(regions, source, region, cancel);
+      if (!elements.place.empty()) {  // of uniform density, without vertices
+        place_in_parts(elements, source.surface, local, begin, key, found, cancel);
+        return;
+      }
+      found.set_all(begin, elements_at(elements, local, vertices, cancel));
     }
-    const CurveElements elements = region_elements(regions, source, region, cancel);
-    found.set_all(begin, elements.place.empty() ? elements_at(elements, local, vertices, cancel)
-                                                : parts_at(elements, source.surface, local, cancel));
+    if (found.drawn) draw_points(source.surface, begin, end, key, found);
   });
   return found;
 }

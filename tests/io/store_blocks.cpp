@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "store_support.h"
+#include "support/sanitized.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -62,7 +63,7 @@ std::uint64_t ok_row(const StoreHeader& header) {
 
 TEST_CASE("blocks: the store is that of rows that were encoded as a whole") {
   for (const Compression compression : {Compression::standard, Compression::none})
-    for (const std::uint32_t samples : {1400u, 65536u, 200003u}) {
+    for (const std::uint32_t samples : thinned(2, std::vector{1400u, 200003u, 65536u})) {
       const StoreHeader header = header_of(6, samples, compression);
       const ScratchFolder folder;
       write_in_blocks(folder / "s.h5", header);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "kernels/analyse/spectrum.h"
+#include "support/sanitized.h"
 #include "tests/support/metric_samples.h"
 
 using namespace meander;
@@ -39,6 +40,8 @@ TEST_CASE("angular_power: strata of the metric look alike in all directions once
   constexpr std::uint32_t sets = 10;
   for (const double ratio : {1.0, 2.0, 4.0, 8.0})
     for (const double angle : {0.0, 0.5, 2.2}) {
+      if (sanitized && angle != (ratio < 4 ? 2.2 : 0.5))
+        continue;  // release builds turn all ratios by all angles
       INFO("ratio " << ratio << " angle " << angle);
       const TangentTensor tensor = log_spacing(ratio, angle);
       PowerSpectrum spectrum = make_power_spectrum(96);

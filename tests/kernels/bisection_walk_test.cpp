@@ -48,19 +48,23 @@ TEST_CASE("bisection walk: every part is reached once, by shares in any order") 
   BisectionWalk walk(mesh, elements), leaping(mesh, elements);
   for (std::size_t i = 0; i < elements.count(); ++i) {
     std::vector<std::uint32_t> path(parts);
-    for (std::size_t k = 0; k < parts; ++k) path[k] = walk.path_at(i, share_of(k));
+    for (std::size_t k = 0; k < parts; ++k) path[k] = walk.part_at(i, share_of(k)).path;
     const std::set<std::uint32_t> different(path.begin(), path.end());
     REQUIRE(different.size() == parts);
     REQUIRE(*different.begin() == parts);
     REQUIRE(*different.rbegin() == 2 * parts - 1);
     for (std::size_t k = 0; k < parts; ++k) {
       const std::size_t far = k * 389 % parts;
-      REQUIRE(leaping.path_at(i, share_of(far)) == path[far]);
+      const BisectionWalk::Part part = leaping.part_at(i, share_of(far));
+      REQUIRE(part.path == path[far]);
+      const Piece expected = piece_of(bisection_corners(mesh, elements.triangle[i]), part.path);
+      REQUIRE(std::equal(part.weights.b1, part.weights.b1 + 3, expected.b1));
+      REQUIRE(std::equal(part.weights.b2, part.weights.b2 + 3, expected.b2));
     }
-    CHECK(walk.path_at(i, 0) == path.front());
-    CHECK(walk.path_at(i, 1) == path.back());
+    CHECK(walk.part_at(i, 0).path == path.front());
+    CHECK(walk.part_at(i, 1).path == path.back());
     // The border between two parts belongs to the later one.
-    CHECK(walk.path_at(i, 0.5) == path[parts / 2]);
+    CHECK(walk.part_at(i, 0.5).path == path[parts / 2]);
   }
 }
 
@@ -73,7 +77,7 @@ TEST_CASE(
   for (std::size_t i = 1; i + 1 < elements.count(); ++i) {
     const double side = std::sqrt(mesh.area[elements.triangle[i]] / parts);
     const auto at = [&](std::size_t k) {
-      return centroid_at(mesh, elements.triangle[i], walk.path_at(i, share_of(k)));
+      return centroid_at(mesh, elements.triangle[i], walk.part_at(i, share_of(k)).path);
     };
     double sum = 0, most = 0;
     for (std::size_t k = 1; k < parts; ++k) {
@@ -102,7 +106,7 @@ TEST_CASE("bisection walk: an element that is light enough is its own part") {
   elements.limit = 2 * mesh.area[0];
   BisectionWalk walk(mesh, elements);
   for (std::size_t i = 0; i < elements.count(); ++i)
-    for (const double share : {0.0, 0.3, 1.0}) CHECK(walk.path_at(i, share) == 1);
+    for (const double share : {0.0, 0.3, 1.0}) CHECK(walk.part_at(i, share).path == 1);
 }
 
 TEST_CASE("place_samples: parts of wide pieces of large sets get their share of the samples, for every key") {

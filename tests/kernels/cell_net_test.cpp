@@ -2,6 +2,7 @@
 // elementary interval of a flat square, every entry as often as its share of the mass asks for, and an order
 // whose prefixes have one sample in every node of the tree.
 #include "kernels/sample/cell_net.h"
+#include "support/sanitized.h"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,7 @@
 #include <vector>
 
 using namespace meander;
+using namespace meander::test;
 
 namespace {
 
@@ -118,6 +120,7 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
   // halves that are sheets and of sheets that are none.
   const std::uint32_t n = GENERATE(64u, 85u, 96u);
   const int layers = GENERATE(2, 3, 4);
+  if (sanitized && (n == 64) != (layers == 2)) return;  // release builds judge all pairs
   Stack stack;
   if (layers == 2) {
     stack.add_layer(20, 0, -1);

@@ -24,25 +24,24 @@ std::atomic<int> prepared{0}, measured{0};
 }  // namespace
 
 // The linker sends all calls of prepare_mesh and measure_of through these (see CMakeLists.txt).
-extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier)
 PreparedMesh real_prepare(const PolygonMesh&, const CancelToken&) __asm__(
     "__real__ZN7meander12prepare_meshERKNS_11PolygonMeshERKNS_11CancelTokenE");
 PreparedMesh counted_prepare(const PolygonMesh& mesh, const CancelToken& cancel) __asm__(
     "__wrap__ZN7meander12prepare_meshERKNS_11PolygonMeshERKNS_11CancelTokenE");
-MeshMeasure real_measure(const PreparedMesh&,
-                         Density) __asm__("__real__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityE");
-MeshMeasure counted_measure(const PreparedMesh& mesh, Density density) __asm__(
-    "__wrap__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityE");
+MeshMeasure real_measure(const PreparedMesh&, Density,
+                         bool) __asm__("__real__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityEb");
+MeshMeasure counted_measure(const PreparedMesh& mesh, Density density, bool keep_masses) __asm__(
+    "__wrap__ZN7meander10measure_ofERKNS_12PreparedMeshENS_7DensityEb");
 // NOLINTEND(bugprone-reserved-identifier)
-}
+
 PreparedMesh counted_prepare(const PolygonMesh& mesh, const CancelToken& cancel) {
   ++prepared;
   return real_prepare(mesh, cancel);
 }
-MeshMeasure counted_measure(const PreparedMesh& mesh, Density density) {
+MeshMeasure counted_measure(const PreparedMesh& mesh, Density density, bool keep_masses) {
   ++measured;
-  return real_measure(mesh, std::move(density));
+  return real_measure(mesh, std::move(density), keep_masses);
 }
 
 namespace {

@@ -470,3 +470,33 @@ TEST_CASE("place_samples: normals of the file are interpolated, useless ones rep
     CHECK(std::hypot(geometric.normals[3 * i], geometric.normals[3 * i + 1], geometric.normals[3 * i + 2]) ==
           Approx(1).epsilon(1e-6));
 }
+
+TEST_CASE("elements_at: the element that holds each position, wherever positions lie") {
+  CurveElements elements;
+  elements.cumulative = {0};
+  for (std::uint32_t e = 0; e < 5000; ++e) {
+    elements.triangle.push_back(e);
+    elements.path.push_back(1);
+    // Some have no mass, the last ones among them.
+    const bool empty = e % 7 == 3 || e >= 4990 || (e > 1000 && e < 1100);
+    elements.cumulative.push_back(elements.cumulative.back() + (empty ? 0.0 : 1.0 + e % 5));
+  }
+  const double total = elements.total();
+  for (const std::size_t count :
+       {std::size_t{1}, std::size_t{2}, std::size_t{9}, std::size_t{300}, std::size_t{20000}}) {
+    std::vector<double> position;
+    for (std::size_t i = 0; i < count; ++i)
+      position.push_back(static_cast<double>(i) / static_cast<double>(count));
+    for (const std::size_t e : {0u, 1u, 1000u, 1099u, 1100u, 4989u})  // where elements begin
+      position.push_back(elements.cumulative[e] / total);
+    position.push_back(below_one);
+    std::sort(position.begin(), position.end());
+    const SampleSites found = elements_at(elements, position, false, {});
+    std::size_t expected = 0;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      const double target = position[i] * total;
+      while (expected < 4989 && elements.cumulative[expected + 1] <= target) ++expected;
+      REQUIRE(found.site[i].triangle == expected);
+    }
+  }
+}

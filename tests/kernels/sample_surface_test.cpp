@@ -16,9 +16,11 @@
 #include "kernels/surface/analytic_surface.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"
+#include "support/sanitized.h"
 #include "support/threads.h"
 
 using namespace meander;
+using namespace meander::test;
 using std::numbers::pi;
 
 namespace {
@@ -191,6 +193,7 @@ TEST_CASE("sample_surface: every curve, sequence, order, placement and the warp"
 TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by a density") {
   for (const char* const name : {"sphere", "torus", "eight"})
     for (const OrderKind order : {OrderKind::curve, OrderKind::progressive}) {
+      if (sanitized && (order == OrderKind::curve) != (name == std::string_view("torus"))) continue;
       SurfaceSampleParameters p = parameters_for(2000);
       p.sequence = SequenceKind::spaced;
       p.order = order;
@@ -210,10 +213,11 @@ TEST_CASE("sample_surface: spaced samples keep their distance, uniform and by a 
       for (std::size_t i = 0; i < 2000; ++i)
         for (std::size_t j = 0; j < i; ++j) {
           double squared = 0;
-          for (std::size_t k = 0; k < 3; ++k)
-            squared += std::pow(
-                static_cast<double>(dense.points[3 * i + k]) - static_cast<double>(dense.points[3 * j + k]),
-                2);
+          for (std::size_t k = 0; k < 3; ++k) {
+            const double d =
+                static_cast<double>(dense.points[3 * i + k]) - static_cast<double>(dense.points[3 * j + k]);
+            squared += d * d;
+          }
           least = std::min(least, std::sqrt(squared) / std::min(wanted(i), wanted(j)));
         }
       CHECK(least > 0.5);

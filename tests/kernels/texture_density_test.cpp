@@ -69,7 +69,7 @@ Density density_of(const PolygonMesh& file, const DensityParameters& parameters 
 // The integral over the unit square.
 double integral(const PolygonMesh& file, const DensityParameters& parameters = texture_parameters()) {
   const PreparedMesh mesh = prepare_mesh(file);
-  return file_measure(mesh, triangle_masses(mesh, make_texture_density(file, mesh, parameters)));
+  return file_measure(mesh, blocked_sum(triangle_masses(mesh, make_texture_density(file, mesh, parameters))));
 }
 
 Model sampled_model(const PolygonMesh& file, SampleParameters parameters, std::uint32_t samples) {
