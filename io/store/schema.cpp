@@ -339,7 +339,7 @@ std::size_t value_bytes(const DatasetSpec& spec) {
 bool per_sample(const DatasetSpec& spec) { return spec.role == Role::samples; }
 
 void write_fill(const DatasetSpec& spec, std::span<std::byte> values) {
-  // What is filled is copied, at first as much again and then by the page.
+  // Copies of a page, which stays in the cache, instead of a call for every value.
   constexpr std::size_t page = 4096;
   const std::size_t size = element_size(spec.type), whole = values.size() / size * size;
   if (whole == 0) return;

@@ -46,7 +46,8 @@ struct Direction {
 };
 
 // Cosine and sine of an angle of at most a few thousand turns; absolute error below 1e-15 plus that of the
-// reduction (2e-16 per turn). NaN where the angle is none, or so large (1e15) that it has no direction.
+// reduction (2e-16 per turn), so that larger ones lose their digits; NaN from 1e15 on, and of what is no
+// number.
 inline Direction direction_of(double angle) {
   if (!(std::abs(angle) < 1e15))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};

@@ -91,7 +91,8 @@ inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std:
     }
     return;
   }
-  // Digits of equal size: of few words the counts would cost more than the words.
+  // Digits no wider than their number needs: of few words, to clear and sum the counts would take longer than
+  // to move the words.
   const int bits = 64 - low_bit, digits = (bits + word_bits - 1) / word_bits,
             width = (bits + digits - 1) / digits;
   const std::size_t values = std::size_t{1} << width;

@@ -161,16 +161,16 @@ std::vector<double> triangle_masses(const PreparedMesh& mesh, const Density& den
   return mass;
 }
 
-double MeshMeasure::total() const { return masses.empty() ? freed_mass : blocked_sum(masses); }
+double MeshMeasure::total() const { return masses.empty() ? mass_sum : blocked_sum(masses); }
 
 MeshMeasure measure_of(const PreparedMesh& mesh, Density density, bool keep_masses) {
   MeshMeasure measure;
   if (keep_masses)
     measure.masses = triangle_masses(mesh, density);
   else if (density.uniform())
-    measure.freed_mass = blocked_sum(mesh.area);
+    measure.mass_sum = blocked_sum(mesh.area);
   else
-    measure.freed_mass = blocked_sum(triangle_masses(mesh, density));
+    measure.mass_sum = blocked_sum(triangle_masses(mesh, density));
   measure.density = std::move(density);
   return measure;
 }

@@ -57,8 +57,8 @@ struct Density {
 struct MeshMeasure {
   Density density;
   std::vector<double> masses;
-  double freed_mass = 0;  // their sum, where they are not kept
-  double total() const;   // O(T) where they are; the same for both
+  double mass_sum = 0;   // where they are not kept
+  double total() const;  // O(T) if they are kept; the same value either way
 };
 
 // Curvature kinds: Meyer, Desbrun, Schroeder, Barr (2003) operators at the vertices (vertex_curvature), in

@@ -28,7 +28,7 @@ struct Model {
   std::shared_ptr<const TensorTable> tensor_table;  // of the tensor kind table, where it comes with the model
 
   PreparedMesh surface;           // prepare_mesh
-  MeshMeasure measure;            // prepare_mesh; without masses where samples follow a tensor
+  MeshMeasure measure;            // prepare_mesh; without masses where samples follow a tensor, or rows_only
   CoarseMesh coarse;              // coarsen_mesh; empty where charts are those of the surface itself
   TensorSegments segments;        // follow_tensor, chart_segments
   std::vector<CutChart> cuts;     // cut_to_disk; flatten_chart takes them

@@ -91,8 +91,8 @@ struct SampleParameters {
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;
   // Nothing but its row is wanted of a model. Samples of large sets are then left as sites, to be made block
-  // by block (samples_at, model.h), where nothing needs them all (leaves_sites); and the neighbours,
-  // masses and polygons of triangles are freed once they have served. The same row.
+  // by block (samples_at, model.h), where nothing needs them all (leaves_sites); the neighbours and polygons
+  // of triangles are freed once they have served, and their masses are not kept. The same row.
   bool rows_only = false;
   // Sets of more samples than this are large in this sense: what few blocks they have would be made by few
   // threads.

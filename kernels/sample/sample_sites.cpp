@@ -73,7 +73,7 @@ std::size_t element_behind(std::span<const double> cumulative, std::size_t at, s
   return static_cast<std::size_t>(std::upper_bound(from, to, target) - first);
 }
 
-// Calls take(r, element, mass before it and in it) for every position. Half-open; positions ascend.
+// Calls take(r, element, mass before the position) for every position. Half-open; positions ascend.
 template <class Take>
 void at_positions(const CurveElements& elements, std::span<const double> position, const CancelToken& cancel,
                   const Take& take) {

@@ -30,7 +30,7 @@ struct SampleSite {
 struct SampleSites {
   std::vector<SampleSite> site;  // N
   std::vector<double> mass;      // N: that of the element, where samples are placed at curve vertices
-  bool drawn = false;            // all have the weights of the sample
+  bool drawn = false;            // b1 and b2 of all sites are final, but for points drawn again
   SampleSites() = default;
   SampleSites(std::size_t count, bool vertices) : site(count), mass(vertices ? count : 0) {}
   std::size_t count() const { return site.size(); }

@@ -62,7 +62,8 @@ TEST_CASE("output guard: a file is replaced by its own kind alone") {
   CHECK(check(scratch / "empty", FileKind::csv).empty());
   CHECK(check(scratch / "new.csv", FileKind::csv).empty());
   CHECK(check("", FileKind::csv).empty());
-  CHECK(says(check(scratch / "named.csv", FileKind::csv), "is an OFF mesh: this command replaces only a CSV table"));
+  CHECK(says(check(scratch / "named.csv", FileKind::csv),
+             "is an OFF mesh: this command replaces only a CSV table"));
   CHECK(says(check(scratch / "s.h5", FileKind::csv), "is a Meander store"));
   CHECK(says(check(scratch / "s.h5", FileKind::hdf5), "is a Meander store"));
   CHECK(says(check(scratch / "a.csv", FileKind::csv, {}, Existing::keep), "exists (--fresh replaces it)"));

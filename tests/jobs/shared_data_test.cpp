@@ -213,7 +213,7 @@ TEST_CASE("shared data: a row for each of the 212 files, paper/ and retrieval/ o
   }
 }
 
-TEST_CASE("shared data: exactly n distinct points on their polygons, n = 1, 7, 256, over dirty/") {
+TEST_CASE("shared data: exactly n distinct points on their polygons, for one and for many, over dirty/") {
   MEANDER_NEEDS_SHARED_DATA();
   const ScratchFolder scratch;
   for (const std::uint32_t samples : thinned<std::uint32_t>(2, {1, 256, 7}))

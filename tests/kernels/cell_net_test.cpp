@@ -2,7 +2,6 @@
 // elementary interval of a flat square, every entry as often as its share of the mass asks for, and an order
 // whose prefixes have one sample in every node of the tree.
 #include "kernels/sample/cell_net.h"
-#include "support/sanitized.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,8 @@
 #include <cmath>
 #include <set>
 #include <vector>
+
+#include "support/sanitized.h"
 
 using namespace meander;
 using namespace meander::test;

@@ -8,7 +8,7 @@
 
 using namespace meander;
 
-TEST_CASE("portable angles: those of the C library, for vectors of any length and turns of any number") {
+TEST_CASE("portable angles: those of the C library, for vectors from 1e-150 to 1e150 and a thousand turns") {
   double worst_angle = 0, worst_direction = 0;
   for (int i = 0; i <= 20000; ++i) {
     const double angle = std::numbers::pi * i / 20000;

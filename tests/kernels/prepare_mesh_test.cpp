@@ -176,7 +176,7 @@ TEST_CASE("prepare_mesh: a large mesh with every defect is the same with any num
     CHECK(one.repairs[Repair::short_faces] == 50);
     CHECK(one.repairs[Repair::welded_vertices] > 10000);
     for (const std::size_t threads : {2u, 8u})
-      if (!sanitized || threads == 2) check_same(one, prepared(threads));
+      if (!sanitized || threads == 2) check_same(one, prepared(threads));  // release builds compare both
     if (strips > 1) continue;
     const auto soup = [&](std::size_t threads) {
       return on_threads(threads, [&] { return prepare_soup(file); });

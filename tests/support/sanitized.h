@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <vector>
 
 namespace meander::test {
@@ -20,7 +21,7 @@ inline constexpr bool sanitized = true;
 inline constexpr bool sanitized = false;
 #endif
 
-// All values; with sanitizers only the first `count` of them.
+// All values; with sanitizers only the first `count` of them: release builds take the others.
 template <typename Value>
 std::vector<Value> thinned(std::size_t count, std::vector<Value> all) {
   if (sanitized) all.resize(std::min(count, all.size()));
