@@ -6,6 +6,7 @@
 #include <compare>
 #include <limits>
 
+#include "kernels/core/work_budget.h"
 #include "kernels/remesh/crossing_triangles.h"
 #include "kernels/remesh/delaunay_flips.h"
 
@@ -17,12 +18,14 @@ constexpr int most_rounds = 12;
 constexpr std::size_t most_found = 16;               // pairs looked at of one triangle
 constexpr std::size_t most_repaired = 4096;          // pairs in a round
 constexpr std::size_t most_repaired_of_input = 256;  // of those where the surface crosses itself
-constexpr std::size_t most_fresh = 1024;             // triangles beside the tree
+constexpr std::size_t least_fresh = 32;              // triangles beside the tree before it is made again
 constexpr std::uint64_t added_per_pair = 4, added_at_least = 16;
 constexpr std::ptrdiff_t least_gain = -2;  // crossings fewer by a vertex that returns
 constexpr double input_reach = 0.5;        // how far from a crossing of the surface, over the longest edge
 constexpr double least_part = 0.15;        // of an edge, from its ends to a vertex that returns
 constexpr std::uint32_t settling_flips = 12;
+// Triangles that steps look at, for each one of the mesh.
+constexpr std::uint64_t most_looks = 1024, looks_at_least = std::uint64_t{1} << 22;
 constexpr std::uint32_t fresh = no_index - 1;
 
 // A triangle of a part.
@@ -50,6 +53,7 @@ class CrossingRepair {
 
   CrossingReport run() {
     look_at_all();
+    looks_ = WorkBudget(looks_at_least + most_looks * slots_.size());
     std::vector<TrianglePair> found = pairs_of_all();
     if (found.empty()) return report_;
     report_.around.resize(parts_.size());
@@ -60,20 +64,28 @@ class CrossingRepair {
     std::vector<CrossingPair> pairs;
     for (const TrianglePair& pair : found)
       pairs.push_back(described(slots_[pair.first], slots_[pair.second]));
+    if (found.size() + not_listed_ > most_found * slots_.size()) {
+      // Long needles that all cross each other: to part them takes the square of their number, in vain.
+      for (const CrossingPair& pair : pairs) ++(pair.of_input ? report_.of_input : report_.left);
+      report_.of_input += not_listed_;
+      return report_;
+    }
     const std::uint64_t most_added = added_at_least + added_per_pair * pairs.size();
     bool changed = false;
     for (int round = 0; round < most_rounds && !pairs.empty(); ++round) {
       changed_.clear();
       std::size_t tried = 0, tried_of_input = 0;
       for (std::size_t i = 0; i < pairs.size() && tried < most_repaired; ++i) {
+        if (looks_.exhausted()) break;
         if (pairs[i].of_input && ++tried_of_input > most_repaired_of_input) continue;
         ++tried;
         cancel_.check();
-        if (fresh_.size() > most_fresh) look_at_all();
+        if (fresh_.size() > most_fresh_) look_at_all();
         repair(pairs[i], report_.added < most_added);
       }
       if (changed_.empty()) break;
       changed = true;
+      if (looks_.exhausted()) break;
       pairs = pairs_of_changed();
     }
     if (changed) {
@@ -120,6 +132,10 @@ class CrossingRepair {
       }
     }
     stale_.assign(slots_.size(), 0);
+    // Every look goes through the triangles beside the tree, of which a change takes some dozens; the tree
+    // takes a time of T.
+    most_fresh_ =
+        std::max(least_fresh, static_cast<std::size_t>(std::sqrt(static_cast<double>(slots_.size()))));
     boxes_ = BoxSearch(slots_.size(), [&](std::size_t i) { return box_of(trial(slots_[i]).corner); });
   }
 
@@ -196,7 +212,9 @@ class CrossingRepair {
   template <class Visit>
   void visit_crossing(std::uint32_t part, const Trial& of, const Visit& visit) const {
     const SpaceBox box = box_of(of.corner);
+    looks_.spend(fresh_.size());
     const auto look = [&](Slot slot) {
+      looks_.spend(1);
       const Trial other = trial(slot);
       if (slot.part == part && share_a_vertex(of.vertex, other.vertex)) return;
       if (triangles_cross(of.corner, other.corner)) visit(slot, other);
@@ -500,8 +518,10 @@ class CrossingRepair {
       if (i % 256 == 0) cancel_.check();
       if (!exists(changed_[i])) continue;
       const Trial of = trial(changed_[i]);
-      visit_crossing(changed_[i].part, of,
-                     [&](Slot slot, const Trial&) { pairs.push_back(described(changed_[i], slot)); });
+      std::vector<Slot> others;
+      visit_crossing(changed_[i].part, of, [&](Slot slot, const Trial&) { others.push_back(slot); });
+      std::sort(others.begin(), others.end());  // whichever of them are in the tree
+      for (const Slot other : others) pairs.push_back(described(changed_[i], other));
     }
     return pairs;
   }
@@ -514,9 +534,11 @@ class CrossingRepair {
   std::vector<Slot> slots_, fresh_, changed_;     // in boxes_, changed since, changed in this round
   std::vector<std::vector<std::uint32_t>> item_;  // of each triangle in boxes_, `fresh`, or no_index
   std::vector<std::uint8_t> stale_;               // items of triangles that are fresh now
+  std::size_t most_fresh_ = least_fresh;
   BoxSearch boxes_, input_;
   CrossingReport report_;
   std::uint64_t not_listed_ = 0;
+  mutable WorkBudget looks_{0};  // steps are judged by const functions
 };
 
 }  // namespace

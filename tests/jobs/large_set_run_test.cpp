@@ -5,6 +5,7 @@
 #include "io/store/store.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -64,6 +65,7 @@ TEST_CASE("run: large sets, for one thread and three, kept, reused, merged from 
   REQUIRE(meander_with({"merge", scratch / "m.h5.run"}, {}).exit_code == 0);
   CHECK((read_file(scratch / "m.h5") == expected));
 
+  if (sanitized) return;  // for the time that whole sets take; release builds go on
   // With a descriptor the set is kept in memory; its samples are the same.
   REQUIRE(run_large(scratch / "in", scratch / "d.h5", {"--describe", "basics"}).exit_code == 0);
   const StoreReader plain(scratch / "fresh.h5"), described(scratch / "d.h5");
