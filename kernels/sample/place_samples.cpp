@@ -66,9 +66,8 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   std::vector<float> points(3 * std::size_t{count});
   const auto set = [&](std::size_t rank, double b1, double b2) {
-    SampleSite& site = sites.site[rank];
-    site.b1 = static_cast<float>(b1);
-    site.b2 = static_cast<float>(b2);
+    sites.set_point(rank, {b1, b2});
+    const SampleSite& site = sites.site[rank];
     const auto p = placer.stored_point(site.triangle, site.b1, site.b2);
     std::copy(p.begin(), p.end(), points.begin() + 3 * static_cast<std::ptrdiff_t>(rank));
   };

@@ -59,8 +59,7 @@ struct Placer {
   // A mu-uniform point of the piece: uniform, accepted with probability density / largest corner density.
   Draw draw(std::uint32_t triangle, const Piece& p, std::uint32_t rank, std::uint32_t counter) const {
     if (density.uniform()) {
-      const UnitPair uniform = random_pair(key, Stream::element_point, rank, counter);
-      const auto weights = uniform_point(p, uniform.first, uniform.second);
+      const auto weights = drawn_point(p, rank, key, counter);
       return {weights[0], weights[1], counter + 1};
     }
     double largest = 0, smallest = INFINITY;
@@ -75,8 +74,7 @@ struct Placer {
     }
     Draw result{p.b1[0], p.b2[0], counter};
     for (int trial = 0; trial < max_draws; ++trial) {
-      const UnitPair uniform = random_pair(key, Stream::element_point, rank, result.next_counter++);
-      const auto weights = uniform_point(p, uniform.first, uniform.second);
+      const auto weights = drawn_point(p, rank, key, result.next_counter++);
       result.b1 = weights[0];
       result.b2 = weights[1];
       if (smallest == largest) break;

@@ -101,7 +101,7 @@ void place_in_parts(const CurveElements& elements, const MeasuredMesh& surface,
     const BisectionWalk::Part& part = walk.part_at(at, std::clamp((target - begin) / mass, 0.0, 1.0));
     const std::size_t rank = first + r;
     found.set(rank, elements.triangle[at], part.path);
-    found.set_point(rank, first_point(part.weights, static_cast<std::uint32_t>(rank), key));
+    found.set_point(rank, drawn_point(part.weights, static_cast<std::uint32_t>(rank), key));
   });
 }
 
@@ -112,7 +112,7 @@ void draw_points(const MeasuredMesh& surface, std::size_t begin, std::size_t end
   for (std::size_t r = begin; r < end; ++r) {
     const SampleSite& site = sites.site[r];
     const Piece& piece = walk.to(site.triangle, site.path);
-    sites.set_point(r, site.b1 == SampleSite::nowhere ? first_point(piece, static_cast<std::uint32_t>(r), key)
+    sites.set_point(r, site.b1 == SampleSite::nowhere ? drawn_point(piece, static_cast<std::uint32_t>(r), key)
                                                       : point_in(piece, site));
   }
 }

@@ -74,9 +74,10 @@ SampleSites elements_in_net(const ElementCells& cells, RandomKey key, bool verti
 SampleSites elements_in_net(const SurfaceRegions& regions, const ElementSource& source, RandomKey key,
                             bool vertices, const CancelToken& cancel);
 
-// The first point, of all that are drawn, of the sample of this rank: uniform over its piece.
-inline std::array<double, 2> first_point(const Piece& piece, std::uint32_t rank, RandomKey key) {
-  const UnitPair uniform = random_pair(key, Stream::element_point, rank);
+// The point that is drawn for the sample of this rank, by the number of draws before: uniform over its piece.
+inline std::array<double, 2> drawn_point(const Piece& piece, std::uint32_t rank, RandomKey key,
+                                         std::uint32_t counter = 0) {
+  const UnitPair uniform = random_pair(key, Stream::element_point, rank, counter);
   return uniform_point(piece, uniform.first, uniform.second);
 }
 // The point that a site has in its piece.

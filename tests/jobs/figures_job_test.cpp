@@ -45,15 +45,20 @@ std::vector<CsvRow> csv_rows(const std::filesystem::path& path) {
   return rows;
 }
 
+// The quick figures of these numbers or names, and of a ball.
+void draw(const ScratchFolder& scratch, const char* only) {
+  write_mesh(scratch / "ball.off", icosphere(3));
+  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
+                                            only, "--models", scratch / "ball.off"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+}
+
 }  // namespace
 
 TEST_CASE("figures: the quick ones chosen are drawn with their data, and the page shows them") {
   const ScratchFolder scratch;
-  write_mesh(scratch / "ball.off", icosphere(3));
-  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
-                                            "1,2,3,6,8,21", "--models", scratch / "ball.off"});
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
+  draw(scratch, "1,2,3,6,8,21");
   const std::string page = read_file(scratch / "out/index.html");
   for (const char* name : {"figure01_point_sets.svg", "figure02_stretched_plane.svg", "figure03_curves.svg",
                            "figure06_surfaces.png", "figure08_adaptive_curve.svg",
@@ -237,11 +242,7 @@ TEST_CASE("figures: histograms of distances are drawn, tabled and judged, the sa
 
 TEST_CASE("figures: sets of spaced samples are drawn") {
   const ScratchFolder scratch;
-  write_mesh(scratch / "ball.off", icosphere(2));
-  const ProcessResult result = run_process({program, "figures", "-o", scratch / "out", "--quick", "--only",
-                                            "spaced-sets", "--models", scratch / "ball.off"});
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
+  draw(scratch, "spaced-sets");
   CHECK(read_file(scratch / "out/index.html").find("spaced_sets_ball.png") != std::string::npos);
   const std::string picture = read_file(scratch / "out/spaced_sets_ball.png");
   CHECK(picture.substr(1, 3) == "PNG");

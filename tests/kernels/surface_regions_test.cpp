@@ -476,7 +476,7 @@ TEST_CASE("sites: those of large sets of uniform density have the first points o
       for (std::uint32_t rank = 0; rank < n; ++rank) {
         const SampleSite& site = model.sites.sites.site[rank];
         const Piece piece = piece_of(bisection_corners(model.surface, site.triangle), site.path);
-        const auto weights = first_point(piece, rank, test_key);
+        const auto weights = drawn_point(piece, rank, test_key);
         others += site.b1 != static_cast<float>(weights[0]) || site.b2 != static_cast<float>(weights[1]);
       }
       CHECK(others <= 3);
