@@ -183,7 +183,7 @@ void try_suspects(const PlannedStore& planned, const PlannedRunParameters& param
         planned.items[row], graph, [&] { directory.leave_lock_to_parent(); }, parameters.hook);
     if (result.crashed) crashed.emplace_back(row, std::move(result.reason));
   }
-  // Writing a row may start threads (it may seal a shard), so the rows come after the last verdict.
+  // Writing a row may start threads, so the rows come after the last verdict.
   for (const auto& [row, reason] : crashed) {
     Row content;
     content.label = planned.items[row].label;

@@ -80,7 +80,7 @@ double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, s
 
 constexpr std::uint64_t program_bytes = 30 << 20;      // measured: 25 MiB, with Embree 27
 constexpr std::uint64_t bytes_per_thread = 512 << 10;  // stack, buffers, tables of the compressor
-constexpr std::uint64_t bytes_per_item = 1 << 10;      // of the plan, the header and a shard's columns
+constexpr std::uint64_t bytes_per_item = 1 << 10;      // of the plan, the header and a block of item columns
 constexpr std::uint64_t allocator_share =
     16;  // 1/16 of the budget may be free blocks that are not given back
 
@@ -242,7 +242,7 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
 std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads) {
   const std::uint64_t items = header.ids.size();
   return program_bytes + static_cast<std::uint64_t>(threads) * bytes_per_thread + items * bytes_per_item +
-         shard_writing_bytes(header) + budget / allocator_share;
+         store_writing_bytes(header) + budget / allocator_share;
 }
 
 }  // namespace meander

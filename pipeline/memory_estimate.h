@@ -16,7 +16,7 @@ namespace meander {
 std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& parameters, int threads);
 
 // What the process takes beside the models in flight, of a budget for all of it: program and libraries,
-// threads, the plan, rows on their way into a shard and shards into the store, and what the allocator keeps
+// threads, the plan, rows on their way from the journals into the store, and what the allocator keeps
 // of the budget.
 std::uint64_t process_bytes(std::uint64_t budget, const StoreHeader& header, int threads);
 

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "io/file/atomic_file.h"
+#include "io/file/directory.h"
 #include "io/store/crc32c.h"
 
 namespace meander::store {
@@ -45,102 +46,103 @@ bool payload_is_whole(const FileDescriptor& file, const RecordHeader& header, st
 
 }  // namespace
 
-Journals::Journals(fs::path folder, std::uint64_t shards)
-    : folder_(std::move(folder)), sizes_(shards, 0), dirty_(shards, false) {}
+Journals::Journals(fs::path folder, std::uint64_t count)
+    : folder_(std::move(folder)), sizes_(count, 0), dirty_(count, false) {}
 
-fs::path Journals::path(std::uint64_t shard) const { return folder_ / fmt::format("shard-{:06}.wal", shard); }
+fs::path Journals::path(std::uint64_t journal) const {
+  return folder_ / fmt::format("rows-{:06}.wal", journal);
+}
 
-const FileDescriptor& Journals::open(std::uint64_t shard) {
+const Journals::OpenFile& Journals::open(std::uint64_t journal) {
   ++uses_;
   for (OpenFile& file : open_)
-    if (file.shard == shard) {
+    if (file.journal == journal) {
       file.last_use = uses_;
-      return file.file;
+      return file;
     }
-  OpenFile opened{shard, uses_, open_file(path(shard), O_RDWR | O_CREAT)};
-  if (open_.size() < most_open_files) return open_.emplace_back(std::move(opened)).file;
+  OpenFile opened{journal, uses_, open_file(path(journal), O_RDWR | O_CREAT), path(journal)};
+  if (open_.size() < most_open_files) return open_.emplace_back(std::move(opened));
   const auto oldest = std::min_element(open_.begin(), open_.end(), [](const OpenFile& a, const OpenFile& b) {
     return a.last_use < b.last_use;
   });
   *oldest = std::move(opened);
-  return oldest->file;
+  return *oldest;
 }
 
-void Journals::replay(std::uint64_t shard, std::uint64_t begin, std::uint64_t end,
+void Journals::replay(std::uint64_t journal, std::uint64_t begin, std::uint64_t end,
                       const std::function<void(const RecordHeader&, std::uint64_t)>& found) {
-  sizes_[shard] = 0;
-  if (!fs::exists(path(shard))) return;
-  const FileDescriptor& file = open(shard);
-  const std::uint64_t size = file_size(file, path(shard));
+  sizes_[journal] = 0;
+  if (!fs::exists(path(journal))) return;
+  const OpenFile& opened = open(journal);
+  const FileDescriptor& file = opened.file;
+  const std::uint64_t size = file_size(file, opened.path);
   std::vector<std::byte> buffer(std::size_t{1} << 20);
   std::array<std::byte, record_header_bytes> head;
   std::uint64_t offset = 0;
   while (offset + record_header_bytes <= size) {
-    read_at(file, head, offset, path(shard));
+    read_at(file, head, offset, opened.path);
     const auto header = read_record_header(head);
     if (!header || header->row < begin || header->row >= end) break;
     if (header->payload_bytes > size - offset - record_header_bytes) break;
-    if (!payload_is_whole(file, *header, offset + record_header_bytes, buffer, path(shard))) break;
+    if (!payload_is_whole(file, *header, offset + record_header_bytes, buffer, opened.path)) break;
     found(*header, offset);
     offset += record_header_bytes + header->payload_bytes;
   }
-  sizes_[shard] = offset;
-  if (offset < size) truncate_file(file, offset, path(shard));
+  sizes_[journal] = offset;
+  if (offset < size) truncate_file(file, offset, opened.path);
 }
 
 template <class Write>
-std::uint64_t Journals::append_by(std::uint64_t shard, const Write& write) {
-  const FileDescriptor& file = open(shard);
-  const std::uint64_t offset = sizes_[shard];
+std::uint64_t Journals::append_by(std::uint64_t journal, const Write& write) {
+  const OpenFile& file = open(journal);
+  const std::uint64_t offset = sizes_[journal];
   try {
-    sizes_[shard] += write(file, offset);
+    sizes_[journal] += write(file, offset);
   } catch (...) {
     // Room for others; if even this fails, the next record overwrites the torn one or replay cuts it off.
-    if (::ftruncate(file.get(), static_cast<off_t>(offset)) != 0) dirty_[shard] = true;
+    if (::ftruncate(file.file.get(), static_cast<off_t>(offset)) != 0) dirty_[journal] = true;
     throw;
   }
-  dirty_[shard] = true;
+  dirty_[journal] = true;
   return offset;
 }
 
-std::uint64_t Journals::append(std::uint64_t shard, std::span<const std::byte> record) {
-  return append_by(shard, [&](const FileDescriptor& file, std::uint64_t offset) {
-    write_at(file, record, offset, path(shard));
+std::uint64_t Journals::append(std::uint64_t journal, std::span<const std::byte> record) {
+  return append_by(journal, [&](const OpenFile& file, std::uint64_t offset) {
+    write_at(file.file, record, offset, file.path);
     return record.size();
   });
 }
 
-std::uint64_t Journals::append_in_parts(std::uint64_t shard, std::size_t head_bytes,
+std::uint64_t Journals::append_in_parts(std::uint64_t journal, std::size_t head_bytes,
                                         const std::function<std::span<const std::byte>()>& next,
                                         const std::function<std::vector<std::byte>()>& head) {
-  return append_by(shard, [&](const FileDescriptor& file, std::uint64_t offset) {
+  return append_by(journal, [&](const OpenFile& file, std::uint64_t offset) {
     std::uint64_t end = offset + head_bytes;
     for (std::span<const std::byte> part = next(); !part.empty(); part = next()) {
-      write_at(file, part, end, path(shard));
+      write_at(file.file, part, end, file.path);
       end += part.size();
     }
-    write_at(file, head(), offset, path(shard));
+    write_at(file.file, head(), offset, file.path);
     return end - offset;
   });
 }
 
-std::size_t Journals::read(std::uint64_t shard, std::uint64_t offset, std::span<std::byte> bytes) {
-  return read_at(open(shard), bytes, offset, path(shard));
+std::size_t Journals::read(std::uint64_t journal, std::uint64_t offset, std::span<std::byte> bytes) {
+  const OpenFile& file = open(journal);
+  return read_at(file.file, bytes, offset, file.path);
 }
 
-void Journals::sync() {
-  for (std::uint64_t shard = 0; shard < dirty_.size(); ++shard) {
-    if (!dirty_[shard]) continue;
-    sync_data(open(shard), path(shard));
-    dirty_[shard] = false;
+void Journals::sync(std::uint64_t first, std::uint64_t last) {
+  bool any = false;
+  for (std::uint64_t journal = first; journal < last; ++journal) {
+    if (!dirty_[journal]) continue;
+    const OpenFile& file = open(journal);
+    sync_data(file.file, file.path);
+    dirty_[journal] = false;
+    any = true;
   }
-}
-
-void Journals::remove(std::uint64_t shard) {
-  std::erase_if(open_, [&](const OpenFile& file) { return file.shard == shard; });
-  ::unlink(path(shard).c_str());
-  sizes_[shard] = 0;
-  dirty_[shard] = false;
+  if (any) sync_folder(folder_);  // their names
 }
 
 BegunLog::BegunLog(fs::path path) : path_(std::move(path)), file_(open_file(path_, O_RDWR | O_CREAT)) {

@@ -1,5 +1,5 @@
-// Append-only files of a run directory: one journal of finished rows per internal shard, and the log of begun
-// rows. Every record carries checksums; what a kill left half-written is cut off at the next start.
+// Append-only files of a run directory: journals of finished rows, and the log of begun rows. Every record
+// carries checksums; what a kill left half-written is cut off at the next start.
 #pragma once
 
 #include <cstdint>
@@ -14,40 +14,46 @@
 
 namespace meander::store {
 
-// The journals journal/shard-NNNNNN.wal of all shards that are not sealed. At most 64 are open at a time.
+// Rows of a journal: journal j has the rows from j * journal_rows on.
+inline constexpr std::uint64_t journal_rows = 4096;
+
+// The journals journal/rows-NNNNNN.wal of a run, by number. At most 64 are open at a time.
 class Journals {
  public:
-  Journals(std::filesystem::path folder, std::uint64_t shards);
+  Journals(std::filesystem::path folder, std::uint64_t count);
 
-  // Calls found(header, offset of the record) for every whole record of the shard's journal whose row lies in
+  // Calls found(header, offset of the record) for every whole record of the journal whose row lies in
   // [begin, end), in the order of the file, and cuts off what follows the last one. Reads the whole file.
-  void replay(std::uint64_t shard, std::uint64_t begin, std::uint64_t end,
+  void replay(std::uint64_t journal, std::uint64_t begin, std::uint64_t end,
               const std::function<void(const RecordHeader&, std::uint64_t)>& found);
   // Appends one record in one write; returns its offset. When the disk is full nothing has changed.
-  std::uint64_t append(std::uint64_t shard, std::span<const std::byte> record);
+  std::uint64_t append(std::uint64_t journal, std::span<const std::byte> record);
   // Appends a record whose parts are made while it is written: `next` gives one after the other, an empty one
   // at the end; then `head`, which is written last, what stands before them, head_bytes long. Without it the
   // record is none, whenever this process is killed. Returns its offset. When anything throws, nothing has
   // changed.
-  std::uint64_t append_in_parts(std::uint64_t shard, std::size_t head_bytes,
+  std::uint64_t append_in_parts(std::uint64_t journal, std::size_t head_bytes,
                                 const std::function<std::span<const std::byte>()>& next,
                                 const std::function<std::vector<std::byte>()>& head);
   // Reads up to bytes.size() bytes from `offset` on; returns how many.
-  std::size_t read(std::uint64_t shard, std::uint64_t offset, std::span<std::byte> bytes);
-  std::uint64_t bytes(std::uint64_t shard) const { return sizes_[shard]; }
-  void sync();  // of everything appended since the last sync
-  void remove(std::uint64_t shard);
+  std::size_t read(std::uint64_t journal, std::uint64_t offset, std::span<std::byte> bytes);
+  std::uint64_t bytes(std::uint64_t journal) const { return sizes_[journal]; }
+  // Brings what was appended since the last sync to the disk: of one journal, or of all.
+  void sync(std::uint64_t journal) { sync(journal, journal + 1); }
+  void sync() { sync(0, sizes_.size()); }
+  std::filesystem::path path(std::uint64_t journal) const;
 
  private:
   struct OpenFile {
-    std::uint64_t shard = 0, last_use = 0;
+    std::uint64_t journal = 0, last_use = 0;
     FileDescriptor file;
+    std::filesystem::path path;
   };
-  std::filesystem::path path(std::uint64_t shard) const;
-  const FileDescriptor& open(std::uint64_t shard);
+  const OpenFile& open(std::uint64_t journal);
+  void sync(std::uint64_t first, std::uint64_t last);
   // Calls write(file, offset) for the end of the journal; returns the offset.
   template <class Write>
-  std::uint64_t append_by(std::uint64_t shard, const Write& write);
+  std::uint64_t append_by(std::uint64_t journal, const Write& write);
 
   std::filesystem::path folder_;
   std::vector<OpenFile> open_;

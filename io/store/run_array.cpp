@@ -345,7 +345,7 @@ std::uint64_t rows_of_pack(const StoreHeader& header, std::uint64_t bytes) {
   // Texts are as wide as the longest of the rows at hand, which would make packs depend on the shards.
   for (const DatasetLayout& dataset : make_layout(header).datasets)
     if (dataset.spec.type != ElementType::text) of_row += dataset.row_bytes;
-  return std::max(bytes / of_row / shard_rows, std::uint64_t{1}) * shard_rows;
+  return std::max(bytes / of_row / column_chunk_rows, std::uint64_t{1}) * column_chunk_rows;
 }
 
 fs::path pack_path(const fs::path& store, std::size_t number) {

@@ -4,16 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
 
 #include "io/file/directory.h"
 #include "io/file/folder_lock.h"
 #include "io/store/journal.h"
+#include "io/store/journal_store.h"
 #include "io/store/run_array.h"
 #include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
-#include "io/store/store_merge.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -48,14 +46,11 @@ struct RunDirectory::State {
   RunPlan plan;
   const StoreHeader& header = plan.header;
   StoreLayout layout;
-  std::uint64_t shards;
   FileDescriptor lock;
   Journals journals;
   std::vector<std::uint8_t> status;    // per row; not_done
-  std::vector<std::uint64_t> offset;   // per row: where its record begins in the journal of its shard
-  std::vector<std::uint64_t> length;   // per row: of the payload
-  std::vector<std::uint64_t> missing;  // per shard: rows not done
-  std::vector<bool> sealed;            // per shard
+  std::vector<RecordPlace> places;     // per row
+  std::vector<std::uint64_t> missing;  // per journal: rows not done
   std::uint64_t done = 0;
   std::vector<std::uint64_t> suspects;
   std::unique_ptr<BegunLog> begun;
@@ -65,21 +60,12 @@ struct RunDirectory::State {
         folder(with_suffix(store_path, ".run")),
         plan(run_plan),
         layout(make_layout(header)),
-        shards((header.ids.size() + shard_rows - 1) / shard_rows),
         lock(lock_folder(folder, lock_name, true)),
-        journals(folder / "journal", shards),
-        status(header.ids.size(), not_done),
-        offset(header.ids.size(), 0),
-        length(header.ids.size(), 0),
-        sealed(shards, false) {
-    for (std::uint64_t shard = 0; shard < shards; ++shard) missing.push_back(rows_of(shard).size());
-  }
-
-  RowRange rows_of(std::uint64_t shard) const {
-    return {shard * shard_rows, std::min<std::uint64_t>(layout.rows, (shard + 1) * shard_rows)};
-  }
-  fs::path shard_path(std::uint64_t shard) const {
-    return folder / "shards" / fmt::format("shard-{:06}.h5", shard);
+        journals(folder / "journal", (layout.rows + journal_rows - 1) / journal_rows),
+        status(layout.rows, not_done),
+        places(layout.rows) {
+    for (std::uint64_t begin = 0; begin < layout.rows; begin += journal_rows)
+      missing.push_back(std::min(journal_rows, layout.rows - begin));
   }
 
   void check_row(std::uint64_t row) const {
@@ -89,7 +75,7 @@ struct RunDirectory::State {
 
   void mark_done(std::uint64_t row, Status how) {
     status[row] = static_cast<std::uint8_t>(how);
-    --missing[row / shard_rows];
+    --missing[row / journal_rows];
     ++done;
   }
 
@@ -100,52 +86,23 @@ struct RunDirectory::State {
       // Without run.json nothing was ever begun here: what a killed set-up left is replaced.
       std::error_code ignored;
       fs::remove_all(folder / "journal", ignored);
-      fs::remove_all(folder / "shards", ignored);
       fs::remove(folder / "begun.log", ignored);
       make_folder(folder / "journal");
-      make_folder(folder / "shards");
       write_plan(folder, plan);
       sync_folder(folder.parent_path());
     }
-    for (std::uint64_t shard = 0; shard < shards; ++shard) restore(shard);
+    for (std::uint64_t journal = 0; journal < missing.size(); ++journal) replay(journal);
     read_begun();
   }
 
-  void restore(std::uint64_t shard) {
-    const RowRange rows = rows_of(shard);
-    std::error_code ignored;
-    fs::remove(with_suffix(shard_path(shard), ".new"), ignored);
-    if (fs::exists(shard_path(shard))) {
-      restore_sealed(shard);
-      journals.remove(shard);
-      return;
-    }
-    journals.replay(shard, rows.begin, rows.end, [&](const RecordHeader& record, std::uint64_t at) {
-      if (status[record.row] != not_done) return;  // a row that was done twice: both records say the same
-      offset[record.row] = at;
-      length[record.row] = record.payload_bytes;
-      mark_done(record.row, record.status);
-    });
-  }
-
-  void restore_sealed(std::uint64_t shard) {
-    const RowRange rows = rows_of(shard);
-    const Hdf5Lock hdf5;
-    try {
-      if (const std::string damage = check_whole_file(shard_path(shard)); !damage.empty())
-        throw Hdf5Error(damage);
-      const StoreFileReader reader(shard_path(shard));
-      std::vector<std::byte> statuses(rows.size());
-      reader.read_rows(layout.index_of(ElementType::status), 0, rows.size(), statuses);
-      for (std::uint64_t i = 0; i < rows.size(); ++i)
-        mark_done(rows.begin + i, static_cast<Status>(statuses[i]));
-      sealed[shard] = true;
-    } catch (const Hdf5Error& error) {
-      throw RunError(
-          RunError::Kind::unusable,
-          fmt::format("{} is damaged ({}): remove it and run again, its rows will be computed again",
-                      shard_path(shard).string(), error.what()));
-    }
+  void replay(std::uint64_t journal) {
+    const std::uint64_t begin = journal * journal_rows;
+    journals.replay(journal, begin, begin + missing[journal],
+                    [&](const RecordHeader& record, std::uint64_t offset) {
+                      if (status[record.row] != not_done) return;  // done twice: both records say the same
+                      places[record.row] = {offset, record.payload_bytes};
+                      mark_done(record.row, record.status);
+                    });
   }
 
   void read_begun() {
@@ -163,8 +120,7 @@ struct RunDirectory::State {
     if (!record || record->row != encoded.row ||
         record->payload_bytes != encoded.bytes.size() - record_header_bytes)
       throw ItemError(Status::internal, fmt::format("the encoded row {} is damaged", encoded.row));
-    offset[encoded.row] = journals.append(encoded.row / shard_rows, encoded.bytes);
-    length[encoded.row] = record->payload_bytes;
+    places[encoded.row] = {journals.append(encoded.row / journal_rows, encoded.bytes), record->payload_bytes};
     mark_done(encoded.row, record->status);
   }
 
@@ -192,58 +148,15 @@ struct RunDirectory::State {
       record.add(made[written]);
       return made[written++].bytes;
     };
-    offset[encoded.row] = journals.append_in_parts(encoded.row / shard_rows, record.head_bytes(), next_part,
-                                                   [&] { return record.head(); });
-    length[encoded.row] = record.payload_bytes();
+    const std::uint64_t offset = journals.append_in_parts(encoded.row / journal_rows, record.head_bytes(),
+                                                          next_part, [&] { return record.head(); });
+    places[encoded.row] = {offset, record.payload_bytes()};
     mark_done(encoded.row, encoded.report->status);
   }
 
-  // Of the rows of a shard from its journal.
-  ReadPayload payloads(std::uint64_t shard) {
-    return [this, shard](std::uint64_t row, std::uint64_t begin, std::span<std::byte> bytes) {
-      const std::uint64_t count =
-          std::min<std::uint64_t>(bytes.size(), length[row] - std::min(begin, length[row]));
-      const std::span<std::byte> part = bytes.first(static_cast<std::size_t>(count));
-      if (journals.read(shard, offset[row] + record_header_bytes + begin, part) < count)
-        throw RunError(RunError::Kind::unusable,
-                       fmt::format("the journal of shard {} was truncated by another program", shard));
-      return part.size();
-    };
-  }
-
-  // A store of one shard is written from its journal.
-  bool needs_shards() const { return shards != 1; }
-
-  void seal(std::uint64_t shard) {
-    const fs::path temporary = with_suffix(shard_path(shard), ".new");
-    write_shard(temporary, header, layout, rows_of(shard), journals.bytes(shard), payloads(shard));
-    rename_file(temporary, shard_path(shard));
-    sealed[shard] = true;
-    journals.remove(shard);
-  }
-
-  // Where it fails the rows are in the journal: that is no failure of the row that came last.
-  void seal_or_stop(std::uint64_t shard) {
-    try {
-      seal(shard);
-    } catch (const RunError&) {
-      throw;
-    } catch (const std::exception& error) {
-      throw RunError(RunError::Kind::stopped, fmt::format("cannot seal shard {}: {}", shard, error.what()));
-    }
-  }
-
-  void write_store(const fs::path& path) {
-    if (!needs_shards() && !sealed.front()) {
-      write_store_of_journal(path, header, layout, journals.bytes(0), payloads(0));
-      return;
-    }
-    std::vector<MergeSource> sources;
-    for (std::uint64_t shard = 0; shard < shards; ++shard) {
-      if (!sealed[shard]) seal(shard);
-      sources.push_back({shard_path(shard), rows_of(shard)});
-    }
-    merge_rows(path, header, layout, sources);
+  // All rows of it are there: a power cut takes none of them any more.
+  void sync_full(std::uint64_t journal) {
+    if (missing[journal] == 0 && done < layout.rows) journals.sync(journal);
   }
 };
 
@@ -285,13 +198,11 @@ void RunDirectory::end_item(EncodedRow encoded) {
   State& state = *state_;
   state.check_row(encoded.row);
   if (state.status[encoded.row] != not_done) return;
-  const std::uint64_t shard = encoded.row / shard_rows;
   if (encoded.blocks)
     state.append_blocks(encoded);
   else
     state.append(encoded);
-  encoded = {};  // sealing reads the rows of a shard back
-  if (state.missing[shard] == 0 && state.needs_shards()) state.seal_or_stop(shard);
+  state.sync_full(encoded.row / journal_rows);
 }
 
 void RunDirectory::leave_lock_to_parent() { state_->lock = {}; }
@@ -308,7 +219,7 @@ void RunDirectory::finish(const std::function<void()>& finished) {
   if (state.done != state.layout.rows)
     throw ItemError(Status::internal, fmt::format("{} of {} rows are done", state.done, state.layout.rows));
   const fs::path part = part_of_store(state.store);
-  state.write_store(part);
+  write_store_of_journals(part, state.header, state.layout, state.journals, state.status, state.places);
   const std::vector<fs::path> replaced = packs_of_store(state.store);
   rename_file(part, state.store);
   remove_packs(replaced);

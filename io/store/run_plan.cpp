@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 5\n";  // raised with the format of journal records
+constexpr std::string_view plan_magic = "meander plan 6\n";  // raised with the format of the folder
 
 class PlanWriter {
  public:

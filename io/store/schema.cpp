@@ -370,7 +370,8 @@ ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
   constexpr std::uint64_t bytes_per_sample = 12, smallest_chunk = 16384, largest_row = std::uint64_t{1} << 20;
   constexpr std::uint32_t longest = 65536;
   ChunkShape shape;
-  while (shape.rows < block_rows && shape.rows * samples * bytes_per_sample < smallest_chunk) shape.rows *= 2;
+  while (shape.rows < sample_chunk_rows && shape.rows * samples * bytes_per_sample < smallest_chunk)
+    shape.rows *= 2;
   shape.rows = std::clamp<std::uint64_t>(rows, 1, shape.rows);
   if (samples * bytes_per_sample > largest_row) shape.chunks_per_row = (samples + longest - 1) / longest;
   // Equal parts: a last chunk of a few samples would be padded to 65536 of them.
@@ -380,7 +381,7 @@ ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples) {
 
 ChunkShape descriptor_chunk(std::uint64_t rows, std::uint32_t width) {
   constexpr std::uint64_t largest_chunk = std::uint64_t{1} << 20;
-  std::uint64_t chunk_rows = block_rows;
+  std::uint64_t chunk_rows = sample_chunk_rows;
   while (chunk_rows > 1 && chunk_rows * width * sizeof(float) > largest_chunk) chunk_rows /= 2;
   return {std::clamp<std::uint64_t>(rows, 1, chunk_rows), 0, 1};
 }
@@ -422,7 +423,7 @@ StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::u
     dataset.chunk = per_sample(spec) ? sample_chunk(rows, samples)
                     : spec.role == Role::descriptor
                         ? descriptor_chunk(rows, spec.width)
-                        : ChunkShape{std::clamp<std::uint64_t>(rows, 1, shard_rows), 0, 1};
+                        : ChunkShape{std::clamp<std::uint64_t>(rows, 1, column_chunk_rows), 0, 1};
     dataset.chunk_bytes =
         dataset.chunk.rows * value_bytes(spec) * (per_sample(spec) ? dataset.chunk.samples : 1);
     if (spec.role == Role::id) set_text_width(dataset, id_width);
@@ -435,6 +436,19 @@ StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::u
       for (const DescriptorSchema& descriptor : descriptors) add(descriptor_dataset(descriptor));
   }
   return layout;
+}
+
+std::uint64_t sample_group_rows(const StoreLayout& layout) {
+  constexpr std::uint64_t about = std::uint64_t{4} << 20;
+  std::uint64_t bytes = 0, whole = 1;
+  for (const DatasetLayout& dataset : layout.datasets) {
+    if (!per_sample(dataset.spec)) continue;
+    bytes += dataset.row_bytes;
+    whole = std::max(whole, dataset.chunk.rows);
+  }
+  std::uint64_t rows = sample_chunk_rows;
+  while (rows > whole && rows * bytes > about) rows /= 2;
+  return rows;
 }
 
 std::string layout_markdown() {

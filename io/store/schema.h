@@ -117,11 +117,15 @@ struct ChunkShape {
   friend bool operator==(const ChunkShape&, const ChunkShape&) = default;
 };
 
-// Rows of an internal shard of a run, and of a chunk of item columns: every other chunk divides it.
-inline constexpr std::uint64_t shard_rows = 4096;
-// The largest number of rows in a chunk of samples or descriptors; sealing works through a shard in such
-// blocks.
-inline constexpr std::uint64_t block_rows = 256;
+// Rows of a chunk of item columns: every other chunk divides it.
+inline constexpr std::uint64_t column_chunk_rows = 4096;
+// The largest number of rows in a chunk of samples or descriptors.
+inline constexpr std::uint64_t sample_chunk_rows = 256;
+
+struct StoreLayout;
+// Rows whose samples stand together in a store, column after column: whole chunks, a power of two of at most
+// sample_chunk_rows, of about 4 MiB.
+std::uint64_t sample_group_rows(const StoreLayout& layout);
 
 // r rows, the smallest power of two <= 256 with r N 12 bytes >= 16 KiB, at most M; cut along N into equal
 // parts of at most 65536 samples when N 12 bytes > 1 MiB.

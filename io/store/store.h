@@ -128,8 +128,8 @@ struct StoreHeader {
   Split split(std::uint64_t row) const { return splits.empty() ? Split::none : splits.at(row); }
 };
 
-// Bytes that writing rows of such a store into shards, and shards into the store, takes at most.
-std::uint64_t shard_writing_bytes(const StoreHeader& header);
+// Bytes that writing such a store from the journals of its run takes at most.
+std::uint64_t store_writing_bytes(const StoreHeader& header);
 
 // Makes the samples [begin, end) of a row: arrays of end - begin entries. Called by several threads at a
 // time.
@@ -179,8 +179,8 @@ struct RunPlan {
 // when the plan is damaged or of another version of the program.
 std::optional<RunPlan> read_run_plan(const std::filesystem::path& store);
 
-// STORE.run/: journal with begin and end records, sealed internal shards of at most 4096 rows (boundaries at
-// multiples of 256) where there are several, a lock. kill -9 at any moment loses only the rows in flight.
+// STORE.run/: journals of finished rows, 4096 rows each, the log of begun ones, a lock. kill -9 at any moment
+// loses only the rows in flight.
 // begin_item may be called from one thread while end_item is called from another; otherwise not thread-safe.
 class RunDirectory {
  public:
@@ -199,19 +199,18 @@ class RunDirectory {
   Status status(std::uint64_t row) const;       // of a done row
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  // Seals the row's shard, if there are several, when it is the last one missing; what fails then is a
-  // RunError. What the blocks of a row throw is rethrown: nothing has changed then, and the row may be ended
-  // with another status.
+  // Appends the row to its journal, and brings that to the disk when no row of it is missing. What the blocks
+  // of a row throw is rethrown: nothing has changed then, and the row may be ended with another status.
   void end_item(EncodedRow encoded);
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
   // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
   void sync();  // fdatasync of the open journals
-  // Merges all shards, or the journal of the only one, into STORE by raw chunk copy: temporary name, fsync,
-  // rename, fsync of the folder; calls `finished`, which writes what else belongs to the store; then removes
-  // STORE.run/. A process that dies in between leaves a run whose next process does all of this again.
-  // Requires done_count() == M.
+  // Writes STORE from the journals, whose chunks of one row are copied: temporary name, fsync, rename, fsync
+  // of the folder; calls `finished`, which writes what else belongs to the store; then removes STORE.run/. A
+  // process that dies in between leaves a run whose next process does all of this again. Requires
+  // done_count() == M.
   void finish(const std::function<void()>& finished = {});
 
  private:

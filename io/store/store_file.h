@@ -1,6 +1,5 @@
-// One HDF5 file of the schema: a finished store, or a sealed internal shard of a run (the same datasets over
-// a range of the rows). In front of the HDF5 superblock stands a user block of 512 bytes with the length and
-// the CRC32C of everything behind it, so that one flipped bit anywhere is found.
+// One HDF5 file of the schema: a store. In front of the HDF5 superblock stands a user block of 512 bytes with
+// the length and the CRC32C of everything behind it, so that one flipped bit anywhere is found.
 #pragma once
 
 #include <cstdint>
@@ -59,10 +58,9 @@ void remove_packs(const std::vector<std::filesystem::path>& packs);  // as far a
 // file then being removed; so is a file that was not sealed.
 class StoreFileWriter {
  public:
-  // `shard` is the row range of an internal shard, whose extents are rounded up to whole chunks so that its
-  // chunks are those of the store; without it the file is the store itself. `reserve` bytes are reserved.
+  // `reserve` bytes of the disk are reserved: an upper bound of the length of the file.
   StoreFileWriter(const std::filesystem::path& path, const StoreLayout& layout, const StoreHeader& header,
-                  std::optional<RowRange> shard, std::uint64_t reserve);
+                  std::uint64_t reserve);
   ~StoreFileWriter();
   StoreFileWriter(const StoreFileWriter&) = delete;
   StoreFileWriter& operator=(const StoreFileWriter&) = delete;
@@ -76,10 +74,8 @@ class StoreFileWriter {
   void seal();  // closes, writes the user block, syncs
 
  private:
-  void begin(const StoreHeader& header, const std::optional<RowRange>& shard,
-             std::span<const StorePack> packs, std::uint64_t reserve);
-  void create(const StoreHeader& header, const std::optional<RowRange>& shard,
-              std::span<const StorePack> packs);
+  void begin(const StoreHeader& header, std::span<const StorePack> packs, std::uint64_t reserve);
+  void create(const StoreHeader& header, std::span<const StorePack> packs);
   void abandon();
 
   std::filesystem::path path_;
@@ -100,7 +96,6 @@ struct StoreFacts {
   Compression compression = Compression::standard;
   std::vector<std::string> label_names;
   std::vector<DescriptorSchema> descriptors;
-  std::optional<RowRange> shard;
   std::vector<StorePack> packs;  // of an index; empty: the rows are in the file itself
 };
 
@@ -149,8 +144,7 @@ class StoreFileReader {
 
 // Shared by both sides (store_types.cpp).
 Hdf5Type make_type(const DatasetLayout& dataset);
-std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout,
-                                  const std::optional<RowRange>& shard);
+std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout);
 std::vector<hsize_t> make_chunk_extents(const DatasetLayout& dataset);
 Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression);
 // Of a dataset whose rows are those of the same dataset of the packs, one after the other.

@@ -127,8 +127,6 @@ void StoreFileReader::read_facts() {
     problems_.push_back(fmt::format("attribute compression is \"{}\"", compression));
   facts_.compression = compression == "none" ? Compression::none : Compression::standard;
   if (facts_.format_version <= chosen_format_version) facts_.columns = read_columns(id);
-  if (has_attribute(id, "shard_begin"))
-    facts_.shard = RowRange{read_number(id, "shard_begin"), read_number(id, "shard_end")};
   facts_.packs = read_packs(file_.get());
   const Hdf5Dataset points(H5Dopen2(file_.get(), "/points", H5P_DEFAULT), "open /points");
   facts_.order = read_text_attribute(points.get(), "order");
@@ -225,8 +223,7 @@ void StoreFileReader::open_dataset(DatasetLayout& dataset) {
     dataset.chunk_bytes = dataset.chunk.rows * dataset.row_bytes;
   }
   if (!same_type(dataset, types_.back().get())) return complain("has another type than the schema");
-  if (extents != make_extents(dataset, layout_, facts_.shard))
-    return complain("has another shape than the schema");
+  if (extents != make_extents(dataset, layout_)) return complain("has another shape than the schema");
   const Hdf5Properties creation(H5Dget_create_plist(id), "read the properties of " + spec.path);
   if (facts_.packs.empty()) {
     if (chunk_extents_of(creation.get()) != make_chunk_extents(dataset))
@@ -268,7 +265,7 @@ void StoreFileReader::read_block(std::size_t dataset, std::initializer_list<std:
   const DatasetLayout& layout = layout_.datasets[dataset];
   const std::string action =
       fmt::format("read {} row {} of {}", layout.spec.path, *first.begin(), path_.string());
-  std::vector<hsize_t> extents = make_extents(layout, layout_, facts_.shard);
+  std::vector<hsize_t> extents = make_extents(layout, layout_);
   std::vector<hsize_t> begin(extents.size(), 0);
   const Hdf5Space file_space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
                              action);

@@ -50,8 +50,7 @@ Hdf5Group make_group(const Hdf5File& file, const char* name) {
                    std::string("create group ") + name);
 }
 
-void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHeader& header,
-                           const std::optional<RowRange>& shard) {
+void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHeader& header) {
   const Hdf5Group root(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
   write_attribute(root.get(), "format", "meander");
   write_attribute(root.get(), "format_version", format_version_of(*header.columns));
@@ -66,9 +65,6 @@ void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHea
   write_attribute(root.get(), "parameters", header.parameters_json);
   write_attribute(root.get(), "compression",
                   header.compression == Compression::standard ? "standard" : "none");
-  if (!shard) return;
-  write_attribute(root.get(), "shard_begin", shard->begin);
-  write_attribute(root.get(), "shard_end", shard->end);
 }
 
 void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const StoreHeader& header) {
@@ -118,20 +114,20 @@ void require_space(const fs::path& path, std::uint64_t bytes) {
 }  // namespace
 
 StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
-                                 std::optional<RowRange> shard, std::uint64_t reserve)
+                                 std::uint64_t reserve)
     : path_(path), layout_(layout) {
-  begin(header, shard, {}, reserve);
+  begin(header, {}, reserve);
 }
 
 StoreFileWriter::StoreFileWriter(const fs::path& path, const StoreLayout& layout, const StoreHeader& header,
                                  std::span<const StorePack> packs)
     : path_(path), layout_(layout) {
   constexpr std::uint64_t bytes_per_mapping = 256;
-  begin(header, std::nullopt, packs, (packs.size() + 1) * layout.datasets.size() * bytes_per_mapping);
+  begin(header, packs, (packs.size() + 1) * layout.datasets.size() * bytes_per_mapping);
 }
 
-void StoreFileWriter::begin(const StoreHeader& header, const std::optional<RowRange>& shard,
-                            std::span<const StorePack> packs, std::uint64_t reserve) {
+void StoreFileWriter::begin(const StoreHeader& header, std::span<const StorePack> packs,
+                            std::uint64_t reserve) {
   require_space(path_, reserve);
   const Hdf5Lock lock;
   try {
@@ -140,7 +136,7 @@ void StoreFileWriter::begin(const StoreHeader& header, const std::optional<RowRa
                  "create " + path_.string());
     reserve_space(path_, reserve);
     written_ = open_file(path_, O_RDWR);
-    create(header, shard, packs);
+    create(header, packs);
   } catch (const Hdf5Error& error) {
     abandon();
     throw RunError(RunError::Kind::stopped, error.what());
@@ -150,9 +146,8 @@ void StoreFileWriter::begin(const StoreHeader& header, const std::optional<RowRa
   }
 }
 
-void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowRange>& shard,
-                             std::span<const StorePack> packs) {
-  write_root_attributes(file_.get(), layout_, header, shard);
+void StoreFileWriter::create(const StoreHeader& header, std::span<const StorePack> packs) {
+  write_root_attributes(file_.get(), layout_, header);
   const Hdf5Group descriptors = make_group(file_, "/descriptors");
   const auto group_of = [&](const std::string& name) {
     const bool wanted = std::any_of(header.descriptors.begin(), header.descriptors.end(),
@@ -166,7 +161,7 @@ void StoreFileWriter::create(const StoreHeader& header, const std::optional<RowR
   const Hdf5Group items = make_group(file_, "/items");
   for (const DatasetLayout& dataset : layout_.datasets) {
     const Hdf5Type type = make_type(dataset);
-    const std::vector<hsize_t> extents = make_extents(dataset, layout_, shard);
+    const std::vector<hsize_t> extents = make_extents(dataset, layout_);
     const Hdf5Space space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
                           "make the space of " + dataset.spec.path);
     const Hdf5Properties creation = packs.empty() ? make_creation(dataset, layout_.compression)

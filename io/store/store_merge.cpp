@@ -35,10 +35,7 @@ struct OpenSource {
         reader(source.path) {
     if (!reader.problems().empty()) refuse_source(source.path, reader.problems().front());
     const StoreFacts& facts = reader.facts();
-    const bool same_rows = facts.shard ? facts.shard->begin == rows.begin && facts.shard->end == rows.end &&
-                                             reader.layout().rows == layout.rows
-                                       : reader.layout().rows == first + rows.size() + more;
-    if (!same_rows || reader.layout().samples != layout.samples ||
+    if (reader.layout().rows != first + rows.size() + more || reader.layout().samples != layout.samples ||
         !(reader.layout().columns == layout.columns) || facts.seed != header.seed ||
         facts.parameters_json != header.parameters_json || facts.method_version != header.method_version ||
         reader.layout().datasets.size() != layout.datasets.size())
@@ -52,8 +49,8 @@ struct OpenSource {
     const std::uint64_t width = reader.layout().datasets[dataset].row_bytes;
     std::vector<std::byte> texts;
     std::size_t longest = 1;
-    for (std::uint64_t row = 0; row < rows.size(); row += shard_rows) {
-      const std::uint64_t count = std::min(shard_rows, rows.size() - row);
+    for (std::uint64_t row = 0; row < rows.size(); row += column_chunk_rows) {
+      const std::uint64_t count = std::min(column_chunk_rows, rows.size() - row);
       texts.resize(count * width);
       reader.read_rows(dataset, first + row, count, texts);
       for (std::uint64_t i = 0; i < count; ++i)
@@ -78,16 +75,19 @@ class RowMerger {
 
   void write(const fs::path& path) {
     const std::uint64_t bytes = look_at_sources();
-    StoreFileWriter store(path, layout_, header_, std::nullopt, bytes);
+    StoreFileWriter store(path, layout_, header_, bytes);
     // Small columns first, so that they are contiguous at the front of the file; then the samples.
-    for (const bool samples : {false, true})
-      for (std::uint64_t begin = 0; begin < layout_.rows; begin += shard_rows) {
-        const RowRange block{begin, std::min(begin + shard_rows, layout_.rows)};
-        with_sources(block, [&] {
-          for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
-            if (per_sample(layout_.datasets[d].spec) == samples) write_column(store, d, block);
-        });
-      }
+    for_each_range({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
+      with_sources(block, [&] {
+        for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
+          if (!per_sample(layout_.datasets[d].spec)) write_column(store, d, 0, block);
+      });
+    });
+    for_each_range({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
+      with_sources(block, [&] {
+        for_each_range(block, sample_group_rows(layout_), [&](RowRange group) { write_group(store, group); });
+      });
+    });
     open_.clear();
     store.seal();
   }
@@ -150,7 +150,20 @@ class RowMerger {
   // The source of a row: one that is open.
   const OpenSource& source_of(std::uint64_t row) const { return *std::prev(open_.upper_bound(row))->second; }
 
-  void write_column(StoreFileWriter& store, std::size_t d, RowRange block) {
+  template <class Body>
+  static void for_each_range(RowRange rows, std::uint64_t size, const Body& body) {
+    for (std::uint64_t begin = rows.begin; begin < rows.end; begin += size)
+      body(RowRange{begin, std::min(begin + size, rows.end)});
+  }
+
+  void write_group(StoreFileWriter& store, RowRange group) {
+    const std::uint32_t parts = layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row;
+    for (std::uint32_t part = 0; part < parts; ++part)
+      for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
+        if (per_sample(layout_.datasets[d].spec)) write_column(store, d, part, group);
+  }
+
+  void write_column(StoreFileWriter& store, std::size_t d, std::uint32_t part, RowRange block) {
     const DatasetLayout& dataset = layout_.datasets[d];
     const bool always = dataset.spec.role != Role::samples && dataset.spec.role != Role::descriptor;
     for (std::uint64_t row = block.begin; row < block.end; row += dataset.chunk.rows) {
@@ -158,7 +171,7 @@ class RowMerger {
       // Chunks of samples and descriptors without a row that is ok are never written.
       if (!always && !any_ok(rows)) continue;
       if (has_whole_chunk(source_of(row), d, rows))
-        copy_chunk(store, d, row);
+        copy_chunk(store, d, row, part);
       else
         put_together(store, d, rows);
     }
@@ -180,12 +193,10 @@ class RowMerger {
            (rows.size() == dataset.chunk.rows || (rows.end == source.rows.end && source.more == 0));
   }
 
-  void copy_chunk(StoreFileWriter& store, std::size_t d, std::uint64_t row) {
+  void copy_chunk(StoreFileWriter& store, std::size_t d, std::uint64_t row, std::uint32_t part) {
     const OpenSource& source = source_of(row);
-    for (std::uint32_t part = 0; part < layout_.datasets[d].chunk.chunks_per_row; ++part) {
-      guarded(source.path, [&] { source.reader.read_chunk(d, source.row_in_file(row), part, filtered_); });
-      store.write_chunk(d, row, part, filtered_);
-    }
+    guarded(source.path, [&] { source.reader.read_chunk(d, source.row_in_file(row), part, filtered_); });
+    store.write_chunk(d, row, part, filtered_);
   }
 
   void put_together(StoreFileWriter& store, std::size_t d, RowRange rows) {

@@ -193,7 +193,7 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
     hdf5_check(H5Pset_fill_value(id, type.get(), &dataset.spec.fill), "set the fill value");
   }
   const std::string action = "map " + dataset.spec.path + " to the packs";
-  const std::vector<hsize_t> extents = make_extents(dataset, layout, std::nullopt);
+  const std::vector<hsize_t> extents = make_extents(dataset, layout);
   const Hdf5Space all(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), action);
   std::vector<hsize_t> begin(extents.size(), 0), part = extents;
   for (const StorePack& pack : packs) {

@@ -18,8 +18,8 @@ namespace store {
 void ItemBlock::read(const StoreFileReader& reader, std::uint64_t row) {
   count_ = 0;  // holds nothing should a read fail
   layout_ = &reader.layout();
-  begin_ = row / shard_rows * shard_rows;
-  const std::uint64_t count = std::min<std::uint64_t>(shard_rows, layout_->rows - begin_);
+  begin_ = row / column_chunk_rows * column_chunk_rows;
+  const std::uint64_t count = std::min<std::uint64_t>(column_chunk_rows, layout_->rows - begin_);
   columns_.resize(layout_->datasets.size());
   for (std::size_t d = 0; d < columns_.size(); ++d) {
     const DatasetLayout& dataset = layout_->datasets[d];
@@ -138,9 +138,9 @@ struct StorePart {
       if (items.holds(row)) return items.id(row);
       const std::size_t dataset = file->layout().index_of(Role::id);
       const std::uint64_t width = file->layout().datasets[dataset].row_bytes,
-                          begin = row / shard_rows * shard_rows;
+                          begin = row / column_chunk_rows * column_chunk_rows;
       if (ids_begin != begin || ids.empty()) {
-        ids.resize(width * std::min<std::uint64_t>(shard_rows, file->layout().rows - begin));
+        ids.resize(width * std::min<std::uint64_t>(column_chunk_rows, file->layout().rows - begin));
         ids_begin = begin;
         file->read_rows(dataset, begin, ids.size() / width, std::as_writable_bytes(std::span(ids)));
       }
@@ -156,11 +156,11 @@ struct StorePart {
       const std::uint64_t rows = file->layout().rows;
       constexpr std::size_t many = 8;
       if (searches < many && ++searches < many) return {0, rows};
-      for (std::uint64_t row = first_ids.size() * shard_rows; row < rows; row += shard_rows)
+      for (std::uint64_t row = first_ids.size() * column_chunk_rows; row < rows; row += column_chunk_rows)
         first_ids.push_back(id(row));
       const auto behind = std::upper_bound(first_ids.begin(), first_ids.end(), wanted);
       const auto number = static_cast<std::uint64_t>(behind - first_ids.begin());
-      return {number == 0 ? 0 : (number - 1) * shard_rows, std::min(rows, number * shard_rows)};
+      return {number == 0 ? 0 : (number - 1) * column_chunk_rows, std::min(rows, number * column_chunk_rows)};
     });
   }
 
@@ -233,8 +233,6 @@ StorePart::StorePart(const std::filesystem::path& store, StoreCheck check) : pat
     file = std::make_unique<StoreFileReader>(store);
     if (!file->problems().empty())
       throw Hdf5Error(fmt::format("cannot read {}: {}", store.string(), file->problems().front()));
-    if (file->facts().shard)
-      throw Hdf5Error(fmt::format("{} is a part of an unfinished run, not a store", store.string()));
   });
 }
 
@@ -319,7 +317,7 @@ std::uint32_t StorePart::width_of(std::string_view name) const {
 
 std::uint64_t StoreShard::begin_of(std::uint64_t part, std::uint64_t rows) const {
   constexpr std::uint64_t blocks_of_part = 16;
-  std::uint64_t block = block_rows;
+  std::uint64_t block = sample_chunk_rows;
   while (block > 1 && rows < block * blocks_of_part * count) block /= 2;
   return part >= count ? rows : (rows / count * part + rows % count * part / count) / block * block;
 }

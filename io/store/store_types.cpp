@@ -77,11 +77,8 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
   return {};
 }
 
-std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout,
-                                  const std::optional<RowRange>& shard) {
-  std::uint64_t rows = layout.rows;
-  if (shard) rows = (shard->size() + dataset.chunk.rows - 1) / dataset.chunk.rows * dataset.chunk.rows;
-  std::vector<hsize_t> extents{rows};
+std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout) {
+  std::vector<hsize_t> extents{layout.rows};
   if (per_sample(dataset.spec)) extents.push_back(layout.samples);
   if (dataset.spec.width > 0) extents.push_back(dataset.spec.width);
   return extents;

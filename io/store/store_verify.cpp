@@ -177,8 +177,8 @@ class Verifier {
   // Whole chunks of samples, about 32 MiB of them, never across the rows of an ItemBlock.
   std::uint64_t rows_at_a_time() const {
     constexpr std::uint64_t bytes = std::uint64_t{32} << 20, bytes_per_sample = 56;
-    if (layout_.datasets[layout_.index_of(Role::samples)].chunk.rows > 1) return block_rows;
-    std::uint64_t rows = block_rows;
+    if (layout_.datasets[layout_.index_of(Role::samples)].chunk.rows > 1) return sample_chunk_rows;
+    std::uint64_t rows = sample_chunk_rows;
     while (rows > 1 && rows * layout_.samples * bytes_per_sample > bytes) rows /= 2;
     return rows;
   }
@@ -425,7 +425,6 @@ VerifyResult verify_file(const std::filesystem::path& path, std::size_t limit,
     facts = file.facts();
     for (const std::string& problem : file.problems())
       if (result.problems.size() < limit) result.problems.push_back(problem);
-    if (facts.shard) result.problems.push_back("this is a part of an unfinished run, not a store");
     if (result.problems.empty() && facts.packs.empty()) Verifier(file, limit, result).check_rows(progress);
   } catch (const std::runtime_error& error) {  // RunError and Hdf5Error
     result.problems.emplace_back(error.what());

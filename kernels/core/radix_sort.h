@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -70,10 +71,53 @@ inline void sort_digit_in_blocks(std::span<const std::uint64_t> words, std::span
   });
 }
 
+// One thread: by `bits` <= 64 - low_bit bits from `low_bit` on, in `digits` digits.
+inline void sort_digits(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch, int low_bit,
+                        int bits, int digits) {
+  // No wider than their number needs: of few words, to clear and sum the counts would take longer than to
+  // move the words.
+  const int width = (bits + digits - 1) / digits;
+  const std::size_t values = std::size_t{1} << width;
+  const auto digit_of = [=](std::uint64_t word, int digit) {
+    return static_cast<std::size_t>(word >> (low_bit + width * digit)) & (values - 1);
+  };
+  std::vector<std::uint32_t> counts(static_cast<std::size_t>(digits) * values);
+  for (const std::uint64_t word : words)
+    for (int digit = 0; digit < digits; ++digit)
+      ++counts[static_cast<std::size_t>(digit) * values + digit_of(word, digit)];
+  for (int digit = 0; digit < digits; ++digit) {
+    std::uint32_t* const count = counts.data() + static_cast<std::size_t>(digit) * values;
+    if (count[digit_of(words[0], digit)] == words.size()) continue;
+    std::uint32_t sum = 0;
+    for (std::size_t value = 0; value < values; ++value) sum += std::exchange(count[value], sum);
+    for (const std::uint64_t word : words) scratch[count[digit_of(word, digit)]++] = word;
+    words.swap(scratch);
+  }
+}
+
+// Insertion sort of what is nearly in order; false when it would take more than `most_moves`. Equal words
+// keep their order either way.
+inline bool sort_nearly_sorted(std::span<std::uint64_t> words, int low_bit, std::size_t most_moves) {
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const std::uint64_t word = words[i], key = word >> low_bit;
+    std::size_t at = i;
+    for (; at > 0 && words[at - 1] >> low_bit > key; --at) {
+      if (most_moves-- == 0) {
+        words[at] = word;
+        return false;
+      }
+      words[at] = words[at - 1];
+    }
+    words[at] = word;
+  }
+  return true;
+}
+
 }  // namespace radix
 
 // Sorts fewer than 2^32 words by their bits from `low_bit` < 64 on; equal ones keep their order. Digits of at
-// most 12 bits. O(n); parallel where they are many.
+// most 12 bits; of a moderate number of words that are spread well, two digits leave them nearly sorted.
+// O(n); parallel where they are many.
 inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std::uint64_t>& scratch,
                              int low_bit) {
   using namespace radix;
@@ -91,26 +135,14 @@ inline void radix_sort_words(std::vector<std::uint64_t>& words, std::vector<std:
     }
     return;
   }
-  // Digits no wider than their number needs: of few words, to clear and sum the counts would take longer than
-  // to move the words.
-  const int bits = 64 - low_bit, digits = (bits + word_bits - 1) / word_bits,
-            width = (bits + digits - 1) / digits;
-  const std::size_t values = std::size_t{1} << width;
-  const auto digit_of = [=](std::uint64_t word, int digit) {
-    return static_cast<std::size_t>(word >> (low_bit + width * digit)) & (values - 1);
-  };
-  std::vector<std::uint32_t> counts(static_cast<std::size_t>(digits) * values);
-  for (const std::uint64_t word : words)
-    for (int digit = 0; digit < digits; ++digit)
-      ++counts[static_cast<std::size_t>(digit) * values + digit_of(word, digit)];
-  for (int digit = 0; digit < digits; ++digit) {
-    std::uint32_t* const count = counts.data() + static_cast<std::size_t>(digit) * values;
-    if (count[digit_of(words[0], digit)] == words.size()) continue;
-    std::uint32_t sum = 0;
-    for (std::size_t value = 0; value < values; ++value) sum += std::exchange(count[value], sum);
-    for (const std::uint64_t word : words) scratch[count[digit_of(word, digit)]++] = word;
-    words.swap(scratch);
+  const int bits = 64 - low_bit, digits = (bits + word_bits - 1) / word_bits;
+  if (digits > 2 && words.size() < many) {
+    // Some eight bits more than would number the words.
+    const int top = std::min(2 * word_bits, (static_cast<int>(std::bit_width(words.size())) + 9) / 2 * 2);
+    sort_digits(words, scratch, 64 - top, top, 2);
+    if (sort_nearly_sorted(words, low_bit, 2 * words.size())) return;
   }
+  sort_digits(words, scratch, low_bit, bits, digits);
 }
 
 }  // namespace meander

@@ -143,11 +143,11 @@ void run_array(std::string_view bytes) {
 void run_journal(std::string_view bytes) {
   const std::span<const std::byte> data = std::as_bytes(std::span(bytes.data(), bytes.size()));
   if (!data.empty()) run_record(std::to_integer<std::uint8_t>(data[0]), data.subspan(1));
-  scratch_file("shard-000000.wal", bytes);
+  scratch_file("rows-000000.wal", bytes);
   store::Journals journals(scratch_folder(), 1);
   std::uint64_t end = 0;
   journals.replay(0, 0, 1000, [&](const store::RecordHeader& header, std::uint64_t offset) {
-    demand(header.row < 1000, "rows are those of the shard");
+    demand(header.row < 1000, "rows are those of the journal");
     demand(offset == end, "records follow each other");
     end = offset + store::record_header_bytes + header.payload_bytes;
   });

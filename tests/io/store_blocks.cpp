@@ -80,7 +80,7 @@ TEST_CASE("blocks: the journal holds what encode_row makes") {
   RunDirectory run(folder / "s.h5", header);
   run.end_item(in_blocks(header, row, made));
   const std::vector<std::byte> whole = encode_row(header, row, made).bytes;
-  const std::string journal = read_file(folder / "s.h5.run/journal/shard-000000.wal");
+  const std::string journal = read_file(folder / "s.h5.run/journal/rows-000000.wal");
   REQUIRE(journal.size() == whole.size());
   CHECK(std::memcmp(journal.data(), whole.data(), whole.size()) == 0);
 }
@@ -90,7 +90,7 @@ TEST_CASE("blocks: a row whose blocks fail changes nothing and can be ended with
   const std::uint64_t row = ok_row(header);
   const Row made = make_row(header, row);
   const ScratchFolder folder;
-  const fs::path wal = folder / "s.h5.run/journal/shard-000000.wal";
+  const fs::path wal = folder / "s.h5.run/journal/rows-000000.wal";
   RunDirectory run(folder / "s.h5", header);
   run.end_item(encode_row(header, 5, make_row(header, 5)));
   const auto size = fs::file_size(wal);
@@ -120,7 +120,7 @@ TEST_CASE("blocks: a journal that ends within a row, or before its head was writ
   const std::uint64_t row = ok_row(header), other = row + 1;
   const Row made = make_row(header, row);
   const ScratchFolder folder;
-  const fs::path wal = folder / "s.h5.run/journal/shard-000000.wal";
+  const fs::path wal = folder / "s.h5.run/journal/rows-000000.wal";
   std::uintmax_t before = 0;
   {
     RunDirectory run(folder / "s.h5", header);

@@ -1,0 +1,30 @@
+// Journals to store: what the end of a run does.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "io/store/journal.h"
+#include "io/store/schema.h"
+#include "io/store/store.h"
+
+namespace meander::store {
+
+// Where the record of a finished row begins in its journal, and how long its payload is.
+struct RecordPlace {
+  std::uint64_t offset = 0, payload_bytes = 0;
+};
+
+// Writes the rows of the journals, all rows of `header`, to the new store `path` and syncs it. The bytes
+// depend on header and rows alone; they are those that merge_rows makes of stores of some of the rows each.
+// Every record is read whole and its checksum is compared again before anything of its row is written, then
+// column by column. Chunks of several rows are filtered here, in parallel. Memory:
+// store_writing_bytes(header). `statuses` and `places` are by row. RunError: stopped when the store cannot be
+// written, unusable when a journal was changed since its records were appended or replayed (the message names
+// it).
+void write_store_of_journals(const std::filesystem::path& path, const StoreHeader& header,
+                             const StoreLayout& layout, Journals& journals,
+                             std::span<const std::uint8_t> statuses, std::span<const RecordPlace> places);
+
+}  // namespace meander::store
