@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <span>
 #include <system_error>
@@ -27,8 +28,9 @@ InputFile::InputFile(const std::filesystem::path& path) : file_(try_open(path, O
 }
 
 std::string InputFile::read(std::uint64_t offset, std::size_t count) const {
-  std::string data(count, '\0');
-  const Transfer done = try_read(file_, std::as_writable_bytes(std::span(data.data(), count)), offset);
+  // No longer than what is there: small files are read whole, and clearing a large buffer would take longer.
+  std::string data(std::min<std::uint64_t>(count, bytes_ - std::min(offset, bytes_)), '\0');
+  const Transfer done = try_read(file_, std::as_writable_bytes(std::span(data.data(), data.size())), offset);
   if (done.error != 0) throw_unreadable("read", done.error);
   data.resize(done.bytes);
   return data;

@@ -130,6 +130,32 @@ class JournalStoreWriter {
       damaged(row);
   }
 
+  // The same of a record of any length, in stretches.
+  void check_in_stretches(std::uint64_t row) const {
+    std::vector<std::byte> stretch(record_header_bytes);
+    read_record(row, 0, stretch);
+    const RecordHeader header = checked_header(row, stretch);
+    std::uint32_t checksum = 0;
+    for (std::uint64_t at = 0; at < header.payload_bytes; at += stretch.size()) {
+      stretch.resize(
+          static_cast<std::size_t>(std::min<std::uint64_t>(header.payload_bytes - at, payload_stretch)));
+      read_record(row, record_header_bytes + at, stretch);
+      checksum = crc32c(std::span<const std::byte>(stretch), checksum);
+    }
+    if (checksum != header.payload_crc32c) damaged(row);
+  }
+
+  // Where a record that has not been checked does not add up, that is what is wrong with it, or else a bug.
+  template <class Body>
+  auto taking_apart(std::uint64_t row, const Body& body) {
+    try {
+      return body();
+    } catch (const ItemError&) {
+      check_in_stretches(row);
+      throw;
+    }
+  }
+
   // What stands before the samples of a row, valid until the next call. The samples, and with them the
   // checksum of a row that has any, are looked at later.
   RecordParts head(std::uint64_t row) {
@@ -141,7 +167,13 @@ class JournalStoreWriter {
       checked_header(row, buffer_);
     else
       check(row, buffer_);
-    return split_record_head(header_, std::span<const std::byte>(buffer_).subspan(record_header_bytes));
+    return taking_apart(row, [&] {
+      RecordParts parts =
+          split_record_head(header_, std::span<const std::byte>(buffer_).subspan(record_header_bytes));
+      if (is_ok(row) && !parts.reason.empty())
+        throw ItemError(Status::internal, fmt::format("row {} is ok and has a reason", row));
+      return parts;
+    });
   }
 
   // Items and descriptors.
@@ -239,7 +271,7 @@ class JournalStoreWriter {
 
   std::span<const std::byte> take(std::uint64_t row, std::span<const std::byte> payload, std::size_t count,
                                   std::size_t& at) const {
-    if (count > payload.size() - at)
+    if (at + count > payload.size())
       throw ItemError(Status::internal, fmt::format("the record of row {} ends too early", row));
     at += count;
     return payload.subspan(at - count, count);
@@ -312,11 +344,13 @@ class JournalStoreWriter {
     const std::uint32_t parts = layout_.datasets[sample_columns_.front()].chunk.chunks_per_row;
     for (std::uint64_t row = rows.begin; row < rows.end; ++row) {
       if (!is_ok(row)) continue;
-      RecordStream record(*this, row);
-      record.skip(samples_begin_);
-      for (std::uint32_t part = 0; part < parts; ++part)
-        for (const std::size_t d : sample_columns_) file.write_chunk(d, row, part, record.take_chunk());
-      record.end();
+      taking_apart(row, [&] {
+        RecordStream record(*this, row);
+        record.skip(samples_begin_);
+        for (std::uint32_t part = 0; part < parts; ++part)
+          for (const std::size_t d : sample_columns_) file.write_chunk(d, row, part, record.take_chunk());
+        record.end();
+      });
     }
   }
 

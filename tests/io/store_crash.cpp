@@ -9,6 +9,7 @@
 
 #include "io/store/store_merge.h"
 #include "store_support.h"
+#include "support/sanitized.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -214,6 +215,7 @@ TEST_CASE("run: a store is written from its journals, with the bytes of one that
                                                            {5, 70000}, {4096, 3},  {4096 + 4096 + 700, 3}};
   for (const auto& [rows, samples] : sizes)
     for (const Compression compression : {Compression::standard, Compression::none}) {
+      if (sanitized && rows >= 4096 && compression == Compression::none) continue;  // for the time it takes
       const StoreHeader header = make_header(rows, samples, compression);
       const ScratchFolder folder;
       {
@@ -244,35 +246,28 @@ TEST_CASE("run: a store is written from its journals, with the bytes of one that
     }
 }
 
-TEST_CASE("run: a journal that changes under a run is named, and nothing that looks complete is written") {
+TEST_CASE("run: a journal that is cut off under a run is named, and nothing that looks complete is written") {
   const StoreHeader header = make_header(4096 + 20, 2);
   const std::string expected = store_bytes(header);
-  for (const bool cut_off : {false, true}) {
-    const ScratchFolder folder;
-    const fs::path wal = folder / "s.h5.run/journal/rows-000001.wal";
-    std::string message;
-    {
-      RunDirectory run(folder / "s.h5", header);
-      for (std::uint64_t row = 0; row < 4096 + 20; ++row) run.end_item(make_encoded(header, row));
-      std::string bytes = read_file(wal);
-      if (cut_off)
-        bytes.resize(bytes.size() - 3);
-      else
-        bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
-      write_file(wal, bytes);
-      try {
-        run.finish();
-      } catch (const RunError& error) {
-        CHECK(error.kind() == RunError::Kind::unusable);
-        message = error.what();
-      }
+  const ScratchFolder folder;
+  const fs::path journal = folder / "s.h5.run/journal/rows-000001.wal";
+  std::string message;
+  {
+    RunDirectory run(folder / "s.h5", header);
+    for (std::uint64_t row = 0; row < 4096 + 20; ++row) run.end_item(make_encoded(header, row));
+    fs::resize_file(journal, fs::file_size(journal) - 3);
+    try {
+      run.finish();
+    } catch (const RunError& error) {
+      CHECK(error.kind() == RunError::Kind::unusable);
+      message = error.what();
     }
-    CHECK_THAT(message,
-               Catch::Contains("rows-000001.wal has changed since row") && Catch::Contains("run again"));
-    CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5.run"});
-    CHECK(RunDirectory(folder / "s.h5", header).done_count() < 4096 + 20);
-    CHECK((finish_run(folder / "s.h5", header) == expected));
   }
+  CHECK_THAT(message,
+             Catch::Contains("rows-000001.wal has changed since row 4115 was written to it: run again"));
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5.run"});
+  CHECK(RunDirectory(folder / "s.h5", header).done_count() == 4096 + 19);
+  CHECK((finish_run(folder / "s.h5", header) == expected));
 }
 
 TEST_CASE("run: killed while its folder is set up") {

@@ -125,26 +125,31 @@ TEST_CASE(
 }
 
 TEST_CASE("run: a bit of a journal that flips before the store is written is found, whichever it is") {
-  const StoreHeader header = make_header(3, 1);
-  const ScratchFolder folder;
-  const fs::path store = folder / "s.h5", journal = folder / "s.h5.run/journal/rows-000000.wal";
-  RunDirectory run(store, header);
-  for (std::uint64_t row = 0; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
-  const std::string good = read_file(journal);
-  BytePutter file(journal);
-  for (std::size_t i = 0; i < good.size(); ++i) {
-    file.put(i, static_cast<char>(good[i] ^ (1 << (i % 8))));
-    std::string message;
-    try {
-      run.finish();
-    } catch (const RunError& error) {
-      CHECK(error.kind() == RunError::Kind::unusable);
-      message = error.what();
+  // Chunks of several rows, of one row, and several of a row.
+  for (const auto& [samples, longest_step] : {std::pair{1u, 1}, {1400u, 500}, {90000u, 20000}}) {
+    const StoreHeader header = make_header(3, samples);
+    const ScratchFolder folder;
+    const fs::path store = folder / "s.h5", journal = folder / "s.h5.run/journal/rows-000000.wal";
+    RunDirectory run(store, header);
+    for (std::uint64_t row = 0; row < header.ids.size(); ++row) run.end_item(make_encoded(header, row));
+    const std::string good = read_file(journal);
+    BytePutter file(journal);
+    std::mt19937 random(3);
+    for (std::size_t i = 0; i < good.size(); i += 1 + random() % static_cast<unsigned>(longest_step)) {
+      file.put(i, static_cast<char>(good[i] ^ (1 << (random() % 8))));
+      std::string message;
+      try {
+        run.finish();
+      } catch (const RunError& error) {
+        CHECK(error.kind() == RunError::Kind::unusable);
+        message = error.what();
+      }
+      INFO(samples << " samples, byte " << i);
+      REQUIRE_THAT(message, Catch::Contains("rows-000000.wal has changed since row"));
+      REQUIRE_FALSE(fs::exists(store));
+      file.put(i, good[i]);
     }
-    INFO("byte " << i);
-    REQUIRE_THAT(message, Catch::Contains("rows-000000.wal has changed since row"));
-    file.put(i, good[i]);
+    run.finish();
+    CHECK(verify_store(store).problems.empty());
   }
-  run.finish();
-  CHECK(verify_store(store).problems.empty());
 }

@@ -156,6 +156,7 @@ TEST_CASE("prepare_mesh: blocks of polygons without a triangle") {
 TEST_CASE("prepare_mesh: a large mesh with every defect is the same with any number of threads") {
   for (const auto& [strips, in_order] : {std::pair{1u, true}, {40u, true}, {40u, false}}) {
     CAPTURE(strips, in_order);
+    if (sanitized && strips > 1 && in_order) continue;  // release builds prepare all three
     const PolygonMesh file = large_mesh(strips, in_order);
     const auto prepared = [&](std::size_t threads) {
       return on_threads(threads, [&] { return prepare_mesh(file); });

@@ -244,7 +244,7 @@ TEST_CASE("sampling bias: every quarter of every triangle gets its share, 300 se
   check_model(small_torus(), MethodChoice::conformal, false, 300);
 }
 
-TEST_CASE("sampling bias: linear density, 300 seeds") {
+TEST_CASE("sampling bias: linear density, 300 seeds", "[statistics]") {
   check_model(small_torus(), MethodChoice::automatic, true, 300);
   check_model(small_torus(), MethodChoice::direct, true, 300);
   check_model(small_torus(), MethodChoice::conformal, true, 300);

@@ -195,7 +195,7 @@ TEST_CASE("sampling quality: a third of the error of random points on simple sha
     }
 }
 
-TEST_CASE("sampling quality: prefixes of a set on a torus") {
+TEST_CASE("sampling quality: prefixes of a set on a torus", "[statistics]") {
   for (const MethodChoice method : methods) {
     INFO(label(method));
     ChartedModel model = flattened(torus(30, 18), method, 2048);

@@ -19,6 +19,7 @@
 #include "kernels/sample/room.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/sample/stratum_grid.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
@@ -259,7 +260,7 @@ TEST_CASE("space_samples: progressive prefixes have one sample in each block of 
 
 TEST_CASE("space_samples: samples keep their distance") {
   for (const PolygonMesh& file : {torus(48, 24), icosphere(3), cube(), grid_plane(20, 20)}) {
-    for (const std::uint32_t n : {1000u, 5000u}) {
+    for (const std::uint32_t n : thinned<std::uint32_t>(1, {1000, 5000})) {
       const StrataOfMesh strata(file, n);
       const double area = strata.mesh.total_area;
       INFO(file.polygon_count() << " faces, " << n << " samples");
@@ -356,7 +357,7 @@ TEST_CASE("space_samples: stacked sheets, one triangle and far components") {
 }
 
 TEST_CASE("space_samples: the same samples for every number of threads") {
-  const std::uint32_t n = 20000;  // five blocks of a sweep
+  const std::uint32_t n = sanitized ? 9000 : 20000;  // five blocks of a sweep, with sanitizers three
   const StrataOfMesh strata(torus(60, 30), n);
   for (const bool progressive : {false, true}) {
     SpacedSamples one, many;

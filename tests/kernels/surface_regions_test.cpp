@@ -292,6 +292,8 @@ TEST_CASE("place_samples: regions over charts keep components together, each wit
   constexpr std::uint32_t n = 140000;
   for (const ElementOrder order : {ElementOrder::hilbert, ElementOrder::balanced})
     for (const SequenceKind sequence : {SequenceKind::stratified, SequenceKind::owen}) {
+      // Release builds take all pairs.
+      if (sanitized && (order == ElementOrder::hilbert) != (sequence == SequenceKind::stratified)) continue;
       SampleParameters parameters = parameters_for("conformal");
       parameters.locate = LocatorKind::elements;
       parameters.order = order;
@@ -354,7 +356,7 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
         CHECK(model.row.report.repairs.counts == whole.row.report.repairs.counts);
         set_samples(parameters, n);
         const Samples& expected = whole.row.samples;
-        std::set<std::array<float, 3>> points;
+        std::vector<std::array<float, 3>> points;
         for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
           end = std::min<std::size_t>(n, 3 * begin + 1);
           const Samples block = samples_at(model, parameters.place, begin, end);
@@ -372,9 +374,11 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
           REQUIRE(same(block.curve_rank, expected.curve_rank));
           REQUIRE(same(block.density, expected.density));
           for (std::size_t i = 0; i < end - begin; ++i)
-            points.insert({block.points[3 * i], block.points[3 * i + 1], block.points[3 * i + 2]});
+            points.push_back({block.points[3 * i], block.points[3 * i + 1], block.points[3 * i + 2]});
         }
-        CHECK(points.size() == n - whole.row.report.repairs[Repair::coincident_points]);
+        std::sort(points.begin(), points.end());
+        const auto distinct = std::unique(points.begin(), points.end()) - points.begin();
+        CHECK(static_cast<std::size_t>(distinct) == n - whole.row.report.repairs[Repair::coincident_points]);
       }
 }
 
