@@ -155,7 +155,7 @@ class DescribeJob {
     return {rows, bytes};
   }
 
-  // Shards of 4096 rows, one after the other: each is read and sealed once. False when stopped.
+  // The rows of one journal after those of another. False when stopped.
   bool describe_all(Round round) {
     constexpr std::uint64_t stretch = 4096;
     for (std::uint64_t begin = 0; begin < header_.ids.size(); begin += stretch) {

@@ -26,7 +26,7 @@ inline constexpr Word<SettingCriterion> criterion_words[] = {
 struct SelectOptions {
   std::string store, classes, criterion = "nn+ft", csv, weights = "learnt", memory = "4G";
   std::vector<std::string> descriptors, distances;  // empty: all
-  std::uint32_t most = 0, show = 20;  // most: 0: as many as are bearable
+  std::uint32_t most = 0, show = 20;                // most: 0: as many as are bearable
   bool psb_compat = false, json = false;
   StoreCheck check = StoreCheck::every_byte;
 };

@@ -163,8 +163,8 @@ class SamplingGraph {
   using EncodeNode = flow::multifunction_node<Envelope, std::tuple<Envelope, Envelope>>;
   using StageNode = flow::function_node<Envelope, Envelope>;
 
-  // As many as there are threads are worked on; as many again may wait for the writer while it syncs a journal.
-  // A crash has to look at all of these again, one by one.
+  // As many as there are threads are worked on; as many again may wait for the writer while it syncs a
+  // journal. A crash has to look at all of these again, one by one.
   static std::size_t items_in_flight(int threads) { return 2 * static_cast<std::size_t>(threads); }
 
   void admit(const Envelope& back, AdmitNode::output_ports_type& out) {

@@ -69,27 +69,31 @@ const Journals::OpenFile& Journals::open(std::uint64_t journal) {
   return *oldest;
 }
 
-void Journals::replay(std::uint64_t journal, std::uint64_t begin, std::uint64_t end,
+void Journals::replay(std::uint64_t journal, std::uint64_t first_row, std::uint64_t end_row,
                       const std::function<void(const RecordHeader&, std::uint64_t)>& found) {
   sizes_[journal] = 0;
   if (!fs::exists(path(journal))) return;
   const OpenFile& opened = open(journal);
-  const FileDescriptor& file = opened.file;
-  const std::uint64_t size = file_size(file, opened.path);
+  const std::uint64_t size = file_size(opened.file, opened.path);
   std::vector<std::byte> buffer(std::size_t{1} << 20);
   std::array<std::byte, record_header_bytes> head;
-  std::uint64_t offset = 0;
+  std::uint64_t offset = 0, end = 0;  // of the last whole record
   while (offset + record_header_bytes <= size) {
-    read_at(file, head, offset, opened.path);
+    read_at(opened.file, head, offset, opened.path);
     const auto header = read_record_header(head);
-    if (!header || header->row < begin || header->row >= end) break;
+    if (!header || header->row < first_row || header->row >= end_row) break;
     if (header->payload_bytes > size - offset - record_header_bytes) break;
-    if (!payload_is_whole(file, *header, offset + record_header_bytes, buffer, opened.path)) break;
-    found(*header, offset);
-    offset += record_header_bytes + header->payload_bytes;
+    const std::uint64_t next = offset + record_header_bytes + header->payload_bytes;
+    // What follows a record that is damaged may be whole.
+    if (payload_is_whole(opened.file, *header, offset + record_header_bytes, buffer, opened.path)) {
+      found(*header, offset);
+      end = next;
+    }
+    offset = next;
   }
-  sizes_[journal] = offset;
-  if (offset < size) truncate_file(file, offset, opened.path);
+  sizes_[journal] = end;
+  dirty_[journal] = end > 0;  // nobody knows whether the process that wrote it came to sync it
+  if (end < size) truncate_file(opened.file, end, opened.path);
 }
 
 template <class Write>

@@ -23,8 +23,9 @@ class Journals {
   Journals(std::filesystem::path folder, std::uint64_t count);
 
   // Calls found(header, offset of the record) for every whole record of the journal whose row lies in
-  // [begin, end), in the order of the file, and cuts off what follows the last one. Reads the whole file.
-  void replay(std::uint64_t journal, std::uint64_t begin, std::uint64_t end,
+  // [first_row, end_row), in the order of the file, up to the first whose header is damaged, and cuts off
+  // what follows the last one. Reads the whole file.
+  void replay(std::uint64_t journal, std::uint64_t first_row, std::uint64_t end_row,
               const std::function<void(const RecordHeader&, std::uint64_t)>& found);
   // Appends one record in one write; returns its offset. When the disk is full nothing has changed.
   std::uint64_t append(std::uint64_t journal, std::span<const std::byte> record);

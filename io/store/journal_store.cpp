@@ -31,6 +31,12 @@ struct Chunk {
   std::vector<std::byte> raw, filtered;
 };
 
+// Of a chunk: compression may add a little to what cannot be compressed, and there is a checksum.
+std::uint64_t most_filtered_bytes(const DatasetLayout& dataset) {
+  constexpr std::uint64_t frame = 64;
+  return dataset.chunk_bytes + dataset.chunk_bytes / 1000 + frame;
+}
+
 class JournalStoreWriter {
  public:
   JournalStoreWriter(const std::filesystem::path& path, const StoreHeader& header, const StoreLayout& layout,
@@ -80,17 +86,17 @@ class JournalStoreWriter {
 
   // An upper bound of the length of the file.
   std::uint64_t file_bytes() const {
-    constexpr std::uint64_t slack = 256 * 1024, index_entry = 32;
+    // The library takes room for its tables by the MiB where a store is large.
+    constexpr std::uint64_t slack = 256 * 1024, index_entry = 64, large = std::uint64_t{32} << 20;
     const bool filtered = samples_are_filtered(layout_);
     std::uint64_t bytes = slack;
     for (const RecordPlace& place : places_) bytes += filtered ? place.payload_bytes : 0;
     for (const DatasetLayout& dataset : layout_.datasets) {
       const std::uint64_t chunks = (layout_.rows + dataset.chunk.rows - 1) / dataset.chunk.rows;
       bytes += chunks * dataset.chunk.chunks_per_row * index_entry;
-      if (dataset.spec.role != Role::samples || !filtered)
-        bytes += chunks * (dataset.chunk_bytes + dataset.chunk_bytes / 1000);
+      if (dataset.spec.role != Role::samples || !filtered) bytes += chunks * most_filtered_bytes(dataset);
     }
-    return bytes;
+    return bytes > large ? bytes + (std::uint64_t{2} << 20) : bytes;
   }
 
   bool is_ok(std::uint64_t row) const { return statuses_[row] == static_cast<std::uint8_t>(Status::ok); }
@@ -111,7 +117,7 @@ class JournalStoreWriter {
   }
 
   [[noreturn]] void damaged(std::uint64_t row) const {
-    throw RunError(RunError::Kind::unusable,
+    throw RunError(RunError::Kind::stopped,
                    fmt::format("{} has changed since row {} was written to it: run again, what is damaged "
                                "will be computed again",
                                journals_.path(row / journal_rows).string(), row));
@@ -145,12 +151,12 @@ class JournalStoreWriter {
     if (checksum != header.payload_crc32c) damaged(row);
   }
 
-  // Where a record that has not been checked does not add up, that is what is wrong with it, or else a bug.
+  // What fails with a record that has not been checked fails for that, if it is damaged.
   template <class Body>
   auto taking_apart(std::uint64_t row, const Body& body) {
     try {
       return body();
-    } catch (const ItemError&) {
+    } catch (const std::exception&) {
       check_in_stretches(row);
       throw;
     }
@@ -348,7 +354,8 @@ class JournalStoreWriter {
         RecordStream record(*this, row);
         record.skip(samples_begin_);
         for (std::uint32_t part = 0; part < parts; ++part)
-          for (const std::size_t d : sample_columns_) file.write_chunk(d, row, part, record.take_chunk());
+          for (const std::size_t d : sample_columns_)
+            file.write_chunk(d, row, part, record.take_chunk(most_filtered_bytes(layout_.datasets[d])));
         record.end();
       });
     }
@@ -363,9 +370,11 @@ class JournalStoreWriter {
     }
     void skip(std::uint64_t count) { take(static_cast<std::size_t>(count)); }
     // Valid until the next call.
-    std::span<const std::byte> take_chunk() {
+    std::span<const std::byte> take_chunk(std::uint64_t most_bytes) {
       std::uint32_t length;
       std::memcpy(&length, take(sizeof length).data(), sizeof length);
+      if (length == 0 || length > most_bytes)
+        throw ItemError(Status::internal, fmt::format("row {} has a chunk of {} bytes", row_, length));
       return take(length);
     }
     void end() {
@@ -434,24 +443,25 @@ namespace meander {
 std::uint64_t store_writing_bytes(const StoreHeader& header) {
   const store::StoreLayout layout = store::make_layout(header);
   const store::DatasetLayout& points = layout.datasets[layout.index_of(store::Role::samples)];
-  const bool filtered = store::samples_are_filtered(layout);
-  // Of chunks of several rows, the records of a group, and a column of them, raw and filtered.
-  std::uint64_t group = 0, column = 0;
+  const std::uint64_t group_rows = std::min(store::sample_group_rows(layout), layout.rows);
+  // The records of a group, and chunks of descriptors and of samples of several rows, raw and filtered.
+  std::uint64_t records = group_rows * (store::record_header_bytes + store::payload_head_bytes(header));
+  std::uint64_t descriptors = 0, samples = 0, widest = 0;
   for (const store::DatasetLayout& dataset : layout.datasets) {
     if (store::per_sample(dataset.spec)) {
-      const std::uint64_t bytes =
-          (std::min(store::sample_group_rows(layout), layout.rows) + dataset.chunk.rows) * dataset.row_bytes;
-      group += bytes;
-      if (!filtered) column = std::max(column, 2 * bytes);
+      const std::uint64_t bytes = (group_rows + dataset.chunk.rows) * dataset.row_bytes;
+      records += bytes;
+      widest = std::max(widest, dataset.chunk_bytes);
+      if (points.chunk.rows > 1) samples = std::max(samples, 2 * bytes);
     } else if (dataset.spec.role == store::Role::descriptor) {
-      column = std::max(column, 2 * std::min(std::max(store::stretch_bytes, dataset.chunk_bytes),
+      descriptors =
+          std::max(descriptors, 2 * std::min(std::max(store::stretch_bytes, dataset.chunk_bytes),
                                              (layout.rows + dataset.chunk.rows) * dataset.row_bytes));
     }
   }
-  // Of many chunks, a stretch of them.
-  if (points.chunk.chunks_per_row > 1)
-    group = 2 * std::max<std::uint64_t>(store::payload_stretch, points.chunk_bytes);
-  return group + column + store::payload_head_bytes(header);
+  // Of rows of many chunks, a stretch.
+  if (points.chunk.chunks_per_row > 1) records = 2 * std::max<std::uint64_t>(store::payload_stretch, widest);
+  return records + descriptors + samples;
 }
 
 }  // namespace meander

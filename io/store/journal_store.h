@@ -18,11 +18,10 @@ struct RecordPlace {
 
 // Writes the rows of the journals, all rows of `header`, to the new store `path` and syncs it. The bytes
 // depend on header and rows alone; they are those that merge_rows makes of stores of some of the rows each.
-// Every record is read whole and its checksum is compared again before anything of its row is written, then
-// column by column. Chunks of several rows are filtered here, in parallel. Memory:
-// store_writing_bytes(header). `statuses` and `places` are by row. RunError: stopped when the store cannot be
-// written, unusable when a journal was changed since its records were appended or replayed (the message names
-// it).
+// The checksum of every record is compared again when its samples, or its reason, are written. Chunks of
+// several rows are filtered here, in parallel. Memory: store_writing_bytes(header). `statuses` and `places`
+// are by row. RunError(stopped): the store cannot be written, or a journal has changed since its records were
+// appended or replayed (the message names it); the next process computes again what is damaged.
 void write_store_of_journals(const std::filesystem::path& path, const StoreHeader& header,
                              const StoreLayout& layout, Journals& journals,
                              std::span<const std::uint8_t> statuses, std::span<const RecordPlace> places);

@@ -31,7 +31,7 @@ void append(std::vector<std::byte>& out, T value) {
   out.insert(out.end(), bytes.begin(), bytes.end());
 }
 
-// Takes bytes from the front of a payload; running out of them is a bug, the checksums having been right.
+// Takes bytes from the front of a payload. Running out of them is a bug, unless it has not been checked.
 class Cursor {
  public:
   explicit Cursor(std::span<const std::byte> bytes) : bytes_(bytes) {}

@@ -1,5 +1,5 @@
 // The journal record of one finished row: what encode_row makes, what the journal appends in one write, or
-// part by part, and what sealing takes apart again.
+// part by part, and what writing the store takes apart again.
 //
 //   header (32 bytes) | item columns | u32 length + reason | descriptors | samples
 //

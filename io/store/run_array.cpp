@@ -191,7 +191,7 @@ std::optional<RunArray> read_run_array(const fs::path& store) {
 }
 
 RunPlan read_shard_plan(const fs::path& store, std::size_t shard) {
-  return read_plan(shard_folder(store, shard));
+  return read_plan_of_shard(shard_folder(store, shard));
 }
 
 std::vector<std::size_t> missing_shards(const fs::path& store, const RunArray& array) {

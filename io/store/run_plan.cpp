@@ -23,7 +23,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view plan_magic = "meander plan 6\n";  // raised with the format of the folder
+constexpr std::string_view plan_magic = "meander plan 6\n";  // raised with the format of journals
+// Plans of the shards of an array, which have no journals, are the same.
+constexpr std::string_view earlier_magic = "meander plan 5\n";
 
 class PlanWriter {
  public:
@@ -310,7 +312,9 @@ namespace {
 
 }  // namespace
 
-RunPlan read_plan(const fs::path& run_folder) {
+namespace {
+
+RunPlan read_plan(const fs::path& run_folder, bool may_be_earlier) {
   const fs::path path = run_folder / "plan.bin";
   const std::optional<std::string> text = content_if_exists(path);
   std::uint32_t checksum = 0;
@@ -322,7 +326,9 @@ RunPlan read_plan(const fs::path& run_folder) {
                    fmt::format("{} is damaged: start anew with --fresh", path.string()));
   std::string_view plan(*text);
   plan.remove_suffix(sizeof checksum);
-  if (!plan.starts_with(plan_magic)) refuse(run_folder, "by another version of the program");
+  static_assert(plan_magic.size() == earlier_magic.size());
+  if (!plan.starts_with(plan_magic) && !(may_be_earlier && plan.starts_with(earlier_magic)))
+    refuse(run_folder, "by another version of the program");
   plan.remove_prefix(plan_magic.size());
   StoredPlan stored = parse_plan(plan, path);
   if (stored.format_version != store_format_version)
@@ -330,6 +336,12 @@ RunPlan read_plan(const fs::path& run_folder) {
            fmt::format("the store format was {}, now it is {}", stored.format_version, store_format_version));
   return std::move(stored.run);
 }
+
+}  // namespace
+
+RunPlan read_plan(const fs::path& run_folder) { return read_plan(run_folder, false); }
+
+RunPlan read_plan_of_shard(const fs::path& folder) { return read_plan(folder, true); }
 
 void require_same_plan(const fs::path& run_folder, const RunPlan& plan) {
   const RunPlan begun = read_plan(run_folder);

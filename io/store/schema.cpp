@@ -443,6 +443,7 @@ std::uint64_t sample_group_rows(const StoreLayout& layout) {
   std::uint64_t bytes = 0, whole = 1;
   for (const DatasetLayout& dataset : layout.datasets) {
     if (!per_sample(dataset.spec)) continue;
+    if (dataset.chunk.chunks_per_row > 1) return 1;
     bytes += dataset.row_bytes;
     whole = std::max(whole, dataset.chunk.rows);
   }

@@ -122,11 +122,6 @@ inline constexpr std::uint64_t column_chunk_rows = 4096;
 // The largest number of rows in a chunk of samples or descriptors.
 inline constexpr std::uint64_t sample_chunk_rows = 256;
 
-struct StoreLayout;
-// Rows whose samples stand together in a store, column after column: whole chunks, a power of two of at most
-// sample_chunk_rows, of about 4 MiB.
-std::uint64_t sample_group_rows(const StoreLayout& layout);
-
 // r rows, the smallest power of two <= 256 with r N 12 bytes >= 16 KiB, at most M; cut along N into equal
 // parts of at most 65536 samples when N 12 bytes > 1 MiB.
 ChunkShape sample_chunk(std::uint64_t rows, std::uint32_t samples);
@@ -160,6 +155,9 @@ StoreLayout make_layout(const StoreHeader& header);
 StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::uint32_t samples,
                         Compression compression, const std::vector<DescriptorSchema>& descriptors,
                         std::uint32_t id_width, std::uint32_t reason_width);
+// Rows whose samples stand together in a store, column after column: whole chunks, a power of two of at most
+// sample_chunk_rows, of about 4 MiB. One row where a row has several chunks: these stand part after part.
+std::uint64_t sample_group_rows(const StoreLayout& layout);
 // Reasons are as wide as the longest of a file.
 void set_text_width(DatasetLayout& dataset, std::uint32_t width);
 

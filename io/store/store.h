@@ -199,14 +199,15 @@ class RunDirectory {
   Status status(std::uint64_t row) const;       // of a done row
   std::vector<std::uint64_t> suspects() const;  // begun by an earlier process but never ended, ascending
   void begin_item(std::uint64_t row);
-  // Appends the row to its journal, and brings that to the disk when no row of it is missing. What the blocks
-  // of a row throw is rethrown: nothing has changed then, and the row may be ended with another status.
+  // Appends the row to its journal, and brings that to the disk when no row of it is missing, unless it is
+  // the last of all rows: then the store is. What the blocks of a row throw is rethrown: nothing has changed
+  // then, and the row may be ended with another status.
   void end_item(EncodedRow encoded);
   // In a forked child: closes its copy of the lock, which then ends with the parent, however that ends.
   void leave_lock_to_parent();
   // No row is in work: rows begun but not ended are not suspects for the next process.
   void forget_begun();
-  void sync();  // fdatasync of the open journals
+  void sync();  // fdatasync of the journals that have changed
   // Writes STORE from the journals, whose chunks of one row are copied: temporary name, fsync, rename, fsync
   // of the folder; calls `finished`, which writes what else belongs to the store; then removes STORE.run/. A
   // process that dies in between leaves a run whose next process does all of this again. Requires

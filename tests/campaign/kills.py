@@ -24,9 +24,8 @@ KILLED = ["run", "run-packed", "run-update", "run-fresh", "run-reuse", "describe
 # What a call on a file is part of.
 PHASES = [("/in", "reading inputs"), ("in.zip", "reading inputs"), ("in.tar.gz", "reading inputs"),
           (".removed-", "removing the run"), ("begun.log", "log of begun items"), ("/journal/", "journal"),
-          ("plan.bin", "plan"), ("items.jsonl", "plan"),
-          ("array.json", "plan"), (".part-", "merge"), ("run.json", "report"), (".failed.txt", "report"),
-          ("/meshes/", "meshes"), ("lock", "lock")]
+          ("plan.bin", "plan"), ("items.jsonl", "plan"), ("array.json", "plan"), (".part-", "writing a store"),
+          ("run.json", "report"), (".failed.txt", "report"), ("/meshes/", "meshes"), ("lock", "lock")]
 
 
 def phase_of(path):

@@ -167,7 +167,7 @@ def run(command, cwd=None, environment=None, seconds=120, kill_after=None):
                 break
             if time.monotonic() - start > limit:
                 hung = kill_after is None
-                process.kill()
+                os.kill(process.pid, signal.SIGKILL)  # process.kill() would take its state if it has just ended
                 pid, state, usage = os.wait4(process.pid, 0)
                 break
             time.sleep(0.0005 if time.monotonic() - start < 1 else 0.01)

@@ -41,15 +41,6 @@ bool same_chosen(const Row& a, const Row& b) {
   return true;
 }
 
-StoreColumns points_alone() {
-  StoreColumns columns;
-  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
-    const auto column = static_cast<SampleColumn>(c);
-    if (columns.applies(column)) columns.leave_out(column);
-  }
-  return columns;
-}
-
 // All rows of a dataset as its chunks hold them.
 std::vector<std::byte> values_of(const std::filesystem::path& store, const std::string& path) {
   const store::Hdf5Lock lock;
@@ -124,7 +115,7 @@ TEST_CASE("columns: what is kept is what the whole store has, and rows are small
     CHECK(read.samples.density.empty());
     if (read.report.status == Status::ok) CHECK(read.samples.face.size() == 300);
   }
-  write_store(folder / "points.h5", header_with(points_alone(), 60, 300));
+  write_store(folder / "points.h5", header_with(points_alone_columns(), 60, 300));
   CHECK(verify_store(folder / "points.h5").problems == std::vector<std::string>{});
   CHECK(std::filesystem::file_size(folder / "points.h5") < std::filesystem::file_size(folder / "part.h5"));
   CHECK(std::filesystem::file_size(folder / "part.h5") < std::filesystem::file_size(folder / "whole.h5"));
@@ -132,7 +123,7 @@ TEST_CASE("columns: what is kept is what the whole store has, and rows are small
 
 TEST_CASE("columns: a missing column is named with the option that stores it") {
   const ScratchFolder folder;
-  write_store(folder / "s.h5", header_with(points_alone(), 3, 10));
+  write_store(folder / "s.h5", header_with(points_alone_columns(), 3, 10));
   const StoreReader reader(folder / "s.h5");
   CHECK_THROWS_WITH(reader.require(SampleColumn::normals, "--pointnet"),
                     Contains("no `normals`, which --pointnet needs") && Contains("--store ...,normals"));

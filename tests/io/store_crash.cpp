@@ -154,6 +154,43 @@ TEST_CASE("run: one flipped bit in the journal costs rows, never the result") {
   }
 }
 
+TEST_CASE("run: a damaged record costs its own row, and those behind it where its header is damaged") {
+  const StoreHeader header = make_header(5, 2);
+  const std::string expected = store_bytes(header);
+  const ScratchFolder folder;
+  const fs::path wal = folder / "s.h5.run/journal/rows-000000.wal";
+  std::vector<std::uintmax_t> ends{0};
+  {
+    RunDirectory run(folder / "s.h5", header);
+    for (const std::uint64_t row : {0, 1, 2, 3}) {
+      run.end_item(make_encoded(header, row));
+      ends.push_back(fs::file_size(wal));
+    }
+  }
+  const std::string journal = read_file(wal);
+  const auto with_flip = [&](std::uintmax_t at) {
+    std::string damaged = journal;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    write_file(wal, damaged);
+  };
+  with_flip(ends[2] - 1);  // the last byte of row 1
+  {
+    const RunDirectory run(folder / "s.h5", header);
+    for (std::uint64_t row = 0; row < 5; ++row) CHECK(run.done(row) == (row != 1 && row != 4));
+    CHECK(fs::file_size(wal) == ends[4]);
+  }
+  with_flip(ends[4] - 1);  // of the last record: it is cut off
+  {
+    const RunDirectory run(folder / "s.h5", header);
+    CHECK(run.done_count() == 3);
+    CHECK(fs::file_size(wal) == ends[3]);
+  }
+  with_flip(ends[1] + 1);  // the header of row 1
+  CHECK(RunDirectory(folder / "s.h5", header).done_count() == 1);
+  with_flip(ends[2] - 1);
+  CHECK((finish_run(folder / "s.h5", header) == expected));
+}
+
 TEST_CASE("run: rows that end twice do no harm") {
   const StoreHeader header = make_header(6, 3);
   const std::string expected = store_bytes(header);
@@ -195,7 +232,6 @@ TEST_CASE("run: killed when all rows were done, it is finished by the next proce
   const StoreHeader header = make_header(30, 2);
   const std::string expected = store_bytes(header);
   const ScratchFolder folder;
-  std::string last;
   {
     RunDirectory run(folder / "s.h5", header);
     for (std::uint64_t row = 0; row < 29; ++row) run.end_item(make_encoded(header, row));
@@ -211,12 +247,25 @@ TEST_CASE("run: killed when all rows were done, it is finished by the next proce
 }
 
 TEST_CASE("run: a store is written from its journals, with the bytes of one that is merged") {
-  const std::pair<std::uint64_t, std::uint32_t> sizes[] = {{300, 2},   {300, 700}, {300, 1400},
-                                                           {5, 70000}, {4096, 3},  {4096 + 4096 + 700, 3}};
-  for (const auto& [rows, samples] : sizes)
+  struct Size {
+    std::uint64_t rows;
+    std::uint32_t samples;
+    bool points_alone = false;
+  };
+  // The last two have two chunks a row; two rows of points alone are still less than 4 MiB.
+  for (const auto& [rows, samples, points_alone] : {Size{300, 2},
+                                                    {300, 700},
+                                                    {300, 1400},
+                                                    {300, 1400, true},
+                                                    {4096, 3},
+                                                    {4096 + 4096 + 700, 3},
+                                                    {5, 70000},
+                                                    {5, 90000},
+                                                    {5, 100000, true}})
     for (const Compression compression : {Compression::standard, Compression::none}) {
       if (sanitized && rows >= 4096 && compression == Compression::none) continue;  // for the time it takes
-      const StoreHeader header = make_header(rows, samples, compression);
+      StoreHeader header = make_header(rows, samples, compression);
+      if (points_alone) header.columns = points_alone_columns();
       const ScratchFolder folder;
       {
         RunDirectory run(folder / "s.h5", header);
@@ -241,7 +290,7 @@ TEST_CASE("run: a store is written from its journals, with the bytes of one that
         run.finish();
       }
       store::merge_rows(folder / "merged.h5", header, store::make_layout(header), halves);
-      INFO(rows << " rows of " << samples << " samples");
+      INFO(rows << " rows of " << samples << " samples, points alone: " << points_alone);
       CHECK((read_file(folder / "s.h5") == read_file(folder / "merged.h5")));
     }
 }
@@ -259,7 +308,7 @@ TEST_CASE("run: a journal that is cut off under a run is named, and nothing that
     try {
       run.finish();
     } catch (const RunError& error) {
-      CHECK(error.kind() == RunError::Kind::unusable);
+      CHECK(error.kind() == RunError::Kind::stopped);
       message = error.what();
     }
   }
@@ -384,7 +433,7 @@ TEST_CASE("tidy_store: removes what killed processes left, and nothing of a run 
   const StoreHeader header = make_header(5, 2);
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
-  fs::create_directories(folder / "s.h5.run.removed-123/shards");
+  fs::create_directories(folder / "s.h5.run.removed-123/journal");
   write_file(folder / "s.h5.part-9", "half a store");
   write_file(folder / "s.h5.part-9.off", "a mesh");
   {
@@ -394,7 +443,7 @@ TEST_CASE("tidy_store: removes what killed processes left, and nothing of a run 
     CHECK(fs::exists(folder / "s.h5.part-9"));
   }
   fs::remove_all(folder / "s.h5.run");
-  fs::create_directories(folder / "s.h5.run.removed-123/shards");
+  fs::create_directories(folder / "s.h5.run.removed-123/journal");
   tidy_store(folder / "s.h5");
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5", "s.h5.part-9.off"});
 }

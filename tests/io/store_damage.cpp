@@ -1,4 +1,5 @@
-// Damaged bytes are refused before HDF5 sees them: in finished stores and in the shards of a run.
+// Damaged bytes of finished stores are refused before HDF5 sees them, those of journals before a store is
+// made.
 #include <fcntl.h>
 
 #include <catch2/catch.hpp>
@@ -141,7 +142,7 @@ TEST_CASE("run: a bit of a journal that flips before the store is written is fou
       try {
         run.finish();
       } catch (const RunError& error) {
-        CHECK(error.kind() == RunError::Kind::unusable);
+        CHECK(error.kind() == RunError::Kind::stopped);
         message = error.what();
       }
       INFO(samples << " samples, byte " << i);

@@ -84,7 +84,7 @@ TEST_CASE("store: rows come back, whatever N and the compression") {
   }
 }
 
-TEST_CASE("store: several internal shards") { check_round_trip(make_header(4096 * 2 + 300, 3)); }
+TEST_CASE("store: several journals") { check_round_trip(make_header(4096 * 2 + 300, 3)); }
 
 TEST_CASE("store: a single row") {
   for (const std::uint32_t samples : {1u, 3000u}) {

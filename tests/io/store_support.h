@@ -38,6 +38,16 @@ inline StoreHeader make_header(std::uint64_t rows, std::uint32_t samples,
   return header;
 }
 
+// No other column of samples.
+inline StoreColumns points_alone_columns() {
+  StoreColumns columns;
+  for (std::size_t c = 0; c < sample_column_names.size(); ++c) {
+    const auto column = static_cast<SampleColumn>(c);
+    if (columns.applies(column)) columns.leave_out(column);
+  }
+  return columns;
+}
+
 // A row whose every value is a function of (row, header) and within its range; about one in three is not ok.
 inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   std::mt19937_64 random(row * 977 + header.samples);

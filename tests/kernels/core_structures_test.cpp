@@ -59,6 +59,19 @@ TEST_CASE("radix_sort_words: by the upper bits, equal ones in their order, with 
     }
 }
 
+TEST_CASE("radix_sort_words: words that two digits leave in disorder are sorted by all") {
+  for (const std::size_t distinct : {1u, 3u, 4000u}) {  // by their upper bits
+    std::vector<std::uint64_t> words(4000);
+    for (std::uint32_t i = 0; i < words.size(); ++i)
+      words[i] = std::uint64_t{i % distinct} << 40 | philox4x32({i, 1, 2, 3}, {8, 9})[0];
+    std::vector<std::uint64_t> expected = words, nearly = words, scratch;
+    std::sort(expected.begin(), expected.end());
+    if (distinct == 1) CHECK_FALSE(radix::sort_nearly_sorted(nearly, 0, 2 * nearly.size()));
+    radix_sort_words(words, scratch, 0);
+    CHECK(words == expected);
+  }
+}
+
 TEST_CASE("fetch_pages: large vectors are what vectors are") {
   constexpr std::size_t many = 3'000'001;  // 24 MB
   std::vector<double> vector = {1, 2};
