@@ -328,7 +328,11 @@ RunPlan read_plan(const fs::path& run_folder, bool may_be_earlier) {
   plan.remove_suffix(sizeof checksum);
   static_assert(plan_magic.size() == earlier_magic.size());
   if (!plan.starts_with(plan_magic) && !(may_be_earlier && plan.starts_with(earlier_magic)))
-    refuse(run_folder, "by another version of the program");
+    throw RunError(
+        RunError::Kind::unusable,
+        fmt::format("{} was begun by another version of the program and cannot be continued: finish "
+                    "it with that version, or start anew with --fresh",
+                    run_folder.string()));
   plan.remove_prefix(plan_magic.size());
   StoredPlan stored = parse_plan(plan, path);
   if (stored.format_version != store_format_version)

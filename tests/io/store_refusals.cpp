@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "io/store/crc32c.h"
+#include "io/store/run_plan.h"
 #include "store_support.h"
 
 using namespace meander;
@@ -84,6 +85,29 @@ TEST_CASE("run: a damaged plan is refused at every byte") {
     CHECK(refusal(folder / "s.h5", header).second == 0);
     write_file(plan, bytes.substr(0, i));
     CHECK(refusal(folder / "s.h5", header).second == 0);
+  }
+}
+
+TEST_CASE(
+    "run: one that another version began is refused with a sentence, its plan as that of a shard is read") {
+  const StoreHeader header = make_header(2, 4);
+  const ScratchFolder folder;
+  { const RunDirectory run(folder / "s.h5", header); }
+  const fs::path path = folder / "s.h5.run/plan.bin";
+  std::string plan = read_file(path);
+  plan.resize(plan.size() - sizeof(std::uint32_t));
+  REQUIRE(plan.starts_with("meander plan 6\n"));
+  for (const char version : {'4', '5'}) {
+    plan[std::string_view("meander plan ").size()] = version;
+    const std::uint32_t checksum = crc32c(std::span<const char>(plan));
+    write_file(path, plan + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum));
+    const std::string message = refusal(folder / "s.h5", header).first;
+    CHECK_THAT(message,
+               Catch::Contains("was begun by another version of the program") && Catch::Contains("--fresh"));
+    if (version == '5')
+      CHECK(store::read_plan_of_shard(folder / "s.h5.run").header.ids == header.ids);
+    else
+      CHECK_THROWS_AS(store::read_plan_of_shard(folder / "s.h5.run"), RunError);
   }
 }
 
