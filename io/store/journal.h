@@ -38,7 +38,6 @@ class Journals {
                                 const std::function<std::vector<std::byte>()>& head);
   // Reads up to bytes.size() bytes from `offset` on; returns how many.
   std::size_t read(std::uint64_t journal, std::uint64_t offset, std::span<std::byte> bytes);
-  std::uint64_t bytes(std::uint64_t journal) const { return sizes_[journal]; }
   // Brings what was appended since the last sync to the disk: of one journal, or of all.
   void sync(std::uint64_t journal) { sync(journal, journal + 1); }
   void sync() { sync(0, sizes_.size()); }

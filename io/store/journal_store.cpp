@@ -58,9 +58,10 @@ class JournalStoreWriter {
   void write() {
     set_text_width(layout_.datasets[layout_.index_of(Role::reason)], longest_reason_width());
     StoreFileWriter file(path_, layout_, header_, file_bytes());
+    const RowRange all{0, layout_.rows};
     // Small columns first, so that they are contiguous at the front of the file; then the samples.
-    for_each_range(column_chunk_rows, [&](RowRange rows) { write_small_columns(file, rows); });
-    for_each_range(sample_group_rows(layout_), [&](RowRange rows) {
+    for_each_part(all, column_chunk_rows, [&](RowRange rows) { write_small_columns(file, rows); });
+    for_each_part(all, sample_group_rows(layout_), [&](RowRange rows) {
       if (layout_.datasets[sample_columns_.front()].chunk.chunks_per_row > 1)
         write_parts(file, rows);
       else
@@ -70,12 +71,6 @@ class JournalStoreWriter {
   }
 
  private:
-  template <class Body>
-  void for_each_range(std::uint64_t size, const Body& body) const {
-    for (std::uint64_t begin = 0; begin < layout_.rows; begin += size)
-      body(RowRange{begin, std::min(begin + size, layout_.rows)});
-  }
-
   // Only rows that failed have a reason.
   std::uint32_t longest_reason_width() {
     std::size_t width = 1;
@@ -185,15 +180,17 @@ class JournalStoreWriter {
   // Items and descriptors.
   void write_small_columns(StoreFileWriter& file, RowRange block) {
     const std::vector<std::vector<std::byte>> items = gather_items(block);
+    std::vector<std::vector<std::byte>> filtered(items.size());
+    parallel_tasks(items.size(), [&](std::size_t d) {
+      const DatasetLayout& dataset = layout_.datasets[d];
+      if (is_item(dataset.spec) && is_stored(dataset, items[d]))
+        append_filtered(items[d], dataset.element_bytes, layout_.compression, filtered[d]);
+    });
     std::uint64_t begin = head_bytes();
-    std::vector<std::byte> filtered;
     for (std::size_t d = 0; d < layout_.datasets.size(); ++d) {
       const DatasetLayout& dataset = layout_.datasets[d];
-      if (is_item(dataset.spec)) {
-        if (!is_stored(dataset, items[d])) continue;
-        filtered.clear();
-        append_filtered(items[d], dataset.element_bytes, layout_.compression, filtered);
-        file.write_chunk(d, block.begin, 0, filtered);
+      if (!filtered[d].empty()) {
+        file.write_chunk(d, block.begin, 0, filtered[d]);
       } else if (dataset.spec.role == Role::descriptor) {
         write_descriptors(file, d, begin, block);
         begin += dataset.row_bytes;

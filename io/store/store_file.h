@@ -2,6 +2,7 @@
 // the length and the CRC32C of everything behind it, so that one flipped bit anywhere is found.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -25,6 +26,13 @@ struct RowRange {
   std::uint64_t begin = 0, end = 0;
   std::uint64_t size() const { return end - begin; }
 };
+
+// Calls body(part) for parts of `size` rows, the last of which may be shorter.
+template <class Body>
+void for_each_part(RowRange rows, std::uint64_t size, const Body& body) {
+  for (std::uint64_t begin = rows.begin; begin < rows.end; begin += size)
+    body(RowRange{begin, std::min(begin + size, rows.end)});
+}
 
 std::string tool_version();
 

@@ -77,15 +77,15 @@ class RowMerger {
     const std::uint64_t bytes = look_at_sources();
     StoreFileWriter store(path, layout_, header_, bytes);
     // Small columns first, so that they are contiguous at the front of the file; then the samples.
-    for_each_range({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
+    for_each_part({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
       with_sources(block, [&] {
         for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
           if (!per_sample(layout_.datasets[d].spec)) write_column(store, d, 0, block);
       });
     });
-    for_each_range({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
+    for_each_part({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
       with_sources(block, [&] {
-        for_each_range(block, sample_group_rows(layout_), [&](RowRange group) { write_group(store, group); });
+        for_each_part(block, sample_group_rows(layout_), [&](RowRange group) { write_group(store, group); });
       });
     });
     open_.clear();
@@ -149,12 +149,6 @@ class RowMerger {
 
   // The source of a row: one that is open.
   const OpenSource& source_of(std::uint64_t row) const { return *std::prev(open_.upper_bound(row))->second; }
-
-  template <class Body>
-  static void for_each_range(RowRange rows, std::uint64_t size, const Body& body) {
-    for (std::uint64_t begin = rows.begin; begin < rows.end; begin += size)
-      body(RowRange{begin, std::min(begin + size, rows.end)});
-  }
 
   void write_group(StoreFileWriter& store, RowRange group) {
     const std::uint32_t parts = layout_.datasets[layout_.index_of(Role::samples)].chunk.chunks_per_row;

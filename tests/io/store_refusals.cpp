@@ -2,12 +2,31 @@
 #include <catch2/catch.hpp>
 
 #include "io/store/crc32c.h"
+#include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
 #include "store_support.h"
 
 using namespace meander;
 using namespace meander::test;
 namespace fs = std::filesystem;
+
+namespace {
+
+// The plan of a run of these rows, without its checksum.
+std::string begun_plan(const fs::path& store, const StoreHeader& header) {
+  { const RunDirectory run(store, header); }
+  std::string plan = read_file(store::with_suffix(store, ".run") / "plan.bin");
+  plan.resize(plan.size() - sizeof(std::uint32_t));
+  return plan;
+}
+
+void write_plan_text(const fs::path& store, std::string plan) {
+  const std::uint32_t checksum = crc32c(std::span<const char>(plan));
+  plan.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  write_file(store::with_suffix(store, ".run") / "plan.bin", plan);
+}
+
+}  // namespace
 
 TEST_CASE("run: other parameters and other items are refused by name") {
   const StoreHeader header = make_header(20, 4);
@@ -92,15 +111,11 @@ TEST_CASE(
     "run: one that another version began is refused with a sentence, its plan as that of a shard is read") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
-  { const RunDirectory run(folder / "s.h5", header); }
-  const fs::path path = folder / "s.h5.run/plan.bin";
-  std::string plan = read_file(path);
-  plan.resize(plan.size() - sizeof(std::uint32_t));
+  std::string plan = begun_plan(folder / "s.h5", header);
   REQUIRE(plan.starts_with("meander plan 6\n"));
   for (const char version : {'4', '5'}) {
     plan[std::string_view("meander plan ").size()] = version;
-    const std::uint32_t checksum = crc32c(std::span<const char>(plan));
-    write_file(path, plan + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum));
+    write_plan_text(folder / "s.h5", plan);
     const std::string message = refusal(folder / "s.h5", header).first;
     CHECK_THAT(message,
                Catch::Contains("was begun by another version of the program") && Catch::Contains("--fresh"));
@@ -114,14 +129,9 @@ TEST_CASE(
 TEST_CASE("run: a plan whose checksum is right and whose numbers are wrong is refused") {
   const StoreHeader header = make_header(2, 4);
   const ScratchFolder folder;
-  { const RunDirectory run(folder / "s.h5", header); }
-  const fs::path path = folder / "s.h5.run/plan.bin";
-  std::string plan = read_file(path);
-  plan.resize(plan.size() - sizeof(std::uint32_t));
-  const auto outcome = [&](std::string text) -> std::string {
-    const std::uint32_t checksum = crc32c(std::span<const char>(text));
-    text.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
-    write_file(path, text);
+  const std::string plan = begun_plan(folder / "s.h5", header);
+  const auto outcome = [&](const std::string& text) -> std::string {
+    write_plan_text(folder / "s.h5", text);
     try {
       return read_run_plan(folder / "s.h5") ? "read" : "none";
     } catch (const RunError& error) {
