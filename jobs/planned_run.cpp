@@ -99,7 +99,7 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads);
+      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads, options_.model_bytes);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);
@@ -142,6 +142,16 @@ class PlannedRun {
   std::uint64_t earlier_ = 0, earlier_failures_ = 0;
 };
 
+// What a file that is cheaper to read than to read twice can hold at most.
+std::optional<MeshEstimate> most_in_small_file(const PlanItem& item) {
+  constexpr std::uintmax_t small_file = 16 << 10;
+  if (!item.known_format || item.path.empty() || item.packed) return std::nullopt;
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(item.path, error);
+  if (error || bytes > small_file) return std::nullopt;
+  return most_in_file(bytes, item.format);
+}
+
 }  // namespace
 
 GraphParameters graph_parameters(const RunOptions& options) {
@@ -156,17 +166,27 @@ GraphParameters graph_parameters(const RunOptions& options) {
 }
 
 std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                             std::uint64_t budget,
                              const std::function<std::uint64_t(const MeshEstimate&)>& more) {
+  const auto needed = [&](const MeshEstimate& mesh) {
+    return estimate_bytes(mesh, parameters, threads) + (more ? more(mesh) : std::uint64_t{0});
+  };
+  // Whichever other models are in flight with it, there is room.
+  const std::uint64_t negligible = budget / (4 * static_cast<std::uint64_t>(threads));
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {
-    MeshEstimate estimate;
-    try {
-      if (items[i].known_format && !items[i].path.empty())
-        estimate = peek_model(items[i].path, items[i].packed, items[i].format);
-    } catch (const ItemError&) {  // the read stage will say why
+    PlanItem& item = items[i];
+    MeshEstimate estimate = most_in_small_file(item).value_or(MeshEstimate{});
+    item.reserved_bytes = needed(estimate);
+    if (estimate.file_bytes == 0 || item.reserved_bytes > negligible) {
+      estimate = {};
+      try {
+        if (item.known_format && !item.path.empty())
+          estimate = peek_model(item.path, item.packed, item.format);
+      } catch (const ItemError&) {  // the read stage will say why
+      }
+      item.reserved_bytes = needed(estimate);
     }
-    items[i].reserved_bytes =
-        estimate_bytes(estimate, parameters, threads) + (more ? more(estimate) : std::uint64_t{0});
     total += estimate.file_bytes;
   });
   return total;

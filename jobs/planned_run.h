@@ -12,8 +12,10 @@
 namespace meander {
 
 // Bytes that every item will probably need, from header peeks in parallel; `more`, if given, says what a
-// command needs besides. Returns the bytes of all files.
+// command needs besides. Small files are not opened for it where the most that they can hold is nothing to
+// `budget`, the bytes that models may take at once; 0 looks into all. Returns the bytes of all files.
 std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameters& parameters, int threads,
+                             std::uint64_t budget,
                              const std::function<std::uint64_t(const MeshEstimate&)>& more = {});
 
 // The options as the graph takes them.

@@ -300,7 +300,7 @@ class RemeshJob {
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
       const std::uint64_t bytes =
-          reserve_memory(items, run_.sample, run_.threads, [this](const MeshEstimate& mesh) {
+          reserve_memory(items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
             return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit, carried_);
           });
       Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);

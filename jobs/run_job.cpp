@@ -84,7 +84,7 @@ class RunJob {
 
  private:
   int print_plan() {
-    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads), largest = 0,
+    std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads, 0), largest = 0,
                   over = 0;
     for (const PlanItem& item : inputs_.items) {
       largest = std::max(largest, item.reserved_bytes);

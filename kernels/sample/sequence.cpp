@@ -99,42 +99,47 @@ struct RankBlocks {
   bool empty(int level, std::uint64_t block) const { return begin(level, block) == begin(level, block + 1); }
 };
 
-std::uint64_t reversed_bits(std::uint64_t value, int bits) {
-  std::uint64_t result = 0;
-  for (int b = 0; b < bits; ++b) result = result << 1 | (value >> b & 1);
-  return result;
+std::uint32_t reversed_bits(std::uint32_t value) {
+  value = (value >> 1 & 0x55555555) | (value & 0x55555555) << 1;
+  value = (value >> 2 & 0x33333333) | (value & 0x33333333) << 2;
+  value = (value >> 4 & 0x0F0F0F0F) | (value & 0x0F0F0F0F) << 4;
+  return __builtin_bswap32(value);
+}
+
+// The block that is divided as number `index` of the 2^level.
+std::uint32_t divided_block(int level, std::uint32_t index, std::uint32_t mask) {
+  return level == 0 ? 0 : (reversed_bits(index) ^ mask) >> (32 - level);
 }
 
 }  // namespace
 
 std::vector<std::uint32_t> parent_order(int level, std::uint32_t mask) {
   std::vector<std::uint32_t> order(std::size_t{1} << level);
-  const std::uint64_t level_mask = level == 0 ? 0 : mask >> (32 - level);
-  for (std::uint64_t j = 0; j < order.size(); ++j)
-    order[j] = static_cast<std::uint32_t>(reversed_bits(j, level) ^ level_mask);
+  for (std::uint32_t j = 0; j < order.size(); ++j) order[j] = divided_block(level, j, mask);
   return order;
 }
 
 std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask) {
   std::vector<std::uint32_t> order;
   if (count == 0) return order;
+  if (count == 1) return {0};
   order.reserve(count);
-  const int levels = count > 1 ? std::bit_width(count - 1) : 0;
+  const int levels = std::bit_width(count - 1);
   const RankBlocks blocks{count};
-  // The rank that represents a block: down by the mask's bits, into the other child where that one is empty.
+  // The rank that represents a block of a level above the last: down by the mask's bits, on the last level into the
+  // other child where that one is empty. Only there a block may be empty.
   const auto representative = [&](int level, std::uint64_t block) {
-    for (; level < levels; ++level) {
-      block = block << 1 | (mask >> (31 - level) & 1);
-      if (blocks.empty(level + 1, block)) block ^= 1;
-    }
-    return static_cast<std::uint32_t>(blocks.begin(levels, block));
+    const std::uint64_t below = mask >> (32 - levels) & ((std::uint64_t{1} << (levels - level)) - 1);
+    block = block << (levels - level) | below;
+    return static_cast<std::uint32_t>(blocks.begin(levels, block ^ (blocks.empty(levels, block) ? 1 : 0)));
   };
   order.push_back(representative(0, 0));
   // The child is the one where the parent's representative did not go.
   for (int level = 1; level < levels; ++level)
-    for (const std::uint64_t parent : parent_order(level - 1, mask))
+    for (std::uint32_t j = 0; j < std::uint32_t{1} << (level - 1); ++j) {
+      const std::uint64_t parent = divided_block(level - 1, j, mask);
       order.push_back(representative(level, parent << 1 | (~(mask >> (32 - level)) & 1)));
-  if (levels == 0) return order;
+    }
   // On the last level only some parents have two children. Bit reversal over all parents would visit those in
   // clusters (their pattern along the curve is nearly periodic), so they are taken in the progressive order
   // of their own number.
