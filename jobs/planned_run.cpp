@@ -99,7 +99,8 @@ class PlannedRun {
       if (casts_rays(options_.sample)) device.emplace();
       GraphParameters parameters = graph_parameters(options_);
       parameters.earlier_failures = earlier_failures_;
-      const std::uint64_t bytes = reserve_memory(plan, parameters.sample, options_.threads, options_.model_bytes);
+      const std::uint64_t bytes =
+          reserve_memory(plan, parameters.sample, options_.threads, options_.model_bytes);
       GraphStages stages = sampling_stages(parameters.sample, device ? &*device : nullptr, parameters_.reuse);
       if (parameters_.hook) parameters_.hook(stages);
       StoreSink sink(directory_);

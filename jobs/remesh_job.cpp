@@ -299,8 +299,8 @@ class RemeshJob {
       std::optional<EmbreeDevice> device;
       if (casts_rays(run_.sample)) device.emplace();
       const GraphParameters parameters = graph_parameters(run_);
-      const std::uint64_t bytes =
-          reserve_memory(items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
+      const std::uint64_t bytes = reserve_memory(
+          items, run_.sample, run_.threads, run_.model_bytes, [this](const MeshEstimate& mesh) {
             return remesh_bytes(mesh, run_.sample.place.samples, options_.mesh.fit, carried_);
           });
       Progress progress(progress_style(run_.progress), items.size(), bytes, header_.samples);

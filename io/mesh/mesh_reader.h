@@ -46,8 +46,8 @@ struct MeshEstimate {
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format);
 // The same for bytes that may be anywhere. They are read in ascending order, but for the first 64 KiB.
 MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
-// The most that a file of this size can hold, whatever is in it. Nothing for glTF, whose counts do not depend on
-// the size of the file.
+// The most that a file of this size can hold, whatever is in it. Nothing for glTF, whose counts do not depend
+// on the size of the file.
 std::optional<MeshEstimate> most_in_file(std::uint64_t bytes, MeshFormat format);
 
 // A file that a model needs beside its own, by its path below the model's folder.

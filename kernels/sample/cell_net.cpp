@@ -222,35 +222,38 @@ class NodeHalves {
   DigitalShift shift_, other_shift_, part_shift_;
 };
 
-// The leaves of a node that no sample lies in before the last level, in the order in which they get theirs.
-struct LastLeaves {
-  std::uint32_t first;   // leaf of the node
-  std::uint32_t sample;  // the first in it
-  std::vector<std::uint32_t> leaf;
+// A node before the last level: the sample that represents it, and the leaf that then gets one.
+struct LastNode {
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::uint32_t sample = none, leaf = none;
 };
 
-// Those of all nodes, evenly spread: of two halves of a node first the one with the earlier sample, then from
-// both in turn, in proportion to their numbers. O(n log n).
-std::vector<std::uint32_t> spread(std::vector<LastLeaves> nodes) {
-  std::sort(nodes.begin(), nodes.end(),
-            [](const LastLeaves& a, const LastLeaves& b) { return a.first < b.first; });
-  while (nodes.size() > 1) {
+// Of neighbouring nodes: the leaves that no sample lies in before the last level, by their range in a list.
+struct LastLeaves {
+  std::uint32_t sample;  // the first in these nodes
+  std::uint32_t begin, end;
+};
+
+// The leaves of all nodes (2^k of them), evenly spread: of two halves of a node first the one with the
+// earlier sample, then from both in turn, in proportion to their numbers. O(n log n).
+std::vector<std::uint32_t> spread(std::vector<LastLeaves> nodes, std::vector<std::uint32_t> leaf) {
+  std::vector<std::uint32_t> merged(leaf.size());
+  for (; nodes.size() > 1; nodes.resize(nodes.size() / 2)) {
     for (std::size_t i = 0; i < nodes.size() / 2; ++i) {
-      LastLeaves &first = nodes[2 * i], &second = nodes[2 * i + 1];
+      LastLeaves first = nodes[2 * i], second = nodes[2 * i + 1];
+      const LastLeaves both{std::min(first.sample, second.sample), first.begin, second.end};
       if (second.sample < first.sample) std::swap(first, second);
-      LastLeaves both{std::min(first.first, second.first), first.sample, {}};
-      both.leaf.reserve(first.leaf.size() + second.leaf.size());
-      for (std::size_t a = 0, b = 0; a < first.leaf.size() || b < second.leaf.size();) {
-        const bool is_first =
-            b == second.leaf.size() ||
-            (a < first.leaf.size() && (2 * a + 1) * second.leaf.size() <= (2 * b + 1) * first.leaf.size());
-        both.leaf.push_back(is_first ? first.leaf[a++] : second.leaf[b++]);
+      const std::uint64_t firsts = first.end - first.begin, seconds = second.end - second.begin;
+      std::uint64_t a = 0, b = 0;
+      for (std::uint32_t at = both.begin; at < both.end; ++at) {
+        const bool is_first = b == seconds || (a < firsts && (2 * a + 1) * seconds <= (2 * b + 1) * firsts);
+        merged[at] = is_first ? leaf[first.begin + a++] : leaf[second.begin + b++];
       }
-      nodes[i] = std::move(both);
+      nodes[i] = both;
     }
-    nodes.resize(nodes.size() / 2);
+    leaf.swap(merged);
   }
-  return std::move(nodes.front().leaf);
+  return leaf;
 }
 
 }  // namespace
@@ -266,14 +269,14 @@ std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey 
   // By sample: the node that it represents. Every level halves them; the halves without a sample get one.
   std::vector<Node> nodes{{0, count, 0, {}}};
   nodes.reserve(count);
-  std::vector<LastLeaves> last;
   const int levels = std::bit_width(count - 1);
+  std::vector<LastNode> last(count);  // by its first leaf
   for (int level = 0; level < levels; ++level) {
     for (std::size_t j = 0, present = nodes.size(); j < present; ++j) {
       const Node node = nodes[j];
       const auto sample = static_cast<std::uint32_t>(j);
       if (node.leaves == 1) {
-        if (level + 1 == levels) last.push_back({node.first, sample, {}});
+        if (level + 1 == levels) last[node.first].sample = sample;
         continue;
       }
       const auto [taken, other] = halves.of(node);
@@ -281,12 +284,22 @@ std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey 
       if (level + 1 < levels)
         nodes.push_back(other);
       else
-        last.push_back({node.first, sample, {other.first}});
+        last[node.first] = {sample, other.first};
     }
+  }
+  std::vector<LastLeaves> ranges;
+  std::vector<std::uint32_t> leaves;
+  ranges.reserve(nodes.size());
+  leaves.reserve(count - nodes.size());
+  for (const LastNode& node : last) {
+    if (node.sample == LastNode::none) continue;
+    const auto begin = static_cast<std::uint32_t>(leaves.size());
+    if (node.leaf != LastNode::none) leaves.push_back(node.leaf);
+    ranges.push_back({node.sample, begin, static_cast<std::uint32_t>(leaves.size())});
   }
   order.reserve(count);
   for (const Node& node : nodes) order.push_back(rank[node.first]);
-  for (const std::uint32_t leaf : spread(std::move(last))) order.push_back(rank[leaf]);
+  for (const std::uint32_t leaf : spread(std::move(ranges), std::move(leaves))) order.push_back(rank[leaf]);
   return order;
 }
 

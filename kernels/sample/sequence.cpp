@@ -126,8 +126,8 @@ std::vector<std::uint32_t> masked_order(std::uint32_t count, std::uint32_t mask)
   order.reserve(count);
   const int levels = std::bit_width(count - 1);
   const RankBlocks blocks{count};
-  // The rank that represents a block of a level above the last: down by the mask's bits, on the last level into the
-  // other child where that one is empty. Only there a block may be empty.
+  // The rank that represents a block of a level above the last: down by the mask's bits, on the last level
+  // into the other child where that one is empty. Only there a block may be empty.
   const auto representative = [&](int level, std::uint64_t block) {
     const std::uint64_t below = mask >> (32 - levels) & ((std::uint64_t{1} << (levels - level)) - 1);
     block = block << (levels - level) | below;
