@@ -255,7 +255,7 @@ class Bisection {
       return;
     }
     const ItemExtent extent = largest_extent(items);
-    std::uint32_t low_leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
+    std::uint32_t low_leaves = lower_leaves(node.leaves);
     const bool by_coordinate = find_coordinates(node, items, extent, scratch, low_leaves);
     const std::uint32_t high_leaves = node.leaves - low_leaves;
     const std::uint64_t target = boundary(node.first + low_leaves) - boundary(node.first);

@@ -108,8 +108,8 @@ struct BalancedCells {
 };
 
 // Orders the elements so that the k-th of n equal shares of the mass is one compact cell. A node that holds
-// s of the n shares is cut across the largest extent of its elements' centroids at floor(s / 2) / s of its
-// mass, down to cells of one share. The path takes the half first that makes it shorter, seen from where it
+// s of the n shares is cut across the largest extent of its elements' centroids after lower_leaves(s) of
+// them, down to cells of one share. The path takes the half first that makes it shorter, seen from where it
 // comes from and where it goes on to, and the elements of a cell follow the direction in which it passes. A
 // node that is a thin stack of sheets is cut between sheets instead: by the side that they face, then by
 // height. Nodes of at most 64 shares take their elements by halves, those of at most 16 by all parts; what a

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -25,19 +26,13 @@ struct CutHistory {
   }
 };
 
-// The leaves that the lower half of a node gets, of a tree of so many shares: half of them, and of an odd
-// number the one left over or not, so that halves of one leaf lie now on this side of their siblings, now on
-// that. By the last but one of the other cuts, which is best for small sets; by a hash of all cuts, which is
-// best for the prefixes of large ones.
-inline std::uint32_t lower_leaves(std::uint32_t leaves, const CutHistory& history, std::size_t axis,
-                                  std::uint32_t shares) {
-  constexpr std::uint32_t small_set = 2048;
-  if (shares <= small_set)
-    return leaves / 2 + (leaves & std::uint32_t{history.side_across_others[axis]} >> 1 & 1u);
-  std::uint32_t hash = history.side * 0x9E3779B1u ^ leaves * 0x85EBCA6Bu;
-  hash = (hash ^ hash >> 15) * 0x2C1B3C6Du;
-  hash = (hash ^ hash >> 12) * 0x297A2D39u;
-  return leaves / 2 + (leaves & hash >> 31);
+// The leaves that the lower part of a node of 2 or more gets: of all powers of two the one nearest to half of
+// them, which is between a third and two thirds. So nearly all cells lie in nodes of 2^k leaves, which are
+// cut in halves throughout: there the digits of samples (docs/METHODS.md 7.7) form a net, and the sides of
+// neighbours agree.
+inline std::uint32_t lower_leaves(std::uint32_t leaves) {
+  const std::uint32_t power = std::bit_floor(leaves);
+  return leaves < power + power / 2 ? power / 2 : power;
 }
 
 }  // namespace meander

@@ -89,7 +89,7 @@ class ExactBisection {
     ExactNode low = node, high = node;
     const bool by_sheets = cut_sheets(node, extent, pieces, sheets, low, high);
     if (!by_sheets) {
-      low.leaves = lower_leaves(node.leaves, node.history, extent.axis, n_);
+      low.leaves = lower_leaves(node.leaves);
       const double target = extent.mass * low.leaves / node.leaves;
       std::tie(low.pieces, high.pieces) = pieces.cut(node.pieces, extent, target, cell_mass_);
       low.history.cut(extent.axis, false);

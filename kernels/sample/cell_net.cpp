@@ -1,8 +1,11 @@
 #include "kernels/sample/cell_net.h"
 
+#include <xmmintrin.h>
+
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -103,204 +106,173 @@ const CellEntry& entry_in_net(const BalancedCells& cells, const Cell& cell, cons
 
 namespace {
 
-// Sums of the centres of cells, in the order of the tree.
-class CentreSums {
- public:
-  CentreSums(std::span<const Cell> cells, std::span<const std::uint32_t> rank) : sums_(cells.size() + 1) {
-    for (std::size_t r = 0; r < cells.size(); ++r)
-      for (std::size_t k = 0; k < 3; ++k)
-        sums_[r + 1][k] = sums_[r][k] + static_cast<double>(cells[rank[r]].centre[k]);
-  }
-  std::uint32_t count() const { return static_cast<std::uint32_t>(sums_.size() - 1); }
-  // From the mean centre of [begin, middle) to that of [middle, end), times their numbers.
-  std::array<double, 3> way(std::size_t begin, std::size_t middle, std::size_t end) const {
-    const auto first = static_cast<double>(middle - begin), second = static_cast<double>(end - middle);
-    std::array<double, 3> way{};
-    for (std::size_t k = 0; k < 3; ++k)
-      way[k] = (sums_[end][k] - sums_[middle][k]) * first - (sums_[middle][k] - sums_[begin][k]) * second;
-    return way;
-  }
-
- private:
-  std::vector<std::array<double, 3>> sums_;
-};
-
-std::size_t longest(const std::array<double, 3>& way) {
-  std::size_t axis = 0;
-  for (std::size_t k = 1; k < 3; ++k)
-    if (std::abs(way[k]) > std::abs(way[axis])) axis = k;
-  return axis;
-}
-
-// A range of leaves that one sample of a prefix stands for.
+// A node of the tree and the cuts above it.
 struct Node {
-  static constexpr std::size_t none = ~std::size_t{0};
+  std::size_t number;
   std::uint32_t first, leaves;
-  std::size_t tree_node;     // whose leaves these are, or none
-  CutHistory history;        // of the cuts between the halves of those above
-  std::uint32_t parted = 0;  // how often it was parted otherwise than across an axis
+  CutHistory history;
+  std::uint32_t parted;  // how many of them were not across an axis
 };
 
-// Halves of nodes, down to single leaves: as the tree is cut where that is in halves, else by numbers, as one
-// level of samples follows the other.
-class NodeHalves {
+struct alignas(16) Lanes {
+  float lane[4];
+};
+
+// The leaves of the tree in the order in which they get their samples.
+class NetOrder {
  public:
-  NodeHalves(const BalancedCells& cells, const CentreSums& centres, RandomKey key)
+  NetOrder(const BalancedCells& cells, RandomKey key, const SamplePlace& place)
       : cells_(cells),
-        centres_(centres),
+        place_(place),
         key_(key),
         shift_(digital_shift(key)),
-        other_shift_(digital_shift(key, 1)),
-        part_shift_(digital_shift(key, 2)) {}
-
-  // The half that the sample which represents the node lies in, and the other one.
-  std::array<Node, 2> of(const Node& node) const {
-    // The digits of a sample in its cell follow those of the cuts above it: no other cuts may take theirs
-    // from the same shift, and no two of them the same bit.
-    if (node.tree_node != Node::none) {
-      const TreeCut cut = cells_.cut[node.tree_node];
-      if (cut.axis != TreeCut::between_parts) return across(node, cut.axis, cut.low_leaves, true, shift_);
-      if (cut.low_leaves == node.leaves / 2 || cut.low_leaves == node.leaves - node.leaves / 2) {
-        // Parts are one more direction, which all others are across.
-        Node parted = node;
-        ++parted.parted;
-        const bool upper = (net_digit(node.history.side, 0) ^ part_shift_.digit(0, node.parted)) != 0;
-        const bool second = takes_second(node, cut.low_leaves, upper);
-        return {half(parted, cut.low_leaves, second), half(parted, cut.low_leaves, !second)};
-      }
-    }
-    Node range = node;
-    range.tree_node = Node::none;
-    const std::uint32_t end = node.first + node.leaves;
-    std::uint32_t low = node.leaves / 2;
-    std::array<double, 3> way = centres_.way(node.first, node.first + low, end);
-    const std::size_t axis = longest(way);
-    low = lower_leaves(node.leaves, node.history, axis, centres_.count());
-    way = centres_.way(node.first, node.first + low, end);
-    return across(range, axis, low, way[axis] >= 0, other_shift_);
+        place_shift_(digital_shift(key, 1)),
+        part_shift_(digital_shift(key, 2)),
+        rank_(cells.cell.size()),
+        order_(cells.cell.size()),
+        merged_(cells.cell.size()) {
+    for (std::uint32_t r = 0; r < rank_.size(); ++r) rank_[cells.cell[r].leaf] = r;
+    std::iota(order_.begin(), order_.end(), 0u);
+    if (!order_.empty()) sort({0, 0, static_cast<std::uint32_t>(cells.cell.size()), {}, 0});
+  }
+  std::vector<std::uint32_t> ranks() const {
+    std::vector<std::uint32_t> ranks(order_.size());
+    std::transform(order_.begin(), order_.end(), ranks.begin(),
+                   [&](std::uint32_t leaf) { return rank_[leaf]; });
+    return ranks;
   }
 
  private:
-  std::array<Node, 2> across(const Node& node, std::size_t axis, std::uint32_t low_leaves, bool ascends,
-                             const DigitalShift& shift) const {
-    const bool upper = (net_digit(node.history.side_across_others[axis], 0) ^
-                        shift.digit(axis, node.history.cuts[axis])) != 0;
-    const bool second = takes_second(node, low_leaves, upper == ascends);
-    const auto child = [&](bool is_second) {
-      Node n = half(node, low_leaves, is_second);
-      n.history.cut(axis, is_second == ascends);
-      return n;
-    };
-    return {child(second), child(!second)};
-  }
-
-  // Of halves that are one leaf apart the larger one is taken so much more often that all leaves are equally
-  // likely.
-  bool takes_second(const Node& node, std::uint32_t low_leaves, bool second) const {
-    if (node.leaves % 2 == 0) return second;
-    const PhiloxBlock words = random_words(key_, Stream::digital_shift, node.first, node.leaves);
-    const bool decides = std::uint64_t{words[0]} * node.leaves < std::uint64_t{1} << 32;
-    return decides ? low_leaves < node.leaves - low_leaves : second;
-  }
-
-  static Node half(const Node& node, std::uint32_t low_leaves, bool is_second) {
-    Node n = node;
-    if (is_second) {
-      n.first += low_leaves;
-      n.leaves -= low_leaves;
-    } else {
-      n.leaves = low_leaves;
+  // Those of a node, in its range of the order.
+  void sort(const Node& node) {
+    if (node.leaves == 1) return;
+    const TreeCut cut = cells_.cut[node.number];
+    const bool parts = cut.axis == TreeCut::between_parts;
+    const std::uint32_t high_leaves = node.leaves - cut.low_leaves;
+    if (!parts && cut.low_leaves != high_leaves) {
+      if (at_.empty()) at_.resize(order_.size());
+      for (std::uint32_t leaf = node.first; leaf < node.first + node.leaves; ++leaf) {
+        const std::array<float, 3> at = place_(rank_[leaf]);
+        at_[leaf] = {{at[0], at[1], at[2], 0}};
+      }
+      bisect(node.first, node.leaves, node.history);
+      return;
     }
-    if (n.tree_node != Node::none)
-      n.tree_node = is_second ? CutTree::high(n.tree_node, low_leaves) : CutTree::low(n.tree_node);
-    return n;
+    Node low{CutTree::low(node.number), node.first, cut.low_leaves, node.history, node.parted + parts};
+    Node high{CutTree::high(node.number, cut.low_leaves), node.first + cut.low_leaves, high_leaves,
+              node.history, node.parted + parts};
+    if (!parts) {
+      low.history.cut(cut.axis, false);
+      high.history.cut(cut.axis, true);
+    }
+    sort(low);
+    sort(high);
+    // The digits of a sample in its cell follow those of the cuts above it: no other cuts may take theirs
+    // from the same shift, and no two of them the same bit. Parts are one more direction, which all others
+    // are across.
+    if (!parts)
+      alternate(node.first, node.leaves, cut.low_leaves, is_upper(node.history, cut.axis, shift_));
+    else if (std::max(cut.low_leaves, high_leaves) - std::min(cut.low_leaves, high_leaves) <= 1)
+      alternate(node.first, node.leaves, cut.low_leaves,
+                (net_digit(node.history.side, 0) ^ part_shift_.digit(0, node.parted)) != 0);
+    else
+      mix(node.first, node.leaves, cut.low_leaves);
+  }
+
+  // Leaves whose node is not cut in halves, by bisection of the places of their samples: prefixes of 2^j lie
+  // in as many equal parts, and digits say on which side a sample lies, not only its cell.
+  void bisect(std::uint32_t first, std::uint32_t leaves, const CutHistory& history) {
+    if (leaves == 1) return;
+    const std::span<std::uint32_t> range = std::span(order_).subspan(first, leaves);
+    __m128 least = _mm_set1_ps(INFINITY), most = _mm_set1_ps(-INFINITY);
+    for (const std::uint32_t leaf : range) {
+      const __m128 at = _mm_load_ps(at_[leaf].lane);
+      least = _mm_min_ps(least, at);
+      most = _mm_max_ps(most, at);
+    }
+    Lanes extent;
+    _mm_store_ps(extent.lane, _mm_sub_ps(most, least));
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (extent.lane[k] > extent.lane[axis]) axis = k;
+    const bool upper = is_upper(history, axis, place_shift_);
+    if (leaves == 2) {
+      const auto entry = [&](std::uint32_t leaf) { return row_entry(at_[leaf].lane[axis], leaf); };
+      if ((entry(range[0]) > entry(range[1])) != upper) std::swap(range[0], range[1]);
+      return;
+    }
+    // Of an odd number the larger half lies on either side: were it always the same, samples of prefixes
+    // would gather there.
+    std::uint32_t hash = history.side * 0x9E3779B1u ^ leaves * 0x85EBCA6Bu;
+    hash = (hash ^ hash >> 15) * 0x2C1B3C6Du;
+    hash = (hash ^ hash >> 12) * 0x297A2D39u;
+    const std::uint32_t low = leaves / 2 + (leaves & hash >> 31);
+    row_.clear();
+    for (const std::uint32_t leaf : range) row_.push_back(row_entry(at_[leaf].lane[axis], leaf));
+    select_by_mass(std::span(row_), low, [](std::uint64_t) { return std::uint64_t{1}; });
+    std::transform(row_.begin(), row_.end(), range.begin(), number_of);
+    CutHistory below = history, above = history;
+    below.cut(axis, false);
+    above.cut(axis, true);
+    bisect(first, low, below);
+    bisect(first + low, leaves - low, above);
+    alternate(first, leaves, low, upper);
+  }
+
+  static bool is_upper(const CutHistory& history, std::size_t axis, const DigitalShift& shift) {
+    return (net_digit(history.side_across_others[axis], 0) ^ shift.digit(axis, history.cuts[axis])) != 0;
+  }
+
+  // From both halves in turn, which may be one leaf apart; from the one first that the digits of the net say.
+  // A larger half is so much more often the first one that all leaves are equally likely.
+  void alternate(std::uint32_t first, std::uint32_t leaves, std::uint32_t low_leaves, bool upper) {
+    const std::uint32_t half = leaves / 2;
+    const bool is_odd = leaves % 2 != 0, low_is_larger = low_leaves > half;
+    if (is_odd && word_of(first, leaves) * leaves < std::uint64_t{1} << 32) upper = !low_is_larger;
+    const std::uint32_t *from = order_.data() + first, *other = from + low_leaves;
+    if (upper) std::swap(from, other);
+    std::uint32_t* const to = merged_.data() + first;
+    for (std::uint32_t i = 0; i < half; ++i) {
+      to[2 * i] = from[i];
+      to[2 * i + 1] = other[i];
+    }
+    if (is_odd) to[2 * half] = low_is_larger != upper ? from[half] : other[half];
+    std::copy_n(to, leaves, order_.begin() + first);
+  }
+
+  // From both parts in proportion, from a random phase on: either is first as often as its share of the
+  // leaves asks for, whatever the digits are.
+  void mix(std::uint32_t first, std::uint32_t leaves, std::uint32_t low_leaves) {
+    std::uint64_t phase = (word_of(first, leaves) * leaves >> 32) * low_leaves % leaves;
+    std::uint32_t low = first, high = first + low_leaves;
+    for (std::uint32_t i = 0; i < leaves; ++i) {
+      phase += low_leaves;
+      const bool is_low = phase >= leaves;
+      if (is_low) phase -= leaves;
+      merged_[first + i] = order_[is_low ? low++ : high++];
+    }
+    std::copy_n(merged_.begin() + first, leaves, order_.begin() + first);
+  }
+
+  std::uint64_t word_of(std::uint32_t first, std::uint32_t leaves) const {
+    return random_words(key_, Stream::digital_shift, first, leaves)[0];
   }
 
   const BalancedCells& cells_;
-  const CentreSums& centres_;
+  const SamplePlace& place_;
   RandomKey key_;
-  DigitalShift shift_, other_shift_, part_shift_;
+  DigitalShift shift_, place_shift_, part_shift_;
+  std::vector<std::uint32_t> rank_;  // by leaf
+  std::vector<Lanes> at_;            // by leaf, where nodes are bisected: of its sample
+  std::vector<std::uint32_t> order_, merged_;
+  std::vector<std::uint64_t> row_;
 };
-
-// A node before the last level: the sample that represents it, and the leaf that then gets one.
-struct LastNode {
-  static constexpr std::uint32_t none = ~std::uint32_t{0};
-  std::uint32_t sample = none, leaf = none;
-};
-
-// Of neighbouring nodes: the leaves that no sample lies in before the last level, by their range in a list.
-struct LastLeaves {
-  std::uint32_t sample;  // the first in these nodes
-  std::uint32_t begin, end;
-};
-
-// The leaves of all nodes (2^k of them), evenly spread: of two halves of a node first the one with the
-// earlier sample, then from both in turn, in proportion to their numbers. O(n log n).
-std::vector<std::uint32_t> spread(std::vector<LastLeaves> nodes, std::vector<std::uint32_t> leaf) {
-  std::vector<std::uint32_t> merged(leaf.size());
-  for (; nodes.size() > 1; nodes.resize(nodes.size() / 2)) {
-    for (std::size_t i = 0; i < nodes.size() / 2; ++i) {
-      LastLeaves first = nodes[2 * i], second = nodes[2 * i + 1];
-      const LastLeaves both{std::min(first.sample, second.sample), first.begin, second.end};
-      if (second.sample < first.sample) std::swap(first, second);
-      const std::uint64_t firsts = first.end - first.begin, seconds = second.end - second.begin;
-      std::uint64_t a = 0, b = 0;
-      for (std::uint32_t at = both.begin; at < both.end; ++at) {
-        const bool is_first = b == seconds || (a < firsts && (2 * a + 1) * seconds <= (2 * b + 1) * firsts);
-        merged[at] = is_first ? leaf[first.begin + a++] : leaf[second.begin + b++];
-      }
-      nodes[i] = both;
-    }
-    leaf.swap(merged);
-  }
-  return leaf;
-}
 
 }  // namespace
 
-std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey key) {
-  const auto count = static_cast<std::uint32_t>(cells.cell.size());
-  std::vector<std::uint32_t> order;
-  if (count < 2) return std::vector<std::uint32_t>(count, 0u);
-  std::vector<std::uint32_t> rank(count);  // by number in the tree
-  for (std::uint32_t r = 0; r < count; ++r) rank[cells.cell[r].leaf] = r;
-  const CentreSums centres(cells.cell, rank);
-  const NodeHalves halves(cells, centres, key);
-  // By sample: the node that it represents. Every level halves them; the halves without a sample get one.
-  std::vector<Node> nodes{{0, count, 0, {}}};
-  nodes.reserve(count);
-  const int levels = std::bit_width(count - 1);
-  std::vector<LastNode> last(count);  // by its first leaf
-  for (int level = 0; level < levels; ++level) {
-    for (std::size_t j = 0, present = nodes.size(); j < present; ++j) {
-      const Node node = nodes[j];
-      const auto sample = static_cast<std::uint32_t>(j);
-      if (node.leaves == 1) {
-        if (level + 1 == levels) last[node.first].sample = sample;
-        continue;
-      }
-      const auto [taken, other] = halves.of(node);
-      nodes[j] = taken;
-      if (level + 1 < levels)
-        nodes.push_back(other);
-      else
-        last[node.first] = {sample, other.first};
-    }
-  }
-  std::vector<LastLeaves> ranges;
-  std::vector<std::uint32_t> leaves;
-  ranges.reserve(nodes.size());
-  leaves.reserve(count - nodes.size());
-  for (const LastNode& node : last) {
-    if (node.sample == LastNode::none) continue;
-    const auto begin = static_cast<std::uint32_t>(leaves.size());
-    if (node.leaf != LastNode::none) leaves.push_back(node.leaf);
-    ranges.push_back({node.sample, begin, static_cast<std::uint32_t>(leaves.size())});
-  }
-  order.reserve(count);
-  for (const Node& node : nodes) order.push_back(rank[node.first]);
-  for (const std::uint32_t leaf : spread(std::move(ranges), std::move(leaves))) order.push_back(rank[leaf]);
-  return order;
+std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey key,
+                                          const SamplePlace& place) {
+  return NetOrder(cells, key, place).ranks();
 }
 
 }  // namespace meander

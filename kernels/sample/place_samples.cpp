@@ -108,9 +108,11 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
   return points;
 }
 
-// rank_of_index: order in the file, if the sequence has one of its own.
+// rank_of_index: order in the file, if the sequence has one of its own; net: cells whose samples form one, or
+// null.
 Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_t> rank_of_index,
-              std::span<const StratumPoint> chosen, RepairCounts& repairs, const CancelToken& cancel) {
+              const BalancedCells* net, std::span<const StratumPoint> chosen, RepairCounts& repairs,
+              const CancelToken& cancel) {
   const PlaceParameters& parameters = placer.parameters;
   const std::uint32_t count = parameters.samples;
   cancel.check();
@@ -121,6 +123,8 @@ Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_
   if (parameters.order == OrderKind::curve) {
     order.resize(count);
     std::iota(order.begin(), order.end(), 0u);
+  } else if (net != nullptr) {
+    order = cell_net_order(*net, placer.key, [&](std::uint32_t rank) { return placer.place_in_mesh(rank); });
   } else {
     order = rank_of_index.empty() ? progressive_order(count, placer.key) : std::move(rank_of_index);
   }
@@ -159,13 +163,13 @@ Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, con
     for (std::size_t r = 0; r < parameters.samples; ++r)
       sites.set(r, spaced.point[r].triangle, spaced.point[r].path);
     return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-                 std::move(spaced.rank_of_index), spaced.point, repairs, cancel);
+                 std::move(spaced.rank_of_index), nullptr, spaced.point, repairs, cancel);
   }
   SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
   SampleSites sites = elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
   sequence.position = std::vector<double>();
   return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-               std::move(sequence.rank_of_index), {}, repairs, cancel);
+               std::move(sequence.rank_of_index), nullptr, {}, repairs, cancel);
 }
 
 }  // namespace
@@ -183,9 +187,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
                       const MetricAt& metric) {
   if (forms_net(parameters) && cells.count() > 0) {
     SampleSites sites = elements_in_net(cells, key, parameters.place == PlaceKind::vertex, cancel);
-    std::vector<std::uint32_t> order;
-    if (parameters.order == OrderKind::progressive) order = cell_net_order(cells.cells, key);
-    return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, std::move(order), {},
+    return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, {}, &cells.cells, {},
                  repairs, cancel);
   }
   return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);

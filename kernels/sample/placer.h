@@ -162,6 +162,16 @@ struct Placer {
     return stored_point(corner_frame(triangle), b1, b2);
   }
 
+  // Where a sample lies on the mesh as it is worked on, whatever the stored coordinates are.
+  std::array<float, 3> place_in_mesh(std::size_t rank) const {
+    const SampleSite& site = sites.site[rank];
+    const std::uint32_t* const corner = &mesh.triangles[3 * std::size_t{site.triangle}];
+    const double b1 = static_cast<double>(site.b1), b2 = static_cast<double>(site.b2);
+    const Vector3 at = (1 - b1 - b2) * mesh.position(corner[0]) + b1 * mesh.position(corner[1]) +
+                       b2 * mesh.position(corner[2]);
+    return {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+  }
+
   Vector3 geometric_normal(std::uint32_t triangle) const {
     const std::size_t t = 3 * std::size_t{triangle};
     const Vector3 a = mesh.position(mesh.triangles[t]), b = mesh.position(mesh.triangles[t + 1]),

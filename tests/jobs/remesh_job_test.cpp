@@ -452,7 +452,7 @@ TEST_CASE("remesh job: what a killed process has logged is not made again") {
   make_models(scratch / "models");
   const std::string models = (scratch / "models").string(), out = (scratch / "out").string();
   ProcessOptions options;
-  options.environment = {{"MEANDER_TEST_FAULT", "kill:sheet"}};
+  options.environment = {{"MEANDER_TEST_FAULT", "kill:box"}};  // the smallest, and so the last one
   const ProcessResult died =
       run_process({fault_program, "remesh", models, "-o", out, "-n", "90", "-j", "1"}, options);
   REQUIRE(died.signal == SIGKILL);
@@ -464,14 +464,14 @@ TEST_CASE("remesh job: what a killed process has logged is not made again") {
   // A power cut may leave the last line in part.
   {
     std::ofstream log(fs::path(out) / "remesh.json.log", std::ios::app);
-    log << "{\"id\":\"sheet.ply\",\"rec";
+    log << "{\"id\":\"box.stl\",\"rec";
   }
-  write_file(fs::path(out) / "sheet.ply.tmp123", "half");
+  write_file(fs::path(out) / "box.ply.tmp123", "half");
   const ProcessResult again = remesh({models, "-o", out, "-n", "90", "--json"});
   REQUIRE(again.exit_code == 0);
   CHECK(JsonObject(again.out, "summary").integer("done_now") == 4 - logged);
   CHECK(items_of(out).size() == 4);
-  CHECK_FALSE(fs::exists(fs::path(out) / "sheet.ply.tmp123"));
+  CHECK_FALSE(fs::exists(fs::path(out) / "box.ply.tmp123"));
 }
 
 TEST_CASE("remesh job: an item that crashes the process is recorded, and left alone by later runs") {

@@ -40,6 +40,14 @@ std::vector<CellEntry> net_of(const BalancedCells& cells, std::uint64_t seed) {
   return net;
 }
 
+// The order of a set whose samples lie in those entries.
+std::vector<std::uint32_t> order_of(const BalancedCells& cells, std::uint64_t seed) {
+  const std::vector<CellEntry> net = net_of(cells, seed);
+  return cell_net_order(cells, make_random_key(seed, {}), [&](std::uint32_t rank) {
+    return std::array<float, 3>{net[rank].at[0], net[rank].at[1], net[rank].at[2]};
+  });
+}
+
 }  // namespace
 
 TEST_CASE("cell net: one sample in every elementary interval of a flat square") {
@@ -141,13 +149,9 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
                                     [](const TreeCut& cut) { return cut.axis == TreeCut::between_parts; });
   CHECK(parted >= (layers == 4 ? 3 : 1));
   constexpr int sets = 20000;
-  CellNetScratch scratch;
   std::vector<double> count(stack.points.size());
   for (std::uint64_t seed = 0; seed < sets; ++seed) {
-    const RandomKey key = make_random_key(seed, {});
-    const std::uint32_t first = cell_net_order(cells, key)[0];
-    const double choice = random_pair(key, Stream::sequence, first).first;
-    ++count[entry_in_net(cells, cells.cell[first], digital_shift(key), choice, scratch).element()];
+    ++count[net_of(cells, seed)[order_of(cells, seed)[0]].element()];
   }
   const auto degrees = static_cast<double>(stack.points.size() - 1);
   const double expected = static_cast<double>(sets) / static_cast<double>(stack.points.size());
@@ -157,24 +161,50 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
   CHECK(chi_square < degrees + 4 * std::sqrt(2 * degrees));
 }
 
-TEST_CASE("cell net: prefixes of powers of two have one sample in every node of the tree") {
+TEST_CASE("cell net: orders are permutations, for any number of samples") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u, 1000u, 1024u}) {
-    const BalancedCells cells = balanced_order(square_grid(100), n);
-    const std::vector<std::uint32_t> order = cell_net_order(cells, make_random_key(n, {}));
+    std::vector<std::uint32_t> order = order_of(balanced_order(square_grid(100), n), n);
     REQUIRE(order.size() == n);
-    std::vector<std::uint32_t> sorted = order;
-    std::sort(sorted.begin(), sorted.end());
-    for (std::uint32_t r = 0; r < n; ++r) REQUIRE(sorted[r] == r);
-    // Nodes of one level hold floor or ceil of n / 2^level leaves: their number in the tree says which.
+    std::sort(order.begin(), order.end());
+    for (std::uint32_t r = 0; r < n; ++r) REQUIRE(order[r] == r);
+  }
+}
+
+TEST_CASE("cell net: prefixes of powers of two have one sample in every node of the tree") {
+  for (const std::uint32_t n : {2u, 64u, 1024u}) {
+    const BalancedCells cells = balanced_order(square_grid(128), n);
+    const std::vector<std::uint32_t> order = order_of(cells, n);
     for (std::uint32_t prefix = 1; prefix <= n; prefix *= 2) {
-      std::vector<std::uint32_t> leaves;
-      for (std::uint32_t i = 0; i < prefix; ++i) leaves.push_back(cells.cell[order[i]].leaf);
-      std::sort(leaves.begin(), leaves.end());
-      // One in every node: the k-th smallest cannot be before the k-th node, which begins at least at
-      // k floor(n / prefix), nor behind its end.
-      for (std::uint32_t k = 0; k < prefix; ++k) {
-        REQUIRE(leaves[k] >= k * (n / prefix));
-        REQUIRE(leaves[k] < (k + 1) * ((n + prefix - 1) / prefix));
+      std::set<std::uint32_t> nodes;
+      for (std::uint32_t i = 0; i < prefix; ++i) nodes.insert(cells.cell[order[i]].leaf / (n / prefix));
+      INFO("the first " << prefix << " of " << n);
+      CHECK(nodes.size() == prefix);
+    }
+  }
+}
+
+TEST_CASE("cell net: prefixes of powers of two of other sets lie in equal parts of the surface") {
+  // A square that is cut in halves down to 4^j small ones has 4^j samples of the prefix, about one in each:
+  // never more than its corner of 2 x 2 may have together, and seldom none.
+  for (const std::uint32_t n : {1000u, 1500u, 3000u}) {
+    const BalancedCells cells = balanced_order(square_grid(256), n);
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const std::vector<CellEntry> net = net_of(cells, seed);
+      const std::vector<std::uint32_t> order = order_of(cells, seed);
+      for (const std::uint32_t side : {2u, 4u, 8u, 16u}) {
+        std::vector<int> held(std::size_t{side} * side);
+        for (std::uint32_t i = 0; i < side * side; ++i) {
+          const CellEntry& entry = net[order[i]];
+          const auto column = static_cast<std::uint32_t>(entry.at[0] * static_cast<float>(side)),
+                     row = static_cast<std::uint32_t>(entry.at[1] * static_cast<float>(side));
+          ++held[column * side + row];
+        }
+        const auto empty = std::count(held.begin(), held.end(), 0);
+        INFO("the first " << side * side << " of " << n << ", seed " << seed << ": " << empty
+                          << " squares are empty");
+        // Of random points 37 % would be.
+        CHECK(static_cast<double>(empty) <= 0.15 * side * side);
+        CHECK(*std::max_element(held.begin(), held.end()) <= 3);
       }
     }
   }
@@ -186,7 +216,7 @@ TEST_CASE("cell net: every prefix is spread over the surface") {
   constexpr std::uint32_t n = 1024, level = 256;
   const BalancedCells cells = balanced_order(square_grid(128), n);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const std::vector<std::uint32_t> order = cell_net_order(cells, make_random_key(seed, {}));
+    const std::vector<std::uint32_t> order = order_of(cells, seed);
     for (std::uint32_t length = level; length <= n; length += 37) {
       std::array<int, 16> held{};
       for (std::uint32_t i = 0; i < length; ++i) ++held[cells.cell[order[i]].leaf / 64];
@@ -202,6 +232,6 @@ TEST_CASE("cell net: cells without extent, of one entry and of entries without m
     const BalancedCells cells = balanced_order(points, n);
     for (std::uint64_t seed = 0; seed < 50; ++seed)
       for (const CellEntry& entry : net_of(cells, seed)) REQUIRE(entry.mass > 0);
-    CHECK(cell_net_order(cells, make_random_key(1, {})).size() == n);
+    CHECK(order_of(cells, 1).size() == n);
   }
 }

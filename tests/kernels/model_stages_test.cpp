@@ -321,7 +321,7 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
   PolygonMesh mesh = test::cube();
   mesh.face_attributes.push_back({"wanted", {0, 1, 0, 0, 3, 0}});
   SampleParameters parameters = parameters_for("auto");
-  set_samples(parameters, 400);
+  set_samples(parameters, 512);
   parameters.density.kind = DensityKind::face_attribute;
   parameters.density.attribute = "wanted";
   const Row row = Sampler(parameters).sample(mesh);
@@ -329,7 +329,7 @@ TEST_CASE("Sampler: a mesh with polygons and attributes is sampled as it is") {
   CHECK(row.report.faces == 6);
   std::array<std::uint32_t, 6> count{};
   for (const std::uint32_t face : row.samples.face) ++count.at(face);
-  CHECK(count == std::array<std::uint32_t, 6>{0, 100, 0, 0, 300, 0});
+  CHECK(count == std::array<std::uint32_t, 6>{0, 128, 0, 0, 384, 0});
 
   // Triangles alone: the samples of the arrays. The content keys both.
   const PolygonMesh plain = test::torus(20, 10);

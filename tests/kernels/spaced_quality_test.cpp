@@ -63,7 +63,7 @@ constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::sh
 
 }  // namespace
 
-TEST_CASE("spaced samples: nearer to each other nowhere, and of less error than shifted ones") {
+TEST_CASE("spaced samples: nearer to each other nowhere; along the curve of less error than shifted ones") {
   // Well above most_typical_triangles: with fewer, the cells of `shifted` are cut exactly, those of `spaced`
   // are not.
   for (const PolygonMesh& mesh : {icosphere(4), torus(68, 40)})
@@ -81,7 +81,8 @@ TEST_CASE("spaced samples: nearer to each other nowhere, and of less error than 
         CHECK(own.mean_rho > (along ? 0.62 : 0.55));
         CHECK(own.least_rho > (along ? 0.55 : 0.48));
         CHECK(other.mean_rho < 0.2);
-        CHECK(own.error < (along ? 0.95 : 1.03) * other.error);
+        // In progressive order all their prefixes have to keep their distance.
+        CHECK(own.error < (along ? 0.95 : 1.06) * other.error);
       }
 }
 
