@@ -162,6 +162,47 @@ TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
   REQUIRE_THROWS_AS(peek_mesh(folder / "absent.off", MeshFormat::off), ItemError);
 }
 
+TEST_CASE("most_in_file: no file of its size holds more") {
+  const auto check = [](const std::string& content, MeshFormat format, double used) {
+    const auto most = most_in_file(content.size(), format);
+    REQUIRE(most);
+    CHECK(most->file_bytes == content.size());
+    const Truth truth = truth_of(read(content, format));
+    CAPTURE(content.size(), truth.vertices, truth.triangles);
+    CHECK(truth.vertices <= static_cast<double>(most->vertices));
+    CHECK(truth.triangles <= static_cast<double>(most->triangles));
+    CHECK(truth.triangles >= used * static_cast<double>(most->triangles));
+  };
+  const ScratchFolder folder;
+  for (const PolygonMesh& shape : {tetrahedron(), cube(), icosphere(2)})
+    for (const auto& [name, file] : named_files) {
+      CAPTURE(name, shape.polygon_count());
+      write_mesh(folder / name, shape, file);
+      MeshFormat format{};
+      REQUIRE(mesh_format_of(name, format));
+      check(read_file(folder / name), format, 0);
+    }
+  // One polygon that is nearly all of the file.
+  std::string vertices, corners;
+  for (int k = 0; k < 9; ++k) vertices += std::to_string(k) + " " + std::to_string(k * k) + " 0\n";
+  for (int k = 0; k < 6000; ++k) corners += " " + std::to_string(k % 9);
+  check("OFF\n9 1 0\n" + vertices + "6000" + corners + "\n", MeshFormat::off, 0.9);
+  std::string lines = "v " + vertices;
+  for (std::size_t at = lines.find('\n'); at + 1 < lines.size(); at = lines.find('\n', at + 1))
+    lines.insert(at + 1, "v ");
+  std::string face = "f";
+  for (int k = 0; k < 6000; ++k) face += " " + std::to_string(k % 9 + 1);
+  check(lines + face + "\n", MeshFormat::obj, 0.9);
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty uchar x\nproperty uchar y\n"
+      "property uchar z\nelement face 1\nproperty list ushort uchar vertex_indices\nend_header\n";
+  for (int k = 0; k < 9; ++k) ply += {static_cast<char>(k), static_cast<char>(k * k), '\0'};
+  ply += {'\x70', '\x17'};  // 6000 corners
+  for (int k = 0; k < 6000; ++k) ply += static_cast<char>(k % 9);
+  check(ply, MeshFormat::ply, 0.9);
+  CHECK_FALSE(most_in_file(1000, MeshFormat::gltf));
+}
+
 TEST_CASE("peek_mesh: real files are estimated at 1 to 1.5 times the truth") {
   MEANDER_NEEDS_SHARED_DATA();
   std::size_t files = 0;
