@@ -38,7 +38,6 @@ class ExactBisection {
         net_(*traits.exact),
         shift_(digital_shift(net_.key)),
         cancel_(cancel),
-        n_(n),
         cells_{CutTree(n), std::vector<CutHistory>(n), {}, {}, {}, {}} {
     if (net_.keep_polygons) {
       cells_.entries.resize(n);
@@ -207,7 +206,6 @@ class ExactBisection {
   const ExactTriangles& net_;
   DigitalShift shift_;
   const CancelToken& cancel_;
-  std::uint32_t n_;
   double cell_mass_ = 0;
   std::atomic<std::uint64_t> kept_ = 0;  // polygons of cells
   std::atomic<bool> is_abandoned_ = false;
