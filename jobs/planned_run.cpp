@@ -172,7 +172,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
   const auto needed = [&](const MeshEstimate& mesh) {
     return estimate_bytes(mesh, parameters, threads) + (more ? more(mesh) : std::uint64_t{0});
   };
-  // Whichever other models are in flight with it, there is room.
+  // All such models that can be in flight, two a thread, take at most half of the budget.
   const std::uint64_t negligible = budget / (4 * static_cast<std::uint64_t>(threads));
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {

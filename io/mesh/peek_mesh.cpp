@@ -333,8 +333,10 @@ std::optional<PlyHeader> short_binary_header(const ByteSource& file) {
 
 std::optional<MeshEstimate> most_in_file(std::uint64_t bytes, MeshFormat format) {
   if (format == MeshFormat::gltf) return std::nullopt;
-  // A polygon has at most as many triangles as corners, and a corner or a coordinate takes a digit and a
-  // separator; in binary PLY a byte.
+  if (format == MeshFormat::stl)
+    return MeshEstimate{bytes, 3 * (bytes / 30), bytes / 30};  // three vertices a facet
+  // A polygon has fewer triangles than corners, and a corner or a coordinate takes a digit and a separator;
+  // in binary PLY a byte.
   const std::uint64_t most = format == MeshFormat::ply ? bytes : bytes / 2;
   return MeshEstimate{bytes, most, most};
 }

@@ -301,7 +301,7 @@ class Bisection {
     return {0, *least, *most};
   }
 
-  // Where the node is not cut in halves across its largest extent: fills the coordinates that it is cut
+  // Where the node is not cut across its largest extent: fills the coordinates that it is cut
   // across, and the leaves of its low half.
   bool find_coordinates(const Node& node, std::span<const NodeItem> items, const ItemExtent& extent,
                         Scratch& scratch, std::uint32_t& low_leaves) const {

@@ -201,12 +201,9 @@ class NetOrder {
       if ((entry(range[0]) > entry(range[1])) != upper) std::swap(range[0], range[1]);
       return;
     }
-    // Of an odd number the larger half lies on either side: were it always the same, samples of prefixes
-    // would gather there.
-    std::uint32_t hash = history.side * 0x9E3779B1u ^ leaves * 0x85EBCA6Bu;
-    hash = (hash ^ hash >> 15) * 0x2C1B3C6Du;
-    hash = (hash ^ hash >> 12) * 0x297A2D39u;
-    const std::uint32_t low = leaves / 2 + (leaves & hash >> 31);
+    // Of an odd number the larger half lies on either side: were it always the same, prefixes of all sets
+    // would have more samples there, or fewer.
+    const std::uint32_t low = leaves / 2 + static_cast<std::uint32_t>(leaves & word_of(first, leaves, 1) & 1);
     row_.clear();
     for (const std::uint32_t leaf : range) row_.push_back(row_entry(at_[leaf].lane[axis], leaf));
     select_by_mass(std::span(row_), low, [](std::uint64_t) { return std::uint64_t{1}; });
@@ -228,7 +225,7 @@ class NetOrder {
   void alternate(std::uint32_t first, std::uint32_t leaves, std::uint32_t low_leaves, bool upper) {
     const std::uint32_t half = leaves / 2;
     const bool is_odd = leaves % 2 != 0, low_is_larger = low_leaves > half;
-    if (is_odd && word_of(first, leaves) * leaves < std::uint64_t{1} << 32) upper = !low_is_larger;
+    if (is_odd && word_of(first, leaves, 0) * leaves < std::uint64_t{1} << 32) upper = !low_is_larger;
     const std::uint32_t *from = order_.data() + first, *other = from + low_leaves;
     if (upper) std::swap(from, other);
     std::uint32_t* const to = merged_.data() + first;
@@ -243,7 +240,7 @@ class NetOrder {
   // From both parts in proportion, from a random phase on: either is first as often as its share of the
   // leaves asks for, whatever the digits are.
   void mix(std::uint32_t first, std::uint32_t leaves, std::uint32_t low_leaves) {
-    std::uint64_t phase = (word_of(first, leaves) * leaves >> 32) * low_leaves % leaves;
+    std::uint64_t phase = (word_of(first, leaves, 0) * leaves >> 32) * low_leaves % leaves;
     std::uint32_t low = first, high = first + low_leaves;
     for (std::uint32_t i = 0; i < leaves; ++i) {
       phase += low_leaves;
@@ -254,8 +251,8 @@ class NetOrder {
     std::copy_n(merged_.begin() + first, leaves, order_.begin() + first);
   }
 
-  std::uint64_t word_of(std::uint32_t first, std::uint32_t leaves) const {
-    return random_words(key_, Stream::digital_shift, first, leaves)[0];
+  std::uint64_t word_of(std::uint32_t first, std::uint32_t leaves, std::size_t number) const {
+    return random_words(key_, Stream::digital_shift, first, leaves)[number];
   }
 
   const BalancedCells& cells_;

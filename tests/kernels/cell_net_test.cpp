@@ -161,6 +161,43 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
   CHECK(chi_square < degrees + 4 * std::sqrt(2 * degrees));
 }
 
+TEST_CASE("cell net: on a flat square every sample is the first equally often") {
+  // The root of the tree is not cut in halves: samples are bisected. Three standard deviations of a count.
+  for (const std::uint32_t n : {3u, 5u, 7u, 12u, 100u}) {
+    const BalancedCells cells = balanced_order(square_grid(30), n);
+    constexpr int sets = 6000;
+    std::vector<int> first(n);
+    for (std::uint64_t seed = 0; seed < sets; ++seed) ++first[order_of(cells, seed)[0]];
+    double chi_square = 0;
+    for (const int count : first) chi_square += std::pow(count - sets / static_cast<double>(n), 2) * n / sets;
+    CAPTURE(n, chi_square);
+    CHECK(chi_square < (n - 1) + 4 * std::sqrt(2.0 * (n - 1)));
+  }
+}
+
+TEST_CASE("cell net: half of an odd number of samples takes from all parts of a square over many sets") {
+  // Of 101 samples the larger half of a node lies on either side.
+  constexpr std::uint32_t n = 101, prefix = 64;
+  constexpr int sets = 2000;
+  const BalancedCells cells = balanced_order(square_grid(60), n);
+  std::array<double, 16> held{}, all{};
+  for (std::uint64_t seed = 0; seed < sets; ++seed) {
+    const std::vector<CellEntry> net = net_of(cells, seed);
+    const std::vector<std::uint32_t> order = order_of(cells, seed);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const CellEntry& entry = net[order[i]];
+      const auto part =
+          static_cast<std::size_t>(entry.at[0] * 4) * 4 + static_cast<std::size_t>(entry.at[1] * 4);
+      ++all[part];
+      if (i < prefix) ++held[part];
+    }
+  }
+  for (std::size_t part = 0; part < held.size(); ++part) {
+    CAPTURE(part, held[part] / all[part]);
+    CHECK(held[part] / all[part] == Approx(static_cast<double>(prefix) / n).margin(0.06));
+  }
+}
+
 TEST_CASE("cell net: orders are permutations, for any number of samples") {
   for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u, 1000u, 1024u}) {
     std::vector<std::uint32_t> order = order_of(balanced_order(square_grid(100), n), n);
