@@ -177,17 +177,17 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
   std::atomic<std::uint64_t> total{0};
   parallel_tasks(items.size(), [&](std::size_t i) {
     PlanItem& item = items[i];
-    MeshEstimate estimate = most_in_small_file(item).value_or(MeshEstimate{});
-    item.reserved_bytes = needed(estimate);
-    if (estimate.file_bytes == 0 || item.reserved_bytes > negligible) {
-      estimate = {};
-      try {
-        if (item.known_format && !item.path.empty())
-          estimate = peek_model(item.path, item.packed, item.format);
-      } catch (const ItemError&) {  // the read stage will say why
-      }
-      item.reserved_bytes = needed(estimate);
+    if (const auto most = most_in_small_file(item); most && needed(*most) <= negligible) {
+      item.reserved_bytes = needed(*most);
+      total += most->file_bytes;
+      return;
     }
+    MeshEstimate estimate;
+    try {
+      if (item.known_format && !item.path.empty()) estimate = peek_model(item.path, item.packed, item.format);
+    } catch (const ItemError&) {  // the read stage will say why
+    }
+    item.reserved_bytes = needed(estimate);
     total += estimate.file_bytes;
   });
   return total;

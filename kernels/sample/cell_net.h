@@ -35,7 +35,7 @@ using SamplePlace = std::function<std::array<float, 3>(std::uint32_t rank)>;
 // cut in halves are bisected anew for it, by the places of their samples, into halves of equal numbers (of an
 // odd one, up to one): the first 2^j ranks have one in each of 2^j such parts. Between sheets and between
 // groups samples are taken in proportion. Given where the samples lie, over all keys every one is the first
-// equally often. Pure. O(n log n); 100 ns and 40 bytes a cell, 300 ns where cells are not 2^k.
+// equally often. Pure. O(n log n), 40 bytes a cell.
 std::vector<std::uint32_t> cell_net_order(const BalancedCells& cells, RandomKey key,
                                           const SamplePlace& place);
 

@@ -150,9 +150,8 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
   CHECK(parted >= (layers == 4 ? 3 : 1));
   constexpr int sets = 20000;
   std::vector<double> count(stack.points.size());
-  for (std::uint64_t seed = 0; seed < sets; ++seed) {
+  for (std::uint64_t seed = 0; seed < sets; ++seed)
     ++count[net_of(cells, seed)[order_of(cells, seed)[0]].element()];
-  }
   const auto degrees = static_cast<double>(stack.points.size() - 1);
   const double expected = static_cast<double>(sets) / static_cast<double>(stack.points.size());
   double chi_square = 0;
@@ -162,7 +161,7 @@ TEST_CASE("cell net: the first sample of the file is anywhere, on sheets and for
 }
 
 TEST_CASE("cell net: on a flat square every sample is the first equally often") {
-  // The root of the tree is not cut in halves: samples are bisected. Three standard deviations of a count.
+  // The root of the tree is not cut in halves: samples are bisected. Chi-square, four standard deviations.
   for (const std::uint32_t n : {3u, 5u, 7u, 12u, 100u}) {
     const BalancedCells cells = balanced_order(square_grid(30), n);
     constexpr int sets = 6000;
@@ -221,8 +220,7 @@ TEST_CASE("cell net: prefixes of powers of two have one sample in every node of 
 }
 
 TEST_CASE("cell net: prefixes of powers of two of other sets lie in equal parts of the surface") {
-  // A square that is cut in halves down to 4^j small ones has 4^j samples of the prefix, about one in each:
-  // never more than its corner of 2 x 2 may have together, and seldom none.
+  // Of 4^j samples about one lies in each of as many small squares.
   for (const std::uint32_t n : {1000u, 1500u, 3000u}) {
     const BalancedCells cells = balanced_order(square_grid(256), n);
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {

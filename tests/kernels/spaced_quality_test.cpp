@@ -63,7 +63,7 @@ constexpr SequenceKind spaced = SequenceKind::spaced, shifted = SequenceKind::sh
 
 }  // namespace
 
-TEST_CASE("spaced samples: nearer to each other nowhere, along the curve of less error than shifted ones") {
+TEST_CASE("spaced samples: nearer to each other nowhere, and of less error than shifted ones") {
   // Well above most_typical_triangles: with fewer, the cells of `shifted` are cut exactly, those of `spaced`
   // are not.
   for (const PolygonMesh& mesh : {icosphere(4), torus(68, 40)})
@@ -72,8 +72,8 @@ TEST_CASE("spaced samples: nearer to each other nowhere, along the curve of less
         if (sanitized && method != std::string_view("auto")) continue;  // release builds judge every method
         SampledModel model(mesh, method, spaced, order), control(mesh, method, shifted, order);
         const std::vector<RotatedBox> boxes = model.boxes(400);
-        const Quality own = quality(model, boxes, 1000, 1000, 8),
-                      other = quality(control, boxes, 1000, 1000, 8);
+        const Quality own = quality(model, boxes, 1024, 1024, 8),
+                      other = quality(control, boxes, 1024, 1024, 8);
         const bool along = order == OrderKind::curve;
         INFO(mesh.polygon_count() << " faces, " << method << (along ? ", curve" : ", progressive") << ": rho "
                                   << own.mean_rho << " (" << own.least_rho << "), error " << own.error
@@ -81,8 +81,7 @@ TEST_CASE("spaced samples: nearer to each other nowhere, along the curve of less
         CHECK(own.mean_rho > (along ? 0.62 : 0.55));
         CHECK(own.least_rho > (along ? 0.55 : 0.48));
         CHECK(other.mean_rho < 0.2);
-        // In progressive order all their prefixes have to keep their distance.
-        CHECK(own.error < (along ? 0.95 : 1.06) * other.error);
+        CHECK(own.error < (along ? 0.95 : 1.03) * other.error);
       }
 }
 
