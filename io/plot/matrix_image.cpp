@@ -12,8 +12,8 @@ namespace meander {
 
 namespace {
 
-constexpr double most_name_width = 140;
-constexpr std::uint32_t margin = 12, gap = 5, line = 20;
+constexpr double most_name_pixels = 140;
+constexpr std::uint32_t image_margin = 12, gap = 5, line = 20;
 constexpr std::uint32_t number_cell = 20, name_cell = 8;
 constexpr std::size_t most_cells = 4096;
 
@@ -38,47 +38,48 @@ void paint_upright(RgbImage& image, std::string_view text, std::uint32_t x, std:
 std::uint32_t names_width(const std::vector<std::string>& names, const TextStyle& style) {
   double width = 0;
   for (const std::string& name : names) width = std::max(width, painted_width(name, style));
-  return static_cast<std::uint32_t>(std::ceil(std::min(width, most_name_width))) + gap;
+  return static_cast<std::uint32_t>(std::ceil(std::min(width, most_name_pixels))) + gap;
 }
 
 // Where the parts of the picture are, in pixels.
-struct Layout {
+struct MatrixLayout {
   std::uint32_t cell = 1, left = 0, top = 0, width = 0, height = 0;
 
-  explicit Layout(const NamedMatrix& matrix) {
+  explicit MatrixLayout(const NamedMatrix& matrix) {
     const std::size_t rows = matrix.rows.size(), columns = matrix.columns.size();
     cell = static_cast<std::uint32_t>(
         std::clamp<std::size_t>(1600 / std::max<std::size_t>({rows, columns, 1}), 1, 36));
     const bool named = cell >= name_cell;
-    left = margin + (matrix.row_label.empty() ? 0 : line) +
+    left = image_margin + (matrix.row_label.empty() ? 0 : line) +
            (named ? names_width(matrix.rows, name_style(cell)) : 0);
-    top = margin + (matrix.title.empty() ? 0 : line) + (matrix.column_label.empty() ? 0 : line) +
+    top = image_margin + (matrix.title.empty() ? 0 : line) + (matrix.column_label.empty() ? 0 : line) +
           (named ? names_width(matrix.columns, name_style(cell)) : 0);
     width = std::max(left + cell * static_cast<std::uint32_t>(columns),
-                     margin + static_cast<std::uint32_t>(painted_width(matrix.title, title_style))) +
-            margin;
-    height = top + cell * static_cast<std::uint32_t>(rows) + margin;
+                     image_margin + static_cast<std::uint32_t>(painted_width(matrix.title, title_style))) +
+            image_margin;
+    height = top + cell * static_cast<std::uint32_t>(rows) + image_margin;
   }
   std::uint32_t x(std::size_t column) const { return left + cell * static_cast<std::uint32_t>(column); }
   std::uint32_t y(std::size_t row) const { return top + cell * static_cast<std::uint32_t>(row); }
 };
 
-void paint_names(RgbImage& image, const NamedMatrix& matrix, const Layout& at) {
+void paint_names(RgbImage& image, const NamedMatrix& matrix, const MatrixLayout& at) {
   const std::uint32_t columns_end = at.x(matrix.columns.size()), rows_end = at.y(matrix.rows.size());
-  paint_text(image, matrix.title, margin, margin + base_line(line, title_style.size) - 4, title_style);
+  paint_text(image, matrix.title, image_margin, image_margin + base_line(line, title_style.size) - 4,
+             title_style);
   paint_text(image, matrix.column_label, 0.5 * (at.left + columns_end),
-             margin + (matrix.title.empty() ? 0 : line) + base_line(line, label_style.size), label_style,
-             TextAlign::centre);
+             image_margin + (matrix.title.empty() ? 0 : line) + base_line(line, label_style.size),
+             label_style, TextAlign::centre);
   const double half = 0.5 * painted_width(matrix.row_label, label_style);
-  paint_upright(image, matrix.row_label, margin, static_cast<std::uint32_t>(0.5 * (at.top + rows_end) + half),
-                line, label_style);
+  paint_upright(image, matrix.row_label, image_margin,
+                static_cast<std::uint32_t>(0.5 * (at.top + rows_end) + half), line, label_style);
   if (at.cell < name_cell) return;
   const TextStyle style = name_style(at.cell);
   for (std::size_t j = 0; j < matrix.columns.size(); ++j)
-    paint_upright(image, shortened_at_front(matrix.columns[j], most_name_width, style), at.x(j), at.top - gap,
-                  at.cell, style);
+    paint_upright(image, shortened_at_front(matrix.columns[j], most_name_pixels, style), at.x(j),
+                  at.top - gap, at.cell, style);
   for (std::size_t i = 0; i < matrix.rows.size(); ++i)
-    paint_text(image, shortened_at_front(matrix.rows[i], most_name_width, style), at.left - gap,
+    paint_text(image, shortened_at_front(matrix.rows[i], most_name_pixels, style), at.left - gap,
                at.y(i) + base_line(at.cell, style.size), style, TextAlign::right);
 }
 
@@ -101,7 +102,7 @@ RgbImage matrix_image(const NamedMatrix& matrix) {
     throw std::invalid_argument("a matrix does not fit the names of its rows and columns");
   if (std::max(rows, columns) > most_cells)
     throw std::invalid_argument("a picture of a matrix has at most 4096 rows and columns");
-  const Layout at(matrix);
+  const MatrixLayout at(matrix);
   RgbImage image(at.width, at.height);
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j)

@@ -10,7 +10,7 @@ namespace meander {
 
 namespace {
 
-constexpr Rgb title_colour{40, 40, 40}, failure_colour{150, 60, 40};
+constexpr Rgb caption_colour{40, 40, 40}, failure_colour{150, 60, 40};
 constexpr std::uint8_t tile_grey = 243;
 
 void draw_failure(RgbImage& sheet, const std::string& words, std::uint32_t x, std::uint32_t y,
@@ -49,7 +49,7 @@ void draw_cell(RgbImage& sheet, const SheetCell& cell, std::uint32_t x, std::uin
       std::copy_n(cell.picture.pixel(0, row), std::size_t{3} * look.cell, sheet.pixel(x, y + row));
   }
   if (cell.frame) draw_frame(sheet, *cell.frame, x, y, look);
-  const TextStyle title{look.text_size, false, title_colour};
+  const TextStyle title{look.text_size, false, caption_colour};
   const double middle = x + 0.5 * look.cell;
   paint_text(sheet, shortened_at_front(cell.title, look.cell, title), middle,
              y + look.cell + 1.1 * look.text_size, title, TextAlign::centre);
@@ -72,7 +72,7 @@ double legend_width(const SheetLegend& legend, const SheetLook& look) {
 }
 
 void draw_legend(RgbImage& sheet, const SheetLegend& legend, double top, const SheetLook& look) {
-  const TextStyle style{look.text_size, false, title_colour};
+  const TextStyle style{look.text_size, false, caption_colour};
   const double middle = 0.5 * sheet.width, baseline = top + look.text_size;
   if (!legend.keys.empty()) {
     double x = 0.5 * (sheet.width - legend_width(legend, look));

@@ -11,7 +11,7 @@ namespace meander {
 
 namespace {
 
-constexpr std::size_t query_block = 1024;
+constexpr std::size_t spacing_block = 1024;
 
 std::vector<double> on_torus(std::span<const double> x, std::span<const double> y, double period_x,
                              double period_y) {
@@ -35,7 +35,7 @@ void check_triples(std::span<const double> points) {
 template <std::size_t Dimension, class Search>
 std::vector<double> all_distances(const KdTree<Dimension>& queries, const Search& search) {
   std::vector<double> distances(queries.count());
-  parallel_blocks(queries.count(), query_block, [&](std::size_t begin, std::size_t end) {
+  parallel_blocks(queries.count(), spacing_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       typename KdTree<Dimension>::Nearest best;
       search(queries.point(p), queries.index(p), best);

