@@ -15,7 +15,8 @@ namespace meander {
 // Throws ItemError: empty (no face in the file), index_out_of_range or non_finite (no face left, the commoner
 // cause; also where the diagonal or the area is more than double holds), zero_area (area <= 1e-14
 // diagonal^2), timeout; unsupported_format or too_large (more than 32 bits can number). Cost: O(K) time but
-// for fans of many triangles, which are sorted; about 150 bytes a triangle. Deterministic, thread-safe.
+// for fans of many triangles, which are sorted, and concave polygons of many corners (clip_ears); about 150
+// bytes a triangle. Deterministic, thread-safe.
 PreparedMesh prepare_mesh(const PolygonMesh& mesh, const CancelToken& cancel = {});
 
 // The same triangles as they are, for those who need their areas alone: in the order and with the winding of

@@ -144,7 +144,7 @@ void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, Pr
 // Triangles of all usable polygons, without those that name a position twice.
 TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
                          std::span<const std::uint32_t> welded, const PreparedMesh& frame,
-                         RepairCounts& repairs) {
+                         RepairCounts& repairs, const CancelToken& cancel) {
   TriangleSoup soup;
   soup.resize(polygons.triangles());
   // Blocks of polygons write where their triangles would be if all could be used.
@@ -200,7 +200,7 @@ TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons
       } else {
         corners.clear();
         for (const std::uint32_t k : slots) corners.push_back(position(mesh.corners[k]));
-        if (triangulate_polygon(corners, local)) ++own[Repair::concave_polygons];
+        if (triangulate_polygon(corners, local, cancel)) ++own[Repair::concave_polygons];
       }
       bool repeated = shortened;
       for (std::size_t t = 0; t < local.size(); t += 3)
@@ -256,7 +256,7 @@ TriangleSoup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, co
   TriangleSoup soup =
       triangulate(mesh, polygons,
                   weld ? weld_vertices(mesh, polygons.used, out.repairs) : every_vertex(mesh.vertex_count()),
-                  out, out.repairs);
+                  out, out.repairs, cancel);
   if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
   if (soup.polygon.size() > no_index / 3)
     throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +

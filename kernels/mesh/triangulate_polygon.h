@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
@@ -13,8 +14,8 @@ namespace meander {
 // 1: a fan from corner 0 when the polygon, projected along its Newell normal, is convex, ear clipping when it
 // is not. Appends 3 (K - 2) entries to `triangles`. Returns true when ears were clipped. A polygon without a
 // normal (zero area) or one that crosses itself so that no ear is left is fanned from there on: the result
-// always covers every corner. Worst case O(K^2), O(K) when convex. Eberly 2002, "Triangulation by ear
-// clipping".
-bool triangulate_polygon(std::span<const Vector3> corners, std::vector<std::uint32_t>& triangles);
+// always covers every corner. O(K) when convex, else as clip_ears, which checks the token.
+bool triangulate_polygon(std::span<const Vector3> corners, std::vector<std::uint32_t>& triangles,
+                         const CancelToken& cancel = {});
 
 }  // namespace meander

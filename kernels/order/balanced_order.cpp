@@ -471,9 +471,7 @@ class Bisection {
       cancel_.check();
       for (std::size_t r = from; r < to; ++r) {
         const Leaf& leaf = leaves_[path_[r].leaf];
-        cells.cell[r] = {leaf.block,   leaf.count,    leaf.first,
-                         direction(r), path_[r].leaf, tree_.centre[path_[r].node],
-                         leaf.history};
+        cells.cell[r] = {leaf.block, leaf.count, leaf.first, direction(r), path_[r].leaf, leaf.history};
       }
     });
     if (!points_.empty()) {

@@ -77,7 +77,6 @@ struct Cell {
   std::size_t first;
   std::array<float, 3> direction;  // 0: the entries are in order
   std::uint32_t leaf;              // its number in the tree
-  std::array<float, 3> centre;     // of its mass
   CutHistory history;
 };
 
@@ -116,7 +115,7 @@ struct BalancedCells {
 // cut above has divided stays whole. Masses are added as integers (2^-61 of the power of two above the
 // total), so every cut is exact and no sum depends on its order; ties are broken by the place in the list of
 // the node. Pure, the same for every thread count. O(E log n), about 5 ns an element and level, and three
-// levels more for its parts; 80 bytes an element, 68 more for one that is split, and 230 a sample at the
+// levels more for its parts; 80 bytes an element, 68 more for one that is split, and 220 a sample at the
 // peak, and 24 an entry. Throws std::invalid_argument when n is 0 or no element has mass, or for more than
 // 2^29 elements. `shares`: 0 (n), or at least n: of so many equal shares of the mass cell k of the tree holds
 // those from floor(k shares / n) to floor((k + 1) shares / n). In exact cells no element is given to one

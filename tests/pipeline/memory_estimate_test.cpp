@@ -320,6 +320,25 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("estimate_bytes: more vertices or triangles never take less, so a bound of them is one of bytes") {
+  constexpr std::array<std::uint64_t, 9> counts = {0, 1, 12, 150, 700, 2000, 9000, 120000, 3000000};
+  for (const std::uint32_t samples : {1u, 64u, 1024u, 5000u, 100000u, 500000u})
+    for (const Setting& setting : settings(samples))
+      for (const int threads : thread_counts) {
+        const auto bytes = [&](std::uint64_t vertices, std::uint64_t triangles) {
+          return estimate_bytes({.vertices = vertices, .triangles = triangles}, setting.parameters, threads);
+        };
+        bool grows = true;
+        for (std::size_t i = 1; i < counts.size(); ++i)
+          for (const std::uint64_t other : counts) {
+            grows = grows && bytes(other, counts[i - 1]) <= bytes(other, counts[i]);
+            grows = grows && bytes(counts[i - 1], other) <= bytes(counts[i], other);
+          }
+        INFO(setting.name << ", " << samples << " samples, " << threads << " threads");
+        CHECK(grows);
+      }
+}
+
 TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
   if (!counts_allocations()) {
     WARN("skipped: a sanitizer's malloc is not counted");
