@@ -47,13 +47,13 @@ class DescribeJob {
     }
     header_ = described_header(*store_, options_);
     describer_ = make_describer(header_, options_.describe);
-    options_.model_bytes =
-        memory_for_models(options_.memory_bytes, header_, describer_.all(), options_.threads);
+    if (describer_.uses_meshes())
+      meshes_ = DescribedMeshes(options_.store, header_.ids, options_.inputs, options_.collect);
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, describer_.all(),
+                                             options_.threads, meshes_.index_bytes());
     describer_.memory_bytes = options_.model_bytes;
     describer_.allow_oversize = options_.allow_oversize;
     describer_.timeout_seconds = options_.timeout_seconds;
-    if (describer_.uses_meshes())
-      meshes_ = DescribedMeshes(options_.store, header_.ids, options_.inputs, options_.collect);
     check_described_output(options_, meshes_.files_read());
     if (options_.fresh) discard_run(output_);
     directory_ = std::make_unique<RunDirectory>(output_, RunPlan{header_, purpose_describe});

@@ -18,6 +18,7 @@ DescribedMeshes::DescribedMeshes(const std::string& store, const std::vector<std
                                  const std::vector<std::string>& paths, InputOptions collect) {
   collect.remembered_root = remembered_root(store);
   Inputs inputs = collect_inputs(paths, collect);
+  index_bytes_ = inputs.index_bytes;
   print_unread(inputs.notes);
   read_ = input_files(paths, inputs.items);
   for (PlanItem& item : inputs.items) {

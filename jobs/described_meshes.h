@@ -28,12 +28,15 @@ class DescribedMeshes {
   std::uint64_t bytes(std::uint64_t row) const;
   // All files that the arguments name or contain.
   std::span<const std::filesystem::path> files_read() const { return read_; }
+  // Of memory that the access points of archives take.
+  std::uint64_t index_bytes() const { return index_bytes_; }
 
  private:
   const PlanItem* find(std::uint64_t row) const;
 
   std::map<std::uint64_t, PlanItem> files_;  // by row
   std::vector<std::filesystem::path> read_;
+  std::uint64_t index_bytes_ = 0;
 };
 
 // Sets the reservation of every item from a peek at the header of its file, but at most `most_bytes`. In

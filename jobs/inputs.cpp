@@ -86,10 +86,13 @@ class Collector {
   void add_list(std::istream& list, const std::string& name) {
     has_lists = true;
     std::string path;
-    while (std::getline(list, path, options_.null_lists ? '\0' : '\n')) {
+    for (bool is_first = true; std::getline(list, path, options_.null_lists ? '\0' : '\n');
+         is_first = false) {
+      constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+      if (is_first && path.starts_with(byte_order_mark)) path.erase(0, byte_order_mark.size());
       if (!options_.null_lists) {
         if (path.ends_with('\r')) path.pop_back();
-        if (path.starts_with('#')) continue;
+        if (path.starts_with('#') || path.find_first_not_of(" \t") == std::string::npos) continue;
         if (path.find('\0') != std::string::npos)
           throw UsageError("the paths of " + name + " are separated by NUL bytes: give --null");
       }

@@ -130,7 +130,9 @@ class StoreMerge {
     RunOptions report;
     report.store = options_.output;
     report.json = options_.json;
-    return end_with(outcome, report, StoreReader(options_.output, StoreCheck::none));
+    const StoreReader store(options_.output, StoreCheck::none);
+    report.sample.place.samples = store.samples();
+    return end_with(outcome, report, store);
   }
 
  private:
@@ -207,9 +209,8 @@ JobFunction add_merge_job(Command& program, const Laboratory* laboratory) {
       .required();
   command.add_option("-o,--output", options->output, "The store to write, for finished stores");
   command.add_option("--pack-size", options->pack_size,
-                     "Above this size, before compression and without ids, write packs of at most this size "
-                     "and an index, as "
-                     "100G; for STORE.run");
+                     "Above this size, before compression and without ids, write packs of at most this size, "
+                     "though never of fewer than 4,096 rows, and an index, as 100G; for STORE.run");
   command.add_flag("--fresh", options->fresh, "Replace a store of this name");
   add_trust_option(command, options->check);
   command.add_flag("--json", options->json, "The summary as JSON on standard output");

@@ -110,7 +110,8 @@ class RemeshJob {
     if (inputs_.items.empty())
       throw UsageError("no mesh file (.off, .obj, .ply, .stl, .gltf, .glb) in the input");
     header_ = run_header(run_, inputs_, nullptr);
-    run_.model_bytes = memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads);
+    run_.model_bytes =
+        memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads, inputs_.index_bytes);
     names_ = remesh_names(inputs_.items, extension_of(options_.format));
     take_earlier_table();
     check_outputs();

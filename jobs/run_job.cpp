@@ -64,6 +64,8 @@ class RunJob {
     header_ = run_header(options_, inputs_, laboratory_);
     options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,
                                              options_.threads, inputs_.index_bytes);
+    if (options_.dry_run && options_.json)
+      throw UsageError("--dry-run prints a table, --json a summary of what was done: give one of them");
     if (options_.dry_run) return print_plan();
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);

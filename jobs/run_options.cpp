@@ -98,7 +98,9 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
                   "(remove the rows)")
       .separator(',');
   add_older_store_options(running, options);
-  running.add_flag("--dry-run", options.dry_run, "Print what would be done; write nothing");
+  running.add_flag(
+      "--dry-run", options.dry_run,
+      "Print the inputs, as if none were sampled yet, and the memory and space they need; write nothing");
 }
 
 void add_report_options(Command report, RunOptions& options) {

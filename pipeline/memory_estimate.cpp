@@ -8,6 +8,7 @@
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
+#include "kernels/locate/pieces.h"
 #include "kernels/locate/surface_regions.h"
 #include "kernels/sample/placed_sites.h"
 
@@ -41,6 +42,8 @@ constexpr double bytes_per_tensor_triangle = 450;
 constexpr double bytes_per_factor_entry = 12;     // double and index
 constexpr double bytes_per_factored_entry = 13;   // factor, or both of an LU, and the stack of updates
 constexpr double bytes_per_scene_triangle = 150;  // Embree's buffers and tree
+// Conflicts of triangles in a chart that covers itself.
+constexpr double bytes_per_conflicting_triangle = 128, bytes_of_few_conflicts = 2.0 * 1024 * 1024;
 constexpr double bytes_per_leaf = 64;
 constexpr double bytes_per_element = 120;  // element, two sort arrays, result
 // Balanced order: pieces, two arrays of items; leaves, nodes, their path and cells. Where pieces may be
@@ -151,8 +154,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const double prepared = topology ? triangles * (bytes_per_prepared_triangle +
                                                   (method.follows_tensor ? bytes_per_tensor_triangle : 0.0))
                                    : triangles * bytes_per_soup_triangle + vertices * bytes_per_soup_vertex;
-  // Elements weigh half the limit at least, but for needles in a metric.
-  const double spread = method.follows_tensor ? 4 : 2;
+  // Elements weigh half the limit at least, but for needles in a metric, and where rays ask for more of them.
+  const bool has_rays = method.makes_charts && casts_rays(parameters) && !places_in_regions(parameters);
+  const double spread = has_rays ? 2 * most_wanted_pieces : method.follows_tensor ? 4 : 2;
   double per_sample = elements_per_sample(parameters);
   if (method.makes_charts)
     per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));
@@ -224,7 +228,9 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
                               parameters.locator.curve.leaves_per_sample * samples +
                           triangles;
     const double locate = casts_rays(parameters)
-                              ? chart + triangles * bytes_per_scene_triangle + leaves * bytes_per_leaf
+                              ? chart +
+                                    triangles * (bytes_per_scene_triangle + bytes_per_conflicting_triangle) +
+                                    bytes_of_few_conflicts + leaves * bytes_per_leaf
                               : chart;
     widest = std::max({flatten, locate + ordering, chart + placing});
   }

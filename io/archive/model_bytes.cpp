@@ -148,11 +148,17 @@ std::uint64_t ModelBytes::color_bytes() const {
   return bytes + working;
 }
 
+void ModelBytes::fail_if_cut() const {
+  if (own_.is_cut() || std::any_of(beside_.begin(), beside_.end(), [](const File& f) { return f.is_cut(); }))
+    throw ItemError(Status::unreadable, "the file, or one beside it, was shortened while it was read");
+}
+
 std::array<std::uint8_t, 32> ModelBytes::content_sha256() const {
   const std::array<std::uint8_t, 32> own = sha256(own_.bytes());
-  if (surface_companions().empty()) return own;
   std::vector<std::uint8_t> digests(own.begin(), own.end());
   append_digests(surface_companions(), digests);
+  fail_if_cut();
+  if (surface_companions().empty()) return own;
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
@@ -160,12 +166,20 @@ std::array<std::uint8_t, 32> ModelBytes::color_sha256() const {
   if (color_companions_ == 0) return {};
   std::vector<std::uint8_t> digests;
   append_digests(std::span(companions_).last(color_companions_), digests);
+  fail_if_cut();
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
 PolygonMesh ModelBytes::mesh(const CancelToken& cancel, const std::function<void(const MeshEstimate&)>& admit,
                              const MeshExtras& extras) const {
-  return read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
+  try {
+    PolygonMesh mesh = read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
+    fail_if_cut();
+    return mesh;
+  } catch (const ItemError&) {
+    fail_if_cut();  // what the reader says of zeros is not the reason
+    throw;
+  }
 }
 
 MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {

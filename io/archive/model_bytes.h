@@ -49,7 +49,8 @@ class ModelBytes {
   // them (zeros for one that cannot be read): they are no part of content_sha256, on which the points
   // depend. Zeros where there are none.
   std::array<std::uint8_t, 32> color_sha256() const;
-  // See read_mesh and MeshSurroundings::admit.
+  // See read_mesh and MeshSurroundings::admit. This and the digests throw ItemError(unreadable) where another
+  // program has shortened a file meanwhile.
   PolygonMesh mesh(const CancelToken& cancel = {}, const std::function<void(const MeshEstimate&)>& admit = {},
                    const MeshExtras& extras = {}) const;
 
@@ -59,7 +60,9 @@ class ModelBytes {
     std::optional<FileBytes> on_disk;
     std::string unpacked;
     std::span<const std::byte> bytes() const;
+    bool is_cut() const { return on_disk && on_disk->is_cut(); }
   };
+  void fail_if_cut() const;
   File open(const std::filesystem::path& path, const PackedFile& packed, bool of_colors = false);
   std::span<const CompanionFile> surface_companions() const;
   void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion,

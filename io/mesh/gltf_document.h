@@ -172,10 +172,10 @@ struct GltfCounts {
 // Throws ItemError(unreadable) when it names accessors that are not there or of another kind.
 GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& primitive);
 
-// The external buffers, see companion_paths. Throws ItemError(unsupported_format) for more than a thousand.
+// The external buffers, see companion_paths. Throws ItemError(unsupported_format) for more than 1,024.
 std::vector<std::string> companions_of(const GltfDocument& document);
 
-// The files of images that materials show, the same way; of more than a thousand the first.
+// The files of images that materials show, the same way; of more than 1,024 the first.
 std::vector<std::string> image_companions_of(const GltfDocument& document);
 // The same of the bytes of a file; none of one that cannot be read.
 std::vector<std::string> gltf_image_paths(std::string_view content);

@@ -27,7 +27,7 @@ struct ChartWork {
   std::vector<double> uv_areas;
   std::span<std::uint32_t> hits;
   std::span<std::uint8_t> sheet;
-  std::vector<Conflict> conflicts;
+  ConflictSet conflicts;
   std::uint64_t rays = 0, multiple_hits = 0;
 };
 
@@ -42,10 +42,10 @@ std::span<const std::uint32_t> sure_hits(const FlatChart& chart, std::span<const
   return {storage.data(), count};
 }
 
-void add_conflicts(std::span<const std::uint32_t> sure, std::vector<Conflict>& conflicts) {
+void add_conflicts(std::span<const std::uint32_t> sure, ConflictSet& conflicts) {
   if (sure.size() > most_conflicting) return;
   for (std::size_t a = 0; a < sure.size(); ++a)
-    for (std::size_t b = a + 1; b < sure.size(); ++b) conflicts.push_back({sure[a], sure[b]});
+    for (std::size_t b = a + 1; b < sure.size(); ++b) conflicts.add(sure[a], sure[b]);
 }
 
 double estimated_mass(const ChartWork& work, std::span<const std::uint32_t> hits, double leaf_area) {
@@ -82,14 +82,13 @@ void cast_leaf_rays(ChartWork& work, const ChartScene& scene, CurveTree& tree, D
 
 // Neighbours that turn opposite ways lie on the same side of their edge, so they overlap whatever the rays
 // say.
-void add_folds(const FlatChart& chart, std::vector<Conflict>& conflicts) {
+void add_folds(const FlatChart& chart, ConflictSet& conflicts) {
   const std::size_t triangles = chart.cut.triangle_count();
   std::vector<int> turn(triangles);
   for (std::size_t t = 0; t < triangles; ++t) turn[t] = orientation(uv_triangle(chart, t));
   for (std::uint32_t h = 0; h < chart.cut.opposite.size(); ++h) {
     const std::uint32_t other = chart.cut.opposite[h];
-    if (other != no_index && h < other && turn[h / 3] * turn[other / 3] < 0)
-      conflicts.push_back({std::min(h / 3, other / 3), std::max(h / 3, other / 3)});
+    if (other != no_index && h < other && turn[h / 3] * turn[other / 3] < 0) conflicts.add(h / 3, other / 3);
   }
 }
 
@@ -110,24 +109,29 @@ void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const Canc
     }
   });
   radix_sort(order, scratch);
-  std::vector<float> u(triangles), v(triangles);
-  for (std::size_t r = 0; r < triangles; ++r) {
-    u[r] = centre_u[order[r].index];
-    v[r] = centre_v[order[r].index];
-  }
   RayHits hits;
-  scene.cast(u, v, hits, cancel);
-  work.rays += triangles;
+  std::vector<float> u, v;
   std::array<std::uint32_t, most_hits_per_ray> storage;
-  for (std::size_t r = 0; r < triangles; ++r) {
-    const auto all = hits.of(r);
-    if (all.size() < 2) continue;
-    const std::uint32_t t = order[r].index;
-    const auto sure = sure_hits(work.chart, all, u[r], v[r], storage);
-    if (sure.size() > most_conflicting || std::find(sure.begin(), sure.end(), t) == sure.end()) continue;
-    for (const std::uint32_t other : sure)
-      if (other != t) work.conflicts.push_back({std::min(t, other), std::max(t, other)});
+  for (std::size_t first = 0; first < triangles; first += rays_at_once) {
+    const std::size_t count = std::min(rays_at_once, triangles - first);
+    u.resize(count);
+    v.resize(count);
+    for (std::size_t r = 0; r < count; ++r) {
+      u[r] = centre_u[order[first + r].index];
+      v[r] = centre_v[order[first + r].index];
+    }
+    scene.cast(u, v, hits, cancel);
+    for (std::size_t r = 0; r < count; ++r) {
+      const auto all = hits.of(r);
+      if (all.size() < 2) continue;
+      const std::uint32_t t = order[first + r].index;
+      const auto sure = sure_hits(work.chart, all, u[r], v[r], storage);
+      if (sure.size() > most_conflicting || std::find(sure.begin(), sure.end(), t) == sure.end()) continue;
+      for (const std::uint32_t other : sure)
+        if (other != t) work.conflicts.add(t, other);
+    }
   }
+  work.rays += triangles;
 }
 
 // Step 3.
@@ -136,7 +140,7 @@ void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetPara
   add_folds(work.chart, work.conflicts);
   add_centroid_conflicts(work, scene, cancel);
   const std::vector<std::uint8_t> sheet =
-      separate_sheets(work.chart.cut.opposite, work.masses, std::move(work.conflicts), parameters);
+      separate_sheets(work.chart.cut.opposite, work.masses, work.conflicts.take(), parameters);
   std::copy(sheet.begin(), sheet.end(), work.sheet.begin());
 }
 
@@ -166,7 +170,7 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
                       {},
                       std::span(result.hits).subspan(begin, triangles),
                       std::span(result.sheet).subspan(begin, triangles),
-                      {}};
+                      ConflictSet(triangles)};
     work.uv_areas.resize(triangles);
     for (std::size_t t = 0; t < triangles; ++t) work.uv_areas[t] = uv_area(uv_triangle(charts[c], t));
     const ChartScene scene(device, charts[c].u, charts[c].v, charts[c].cut.triangles);

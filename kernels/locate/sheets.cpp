@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -18,12 +19,7 @@ struct ConflictLists {
   }
 };
 
-ConflictLists list_conflicts(std::vector<Conflict>& conflicts, std::size_t triangles) {
-  std::sort(conflicts.begin(), conflicts.end(), [](Conflict a, Conflict b) {
-    return a.first != b.first ? a.first < b.first : a.second < b.second;
-  });
-  const auto same = [](Conflict a, Conflict b) { return a.first == b.first && a.second == b.second; };
-  conflicts.erase(std::unique(conflicts.begin(), conflicts.end(), same), conflicts.end());
+ConflictLists list_conflicts(std::span<const Conflict> conflicts, std::size_t triangles) {
   ConflictLists lists;
   lists.begin.assign(triangles + 1, 0);
   lists.other.resize(2 * conflicts.size());
@@ -82,10 +78,32 @@ Regions grow_regions(std::span<const std::uint32_t> opposite, std::span<const do
   return regions;
 }
 
+// Fewer are not put in order.
+constexpr std::size_t least_room = 1 << 14;
+
 }  // namespace
 
+ConflictSet::ConflictSet(std::size_t triangles) : most_(most_conflicts(triangles)) {}
+
+// As many may come next as there are different ones, so that N of them take O(N log C).
+void ConflictSet::leave_out_repeats() {
+  std::sort(conflict_.begin(), conflict_.end());
+  conflict_.erase(std::unique(conflict_.begin(), conflict_.end()), conflict_.end());
+  is_full_ = 2 * conflict_.size() > most_;
+  room_ = std::max(least_room, 2 * conflict_.size());
+  conflict_.reserve(room_);
+}
+
+std::vector<Conflict> ConflictSet::take() {
+  leave_out_repeats();
+  recent_.clear();
+  is_full_ = false;
+  room_ = 0;
+  return std::exchange(conflict_, {});
+}
+
 std::vector<std::uint8_t> separate_sheets(std::span<const std::uint32_t> opposite,
-                                          std::span<const double> mass, std::vector<Conflict> conflicts,
+                                          std::span<const double> mass, std::span<const Conflict> conflicts,
                                           const SheetParameters& parameters) {
   const std::size_t triangles = mass.size();
   const ConflictLists lists = list_conflicts(conflicts, triangles);

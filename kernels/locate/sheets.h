@@ -1,6 +1,9 @@
 // Separating the sheets of an overlapping chart.
 #pragma once
 
+#include <algorithm>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,7 +12,40 @@ namespace meander {
 
 // Two triangles of a chart that cover one point, the smaller number first.
 struct Conflict {
-  std::uint32_t first, second;
+  std::uint32_t first = 0, second = 0;
+  auto operator<=>(const Conflict&) const = default;
+};
+
+// More of them say no more about a chart that covers itself all over. With what separate_sheets makes of
+// them they take 128 bytes a triangle and 2 MiB.
+constexpr std::size_t most_conflicts(std::size_t triangles) { return (std::size_t{1} << 17) + 8 * triangles; }
+
+// The different conflicts among those that are added, which are mostly the same ones again and again.
+class ConflictSet {
+ public:
+  // Of a chart with so many triangles.
+  explicit ConflictSet(std::size_t triangles);
+  // Two triangles in either order. Once half of most_conflicts are found to be different, no more are added.
+  void add(std::uint32_t a, std::uint32_t b) {
+    if (is_full_) return;
+    const Conflict conflict{std::min(a, b), std::max(a, b)};
+    if (recent_.empty()) recent_.resize(recent_conflicts);  // no triangle conflicts with itself
+    Conflict& recent = recent_[(conflict.first * 0x9e3779b1u + conflict.second * 0x85ebca6bu) >> 20];
+    if (recent == conflict) return;
+    recent = conflict;
+    if (conflict_.size() == room_) leave_out_repeats();
+    conflict_.push_back(conflict);
+  }
+  // Each once, ascending by both numbers. Leaves the set empty.
+  std::vector<Conflict> take();
+
+ private:
+  static constexpr std::size_t recent_conflicts = std::size_t{1} << 12;
+  void leave_out_repeats();
+  std::vector<Conflict> recent_;    // by hash: neighbouring rays find the same ones
+  std::vector<Conflict> conflict_;  // the different ones, ascending, and what has come since
+  std::size_t most_, room_ = 0;
+  bool is_full_ = false;
 };
 
 struct SheetParameters {
@@ -24,9 +60,9 @@ struct SheetParameters {
 // conflicting triangles; triangles without any conflict and those with one never share a region, so that a
 // part of the chart that overlaps is moved to another sheet as a whole and nothing else is. Then the regions,
 // the heaviest first, take the lowest sheet in which they conflict with nothing. Regions that are too light,
-// or find no sheet, stay in sheet 0. O(T + C log C). Deterministic.
+// or find no sheet, stay in sheet 0. O(T + C). Deterministic.
 std::vector<std::uint8_t> separate_sheets(std::span<const std::uint32_t> opposite,
-                                          std::span<const double> mass, std::vector<Conflict> conflicts,
+                                          std::span<const double> mass, std::span<const Conflict> conflicts,
                                           const SheetParameters& parameters);
 
 }  // namespace meander

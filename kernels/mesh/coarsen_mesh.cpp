@@ -18,7 +18,7 @@ constexpr std::uint32_t widest_star = 64;      // of the vertex that it is moved
 constexpr std::uint32_t fewest_left = 16;      // triangles: below, a closed surface may fold onto itself
 constexpr std::uint32_t most_rounds = 64;      // each removes a 32nd of the vertices or is the last
 constexpr double thinnest = 0.25;              // height over longest edge that new triangles keep, and where
-constexpr double thinnest_of_all = 0.06;       // that leaves a round too few vertices to remove, at the least
+constexpr double thinnest_to_halve = 0.06;     // that leaves a round too few vertices to remove, is halved
 constexpr double largest_turn = 0.5;           // cosine of the largest angle between old and new normals
 // The mean weight of the vertices that are left over the largest that is allowed, measured.
 constexpr double filling = 0.7;
@@ -103,7 +103,7 @@ class Coarsener {
         candidates[kept++] = v;
       }
       candidates.resize(kept);
-      if (16 * removed < before && left_ > 16 * wanted && thinnest_ > thinnest_of_all) {
+      if (16 * removed < before && left_ > 16 * wanted && thinnest_ > thinnest_to_halve) {
         // A fine regular grid, of which most vertices can be moved only so that a triangle becomes thin.
         thinnest_ *= 0.5;
         std::fill(refused_.begin(), refused_.end(), std::uint8_t{0});

@@ -1,5 +1,5 @@
-// Spaced samples: one in each of n strata of equal mass, at the place of its stratum that is farthest from
-// the other samples (docs/METHODS.md 7.5).
+// Spaced samples: one in each of n strata of equal mass, at the place of its stratum that has the most
+// surface nearer to it than to any other sample (docs/METHODS.md 7.5).
 #pragma once
 
 #include <array>

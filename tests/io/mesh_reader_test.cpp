@@ -4,6 +4,7 @@
 #include <locale>
 #include <map>
 
+#include "io/archive/model_bytes.h"
 #include "io/reading.h"
 #include "kernels/core/random.h"
 #include "support/mesh_files.h"
@@ -98,6 +99,36 @@ TEST_CASE("file bytes: files that are read and mapped, empty files, folders and 
   };
   REQUIRE(reason(folder / "absent") == "the file cannot be opened: No such file or directory");
   REQUIRE(reason(folder.path()) == "not a regular file");
+}
+
+TEST_CASE("file bytes: what is gone of a mapped file are zeros, and the model is unreadable") {
+  const ScratchFolder folder;
+  const std::filesystem::path path = folder / "model.ply";
+  const std::string text = mesh_bytes(icosphere(7), MeshFile::ply_little_endian);
+  REQUIRE(text.size() > FileBytes::most_read);
+  for (const std::size_t left : {std::size_t{0}, std::size_t{5000}}) {
+    write_file(path, text);
+    const FileBytes bytes(path);
+    const ModelBytes model(path, {}, MeshFormat::ply);
+    REQUIRE_FALSE(bytes.is_cut());
+    const auto message_of = [](const auto& work) -> std::string {
+      try {
+        work();
+      } catch (const ItemError& error) {
+        CHECK(error.status() == Status::unreadable);
+        return error.what();
+      }
+      return "read";
+    };
+    std::filesystem::resize_file(path, left);
+    CHECK(bytes.bytes().back() == std::byte{0});
+    CHECK(bytes.is_cut());
+    const std::string expected = "the file, or one beside it, was shortened while it was read";
+    CHECK(message_of([&] { model.mesh(); }) == expected);
+    CHECK(message_of([&] { model.content_sha256(); }) == expected);
+  }
+  write_file(path, text);
+  CHECK(ModelBytes(path, {}, MeshFormat::ply).mesh().polygon_count() == icosphere(7).polygon_count());
 }
 
 TEST_CASE("read_mesh: every format gives back what was written") {

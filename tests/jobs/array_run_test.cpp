@@ -364,7 +364,9 @@ TEST_CASE("array: packs with an index are one store") {
   CHECK(meander_with({"info", scene.store.string()}).exit_code == 0);
   // Put together again they are the store of one process, and any number of shards makes the same packs.
   const fs::path one = scene.scratch / "one.h5";
-  REQUIRE(meander_with({"merge", scene.store.string(), "-o", one.string()}).exit_code == 0);
+  const ProcessResult joined = meander_with({"merge", scene.store.string(), "-o", one.string()});
+  REQUIRE(joined.exit_code == 0);
+  CHECK_THAT(joined.out, Catch::Contains(" models x 40 points"));
   CHECK(read_file(one) == read_file(scene.whole));
   CHECK((rows_in_packs(7, 8) == packs));  // not printed: they are binary
   CHECK((read_file(scene.store) == index));

@@ -93,7 +93,7 @@ TEST_CASE("collect_inputs: several folders are distinguished by their names, equ
 TEST_CASE("collect_inputs: a file named explicitly always makes a row, lists keep their paths") {
   const ScratchFolder scratch;
   write_file(scratch / "strange.xyz", "");
-  write_file(scratch / "list.txt", "# comment\n\nsome/where/a.off\r\n./b.obj\n");
+  write_file(scratch / "list.txt", "\xef\xbb\xbf# comment\n\n \t\r\nsome/where/a.off\r\n./b.obj\n");
   const Inputs inputs =
       collect_inputs({(scratch / "strange.xyz").string(), "@" + (scratch / "list.txt").string()});
   REQUIRE(inputs.items.size() == 3);

@@ -316,6 +316,7 @@ TEST_CASE("run: every option has its line in --help, and --dry-run writes nothin
                              "--json",
                              "--stats"})
     CHECK(help.out.find(option) != std::string::npos);
+  CHECK(run_process(run_command(scratch / "in", scratch / "s.h5", {"--dry-run", "--json"})).exit_code == 2);
   const ProcessResult dry = run_process(run_command(scratch / "in", scratch / "s.h5", {"--dry-run"}));
   CHECK(dry.exit_code == 0);
   CHECK(dry.out.find("sphere/0.off") != std::string::npos);

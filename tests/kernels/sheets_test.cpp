@@ -2,6 +2,9 @@
 
 #include <catch2/catch.hpp>
 #include <numeric>
+#include <random>
+#include <set>
+#include <utility>
 
 #include "kernels/mesh/prepared_mesh.h"
 
@@ -60,8 +63,36 @@ TEST_CASE("separate_sheets: regions that do not conflict share a sheet") {
   // two overlaps far from each other: 0 over 2, and 10 over 12
   std::vector<double> mass(13, 1.0);
   mass[2] = mass[12] = 5;
-  const std::vector<std::uint8_t> sheet = separate_sheets(strip(13), mass, {{0, 2}, {10, 12}}, {});
+  const std::vector<std::uint8_t> sheet =
+      separate_sheets(strip(13), mass, std::vector<Conflict>{{0, 2}, {10, 12}}, {});
   std::vector<std::uint8_t> expected(13, 0);
   expected[0] = expected[10] = 1;
   CHECK(sheet == expected);
+}
+
+TEST_CASE("ConflictSet: each pair once, in order, however often it is added") {
+  std::mt19937 random(3);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> expected;
+  ConflictSet set(300);
+  for (int i = 0; i < 200000; ++i) {
+    const std::uint32_t a = random() % 300, b = random() % 300;
+    if (a == b) continue;
+    set.add(a, b);
+    expected.insert(std::minmax(a, b));
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+  for (const Conflict c : set.take()) found.emplace_back(c.first, c.second);
+  CHECK(found.size() > 40000);
+  CHECK(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+  CHECK(set.take().empty());
+}
+
+TEST_CASE("ConflictSet: no more than are allowed of a chart that covers itself all over") {
+  constexpr std::uint32_t triangles = 3000;
+  ConflictSet set(triangles);
+  for (std::uint32_t a = 0; a < triangles; ++a)
+    for (std::uint32_t b = a + 1; b < triangles; b += 3) set.add(a, b);
+  const std::size_t found = set.take().size();
+  CHECK(found > most_conflicts(triangles) / 2);
+  CHECK(found <= most_conflicts(triangles));
 }
