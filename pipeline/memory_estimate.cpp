@@ -8,7 +8,6 @@
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
-#include "kernels/locate/pieces.h"
 #include "kernels/locate/surface_regions.h"
 #include "kernels/sample/placed_sites.h"
 
@@ -154,9 +153,8 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   const double prepared = topology ? triangles * (bytes_per_prepared_triangle +
                                                   (method.follows_tensor ? bytes_per_tensor_triangle : 0.0))
                                    : triangles * bytes_per_soup_triangle + vertices * bytes_per_soup_vertex;
-  // Elements weigh half the limit at least, but for needles in a metric, and where rays ask for more of them.
-  const bool has_rays = method.makes_charts && casts_rays(parameters) && !places_in_regions(parameters);
-  const double spread = has_rays ? 2 * most_wanted_pieces : method.follows_tensor ? 4 : 2;
+  // Elements weigh half the limit at least, but for needles in a metric.
+  const double spread = method.follows_tensor ? 4 : 2;
   double per_sample = elements_per_sample(parameters);
   if (method.makes_charts)
     per_sample = std::max(per_sample, coarse_elements_per_sample(parameters.place.samples));

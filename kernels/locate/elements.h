@@ -72,8 +72,7 @@ struct ElementParameters {
 // What the locator learned about each triangle; both spans empty for the locator `elements`.
 struct TriangleHints {
   std::span<const std::uint32_t>
-      hits;  // T: curve leaves whose ray met the triangle: it gets at least as many elements, but no more
-             // than most_wanted_pieces times those that its mass asks for
+      hits;  // T: curve leaves whose ray met the triangle: it gets at least as many elements
   std::span<const std::uint8_t>
       sheet;  // T: sheet number 0..15 of its chart; sheets are visited one after the other
 };

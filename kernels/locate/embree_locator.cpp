@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
 #include <string>
 
 #include "kernels/core/parallel.h"
@@ -134,6 +136,23 @@ void add_centroid_conflicts(ChartWork& work, const ChartScene& scene, const Canc
   work.rays += triangles;
 }
 
+// Two triangles for each of the most leaves: all that rays find on charts that cover themselves once at most.
+// Elements, which are as many at least, are kept in bounds where charts do so again and again.
+std::uint64_t most_hits(const LocateParameters& parameters, std::size_t triangles) {
+  constexpr double layers = 2;
+  return static_cast<std::uint64_t>(layers * most_leaves_per_mass(parameters.curve.kind) *
+                                    parameters.curve.leaves_per_sample *
+                                    static_cast<double>(parameters.samples)) +
+         triangles;
+}
+
+void limit_hits(std::span<std::uint32_t> hits, std::uint64_t most) {
+  const std::uint64_t all = std::accumulate(hits.begin(), hits.end(), std::uint64_t{0});
+  if (all <= most) return;
+  const double share = static_cast<double>(most) / static_cast<double>(all);
+  for (std::uint32_t& count : hits) count = static_cast<std::uint32_t>(std::ceil(count * share));
+}
+
 // Step 3.
 void tell_sheets_apart(ChartWork& work, const ChartScene& scene, const SheetParameters& parameters,
                        const CancelToken& cancel) {
@@ -182,6 +201,7 @@ Located locate_with_embree(const EmbreeDevice& device, const PreparedMesh& mesh,
     if (worth_it && sheets.max_sheets > 1) tell_sheets_apart(work, scene, sheets, cancel);
     counts[c] = {trees[c].leaf_count(), work.rays, work.multiple_hits};
   });
+  limit_hits(result.hits, most_hits(parameters, mesh.triangle_count()));
   for (const auto& [leaves, rays, multiple] : counts) {
     result.leaves += leaves;
     result.rays += rays;

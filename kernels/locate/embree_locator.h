@@ -41,7 +41,9 @@ struct LocateParameters {
 };
 
 struct Located {
-  std::vector<std::uint32_t> hits;  // T: number of final leaves whose ray met the triangle
+  // T: number of final leaves whose ray met the triangle; a share of it where charts cover themselves so
+  // often that all together would be more than twice as many as there may be leaves.
+  std::vector<std::uint32_t> hits;
   std::vector<std::uint8_t> sheet;  // T: 0..max_sheets - 1
   std::uint64_t leaves = 0, rays = 0;
   std::uint64_t multiple_hits = 0;  // leaves with more than one triangle under the ray

@@ -242,22 +242,15 @@ inline int bisections_to(std::uint32_t path, double limit, double& mass) {
   return times;
 }
 
-// Pieces of a triangle that rays ask for, in multiples of those that its mass asks for. On a chart that does
-// not cover itself rays ask for twice as many at most, each time that it does for as many again.
-inline constexpr double most_wanted_pieces = 4;
-
 // Depth-first bisection of a piece until every piece weighs at most `limit` (and, where asked for, none is a
-// needle) and there are at least `wanted` of them, as long as those are not far more than the mass asks for;
-// `emit` is called in path order.
+// needle) and there are at least `wanted` of them; `emit` is called in path order.
 template <class Emit>
 void cut_piece(const TriangleSource& source, const WorkPiece& start, double limit, std::uint32_t wanted,
                bool no_needles, std::vector<WorkPiece>& stack, const Emit& emit) {
   const auto bisections_of = [](const WorkPiece& piece) { return std::bit_width(piece.path) - 1; };
+  const int least = bisections_of(start) + (wanted > 1 ? std::bit_width(wanted - 1) : 0);
   const double whole_mass = piece_mass(source, start.weights, start.path);
   if (!(whole_mass > 0)) return;
-  if (const double most = 1 + most_wanted_pieces * whole_mass / limit; wanted > most)
-    wanted = static_cast<std::uint32_t>(most);
-  const int least = bisections_of(start) + (wanted > 1 ? std::bit_width(wanted - 1) : 0);
   const auto too_large = [&](const WorkPiece& piece, double mass) {
     return mass > limit || (no_needles && is_needle(piece, mass, limit));
   };
