@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 
 #include "io/store/row_codec.h"
 #include "kernels/analyse/certify_samples.h"
@@ -337,6 +338,40 @@ TEST_CASE("estimate_bytes: more vertices or triangles never take less, so a boun
         INFO(setting.name << ", " << samples << " samples, " << threads << " threads");
         CHECK(grows);
       }
+}
+
+TEST_CASE("estimate_bytes: a ramp whose chart covers itself fifteen times takes no more than is reserved") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  PolygonMesh ramp;
+  constexpr std::uint32_t turns = 15, steps = 48, rows = 4;
+  for (std::uint32_t i = 0; i <= turns * steps; ++i)
+    for (std::uint32_t k = 0; k <= rows; ++k) {
+      const double at = 2 * std::numbers::pi * i / steps, radius = 1 + static_cast<double>(k) / rows;
+      ramp.x.push_back(radius * std::cos(at));
+      ramp.y.push_back(radius * std::sin(at));
+      ramp.z.push_back(0.002 * at);
+    }
+  ramp.polygon_begin = {0};
+  for (std::uint32_t i = 0; i < turns * steps; ++i)
+    for (std::uint32_t k = 0; k < rows; ++k) {
+      const std::uint32_t a = i * (rows + 1) + k, b = a + 1, c = a + rows + 1, d = c + 1;
+      ramp.corners.insert(ramp.corners.end(), {a, c, b, b, c, d});
+      const std::uint32_t begin = ramp.polygon_begin.back();
+      ramp.polygon_begin.insert(ramp.polygon_begin.end(), {begin + 3, begin + 6});
+    }
+  const ScratchFolder scratch;
+  write_mesh(scratch / "ramp.off", ramp);
+  const EmbreeDevice device;
+  for (const std::uint32_t samples : {20000u, 131072u})
+    for (const int threads : {1, 2}) {
+      Setting setting{"ramp", parameters_for("conformal")};
+      set_samples(setting.parameters, samples);
+      oneapi::tbb::task_arena(threads).execute(
+          [&] { check_models({scratch / "ramp.off"}, setting, threads, device); });
+    }
 }
 
 TEST_CASE("estimate_bytes: models with attributes and texture coordinates take no more than is reserved") {
