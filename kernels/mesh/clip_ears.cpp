@@ -1,6 +1,7 @@
 #include "kernels/mesh/clip_ears.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
