@@ -28,7 +28,7 @@ if(MEANDER_SANITIZE)
   elseif(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     target_compile_options(meander_flags INTERFACE
       -fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitize_ignore.txt)
-    # The tests are seventy programs of 50 MB each: lld links one in a quarter of the time.
+    # The tests are nearly sixty programs of some 50 MB each: lld links one in a quarter of the time.
     find_program(MEANDER_LLD ld.lld)
     mark_as_advanced(MEANDER_LLD)
     if(MEANDER_LLD)

@@ -146,13 +146,16 @@ void print_advice(const StoreSummary& summary) {
     if (count > 0) words += (words.empty() ? "" : ",") + std::string(name_of(status));
     rows += count;
   }
-  // What has crashed may do so again, whatever the limits.
-  const bool has_limits = rows > summary.by_status[static_cast<std::size_t>(Status::crashed)];
-  if (rows > 0)
-    fmt::print(stderr, "meander: {} {} because of {}; repeat the command with {}`--retry {}` to redo {}\n",
-               rows, rows == 1 ? "row failed" : "rows failed",
-               has_limits ? "a limit of this run or machine" : "the process that worked on them",
-               has_limits ? "a larger --timeout or --memory and " : "", words, rows == 1 ? "it" : "them");
+  if (rows == 0) return;
+  const char* const what = rows == 1 ? "row" : "rows";
+  if (rows == summary.by_status[static_cast<std::size_t>(Status::crashed)])  // whatever the limits
+    fmt::print(stderr, "meander: {} {} crashed; repeat the command with `--retry {}` to try again\n", rows,
+               what, words);
+  else
+    fmt::print(stderr,
+               "meander: {} {} failed because of a limit of this run or machine; repeat the command with a "
+               "larger --timeout or --memory and `--retry {}` to redo {}\n",
+               rows, what, words, rows == 1 ? "it" : "them");
 }
 
 void print_nodes(const std::vector<NodeStatistics>& nodes) {

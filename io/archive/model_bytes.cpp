@@ -155,10 +155,11 @@ void ModelBytes::fail_if_cut() const {
 
 std::array<std::uint8_t, 32> ModelBytes::content_sha256() const {
   const std::array<std::uint8_t, 32> own = sha256(own_.bytes());
+  fail_if_cut();
+  if (surface_companions().empty()) return own;
   std::vector<std::uint8_t> digests(own.begin(), own.end());
   append_digests(surface_companions(), digests);
   fail_if_cut();
-  if (surface_companions().empty()) return own;
   return sha256(std::as_bytes(std::span<const std::uint8_t>(digests)));
 }
 
@@ -172,14 +173,15 @@ std::array<std::uint8_t, 32> ModelBytes::color_sha256() const {
 
 PolygonMesh ModelBytes::mesh(const CancelToken& cancel, const std::function<void(const MeshEstimate&)>& admit,
                              const MeshExtras& extras) const {
+  PolygonMesh mesh;
   try {
-    PolygonMesh mesh = read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
-    fail_if_cut();
-    return mesh;
+    mesh = read_mesh(own_.bytes(), format_, cancel, {companions_, admit, colors_, extras});
   } catch (const ItemError&) {
     fail_if_cut();  // what the reader says of zeros is not the reason
     throw;
   }
+  fail_if_cut();
+  return mesh;
 }
 
 MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {

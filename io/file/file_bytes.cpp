@@ -22,7 +22,8 @@ struct Mapping {
   std::atomic<bool> is_taken = false, is_cut = false;
   std::atomic<std::uintptr_t> begin = 0, end = 0;
 };
-std::array<Mapping, 1024> mappings;
+// A model may have 1,024 images; files beyond these are read.
+std::array<Mapping, 16384> mappings;
 struct sigaction handler_before;
 
 void fill_what_is_gone(int, siginfo_t* info, void*) {
@@ -56,7 +57,7 @@ void watch_mappings() {
 // One that is free, or mappings.size().
 std::size_t take_mapping() {
   for (std::size_t i = 0; i < mappings.size(); ++i)
-    if (!mappings[i].is_taken.exchange(true)) return i;
+    if (!mappings[i].is_taken && !mappings[i].is_taken.exchange(true)) return i;
   return mappings.size();
 }
 

@@ -11,8 +11,9 @@ namespace meander {
 // The bytes of a file for as long as the object lives: read into memory where they are few, else mapped,
 // which takes no memory of the process's own. Throws ItemError(unreadable) with the system's reason; anything
 // but a regular file is unreadable too. Where another program shortens a file that is mapped, the bytes that
-// are gone are zeros, and is_cut() says so: a handler of SIGBUS, which is set when the first file is mapped,
-// puts them there, and leaves all other bus errors to the handler before it.
+// are gone are zeros, and is_cut() says so, unless they are all in the page that the file now ends in: a
+// handler of SIGBUS, which is set when the first file is mapped, puts them there, and leaves all other bus
+// errors to the handler before it.
 class FileBytes {
  public:
   // Files of up to so many bytes are read. A mapping costs a fault every few pages, and unmapping interrupts
@@ -27,7 +28,7 @@ class FileBytes {
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
   std::span<const std::byte> bytes() const { return {data_, size_}; }
-  // Whether bytes that were asked for were no longer there.
+  // Whether pages that were asked for were no longer there.
   bool is_cut() const;
 
  private:

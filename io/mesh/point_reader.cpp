@@ -79,7 +79,9 @@ PointCloud read_points(const std::filesystem::path& path, const CancelToken& can
   kind_of(path);  // before the file is opened
   const FileBytes file(path);
   const std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  return read_points_in_blocks(content, path, cancel, BlockRule{});
+  PointCloud cloud = read_points_in_blocks(content, path, cancel, BlockRule{});
+  if (file.is_cut()) throw ItemError(Status::unreadable, "the file was shortened while it was read");
+  return cloud;
 }
 
 }  // namespace meander
