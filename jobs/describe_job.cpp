@@ -80,10 +80,11 @@ class DescribeJob {
   }
 
   GraphStages stages_of(Round round, const StoreReader& store) {
-    if (round == Round::with_meshes) return stages_with_meshes(describer_, store);
-    return stages_with_points(describer_, store, [this](const GraphItem& item, Failure problem) {
+    const DescribeFailed failed = [this](const GraphItem& item, Failure problem) {
       problems_.add(item.plan->row, std::move(problem));
-    });
+    };
+    return round == Round::with_meshes ? stages_with_meshes(describer_, store, failed)
+                                       : stages_with_points(describer_, store, failed);
   }
 
   // Rows that were in flight when an earlier process died, as `run` looks at them.

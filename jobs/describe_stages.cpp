@@ -11,6 +11,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
+#include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "pipeline/memory_estimate.h"
@@ -81,10 +82,12 @@ void describe(const DescribeParameters& parameters, GraphItem& item) {
     model.row.descriptors.push_back(std::move(made));
 }
 
-// The columns of the header, in order: the newest of each name, fill for one that could not be made.
-void arrange_descriptors(const Describer& describer, GraphItem& item) {
+// The columns of the header, in order: the newest of each name, fill for one that could not be made, which
+// `failed` hears of.
+void arrange_descriptors(const Describer& describer, const DescribeFailed& failed, GraphItem& item) {
   std::vector<DescriptorRow>& present = item.model.row.descriptors;
   std::vector<DescriptorRow> arranged;
+  std::vector<std::string> lacking;
   for (const DescriptorSchema& schema : describer.header->descriptors) {
     const auto newest = std::find_if(present.rbegin(), present.rend(),
                                      [&](const DescriptorRow& d) { return d.name == schema.name; });
@@ -93,7 +96,13 @@ void arrange_descriptors(const Describer& describer, GraphItem& item) {
           {schema.name, std::vector<float>(schema.width, std::numeric_limits<float>::quiet_NaN())});
     else
       arranged.push_back(std::move(*newest));
+    if (schema.group == "descriptors" && describer.makes(schema.name) &&
+        !is_described(schema, arranged.back().values))
+      lacking.push_back("`" + schema.name + "`");
   }
+  if (!lacking.empty())
+    failed(item,
+           {Status::ok, fmt::format("{} could not be made of this model", fmt::join(lacking, " and "))});
   present = std::move(arranged);
 }
 
@@ -137,20 +146,19 @@ bool Describer::makes(std::string_view name) const {
          std::any_of(of_meshes.begin(), of_meshes.end(), named);
 }
 
-GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store) {
+GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store, DescribeFailed failed) {
   return {{"read_row", [&](GraphItem& item) { read_row_to_describe(describer, store, item); }},
           {"read_mesh", [&](GraphItem& item) { read_mesh_of_row(describer, item); }},
           {"prepare_mesh", prepare},
-          {"describe_shape", [&](GraphItem& item) {
+          {"describe_shape", [&describer, failed = std::move(failed)](GraphItem& item) {
              describe(describer.meshes.describe, item);
              describe(describer.points.describe, item);
-             arrange_descriptors(describer, item);
+             arrange_descriptors(describer, failed, item);
            }}};
 }
 
 // One stage with a time limit of its own: a row must get through it whatever its descriptors take.
-GraphStages stages_with_points(const Describer& describer, const StoreReader& store,
-                               std::function<void(const GraphItem&, Failure)> failed) {
+GraphStages stages_with_points(const Describer& describer, const StoreReader& store, DescribeFailed failed) {
   return {{"describe_shape", [&describer, &store, failed = std::move(failed)](GraphItem& item) {
              read_row_to_describe(describer, store, item);
              if (describer.timeout_seconds > 0)
@@ -164,7 +172,7 @@ GraphStages stages_with_points(const Describer& describer, const StoreReader& st
              } catch (...) {
                failed(item, current_failure("describe_shape"));
              }
-             arrange_descriptors(describer, item);
+             arrange_descriptors(describer, failed, item);
            }}};
 }
 

@@ -28,14 +28,16 @@ struct Describer {
 // The header must outlive the describer. Throws UsageError when the parameters are not valid.
 Describer make_describer(const StoreHeader& header, const DescribeParameters& describe);
 
+// Hears of a row that lacks descriptors, which are NaN, and why; called from many threads. The status is ok
+// where nothing failed: a descriptor does not exist for every surface.
+using DescribeFailed = std::function<void(const GraphItem&, Failure)>;
+
 // From a row of `store` to the row with all descriptors of the header, mesh and all. A stage that throws ends
 // the item: it is to be tried again without its mesh.
-GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store);
+GraphStages stages_with_meshes(const Describer& describer, const StoreReader& store, DescribeFailed failed);
 
-// The same with the descriptors of the samples alone; those that cannot be made are all 0. `failed` hears of
-// a row whose samples could not be described; called from many threads.
-GraphStages stages_with_points(const Describer& describer, const StoreReader& store,
-                               std::function<void(const GraphItem&, Failure)> failed);
+// The same with the descriptors of the samples alone; whatever fails, the row gets through.
+GraphStages stages_with_points(const Describer& describer, const StoreReader& store, DescribeFailed failed);
 
 // Records finished rows. Rows that failed are left for another round, unless this is the last.
 class DescribedRowSink final : public RowSink {

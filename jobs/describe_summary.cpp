@@ -21,6 +21,15 @@ std::optional<Failure> RowProblems::of(std::uint64_t row) const {
   return at == by_row_.end() ? std::nullopt : std::optional(at->second);
 }
 
+namespace {
+
+// Nothing failed where the status is ok: the model has no such descriptor.
+std::string_view kind_of(const Failure& problem) {
+  return problem.status == Status::ok ? "incomplete" : name_of(problem.status);
+}
+
+}  // namespace
+
 void print_describe_summary(const DescribeSummary& summary, bool as_json) {
   std::string names;
   for (const Descriptor descriptor : summary.descriptors)
@@ -40,7 +49,7 @@ void print_describe_summary(const DescribeSummary& summary, bool as_json) {
     for (const auto& [row, problem] : summary.problems) {
       json.begin_object();
       json.member("id", summary.ids[row]);
-      json.member("status", name_of(problem.status));
+      json.member("status", kind_of(problem));
       json.member("reason", problem.reason);
       json.end_object();
     }
@@ -53,12 +62,13 @@ void print_describe_summary(const DescribeSummary& summary, bool as_json) {
   if (summary.not_ok > 0) fmt::print(", {} without samples", summary.not_ok);
   fmt::print("\n");
   if (summary.problems.empty()) return;
-  fmt::print("{} rows could not be described completely; missing values are NaN:\n", summary.problems.size());
+  fmt::print("{} {} could not be described completely; missing values are NaN:\n", summary.problems.size(),
+             summary.problems.size() == 1 ? "row" : "rows");
   constexpr std::size_t most_shown = 100;
   std::size_t shown = 0;
   for (const auto& [row, problem] : summary.problems) {
     if (shown++ == most_shown) break;
-    fmt::print("  {}: {}: {}\n", summary.ids[row], name_of(problem.status), problem.reason);
+    fmt::print("  {}: {}: {}\n", summary.ids[row], kind_of(problem), problem.reason);
   }
   if (summary.problems.size() > most_shown)
     fmt::print("  and {} more (--json lists all)\n", summary.problems.size() - most_shown);
@@ -75,7 +85,8 @@ void add_earlier_problems(const StoreReader& store, const Describer& describer,
       const std::vector<float> values = store.read_descriptor(schema.name, begin, count);
       for (; row != rows.end() && *row < begin + count; ++row)
         if (!is_described(schema, std::span(values).subspan((*row - begin) * schema.width, schema.width)))
-          problems.add(*row, {Status::unreadable, "failed before the job was interrupted"});
+          problems.add(*row, {Status::ok, fmt::format("`{}` could not be made before the job was interrupted",
+                                                      schema.name)});
     }
   }
 }

@@ -14,7 +14,8 @@
 
 namespace meander {
 
-// Why rows could not be described completely: the first reason of each. add and of may be called from many
+// Why rows could not be described completely: the first reason of each, with the status ok where nothing
+// failed but a descriptor does not exist for the model. add and of may be called from many
 // threads.
 class RowProblems {
  public:

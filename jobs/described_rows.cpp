@@ -118,6 +118,20 @@ void visit_described(const StoreReader& store, std::span<const DescriptorTerm> t
   }
 }
 
+std::vector<std::pair<std::string, std::uint64_t>> count_undescribed(const StoreReader& store) {
+  std::vector<std::pair<std::string, std::uint64_t>> counts;
+  for (const DescriptorSchema& schema : store.descriptors()) {
+    if (schema.group != "descriptors") continue;
+    std::uint64_t& lacking = counts.emplace_back(schema.name, 0).second;
+    const DescriptorTerm term{schema};
+    visit_described(store, {&term, 1}, 0, [&](const DescribedBlock& block) {
+      for (std::uint64_t row = block.first(); row < block.first() + block.count(); ++row)
+        lacking += !block.is_described(row) && store.report(row).status == Status::ok;
+    });
+  }
+  return counts;
+}
+
 std::uint64_t described_row_bytes(std::span<const DescriptorTerm> terms) {
   std::uint64_t bytes = 1;
   for (const DescriptorTerm& term : terms) bytes += sizeof(float) * std::uint64_t{term.schema.width};

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/store/store.h"
@@ -60,6 +61,9 @@ class DescribedBlock {
 void visit_described(const StoreReader& store, std::span<const DescriptorTerm> terms, std::uint64_t rows,
                      const std::function<void(const DescribedBlock&)>& visit);
 inline constexpr std::uint64_t described_block_rows = 4096;
+
+// The descriptors of the store, each with the number of ok rows that lack it. Reads them all.
+std::vector<std::pair<std::string, std::uint64_t>> count_undescribed(const StoreReader& store);
 std::uint64_t described_row_bytes(std::span<const DescriptorTerm> terms);  // of one row
 
 }  // namespace meander

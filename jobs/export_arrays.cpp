@@ -10,12 +10,10 @@
 #include <stdexcept>
 
 #include "io/file/atomic_file.h"
-#include "io/file/file_error.h"
 #include "io/json_writer.h"
 #include "io/run_error.h"
 #include "io/table/npy_header.h"
 #include "jobs/command_line.h"
-#include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/units.h"
 #include "kernels/core/spelling.h"
@@ -145,15 +143,6 @@ bool is_shard_name(std::string_view name, const std::string& stem) {
   return name.size() >= 7 && name[0] == '-' && name.find_first_not_of("0123456789", 1) == name.npos;
 }
 
-std::vector<fs::path> earlier_shards(const fs::path& folder, const std::string& stem) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
-    if (is_shard_name(at->path().filename().string(), stem)) files.push_back(at->path());
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
 // The shards of one split.
 class ShardFiles {
  public:
@@ -166,7 +155,7 @@ class ShardFiles {
     if (file_ && bytes_ + bytes + end_bytes > most_bytes_) finish();
     if (!file_) {
       names_.push_back(shard_name(stem_, split_, names_.size()));
-      file_ = std::make_unique<AtomicFile>(folder_ / names_.back());
+      file_ = std::make_unique<AtomicFile>(folder_ / names_.back(), FullDisk::stops_run);
       bytes_ = 0;
     }
     TarWriter tar([this](std::string_view piece) { file_->append(piece); });
@@ -267,25 +256,26 @@ void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vect
   }
 }
 
-int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
-                      const std::string& stem, const std::string& folder, const ArrayExport& options,
-                      Existing existing, OutputGuard& guard) {
-  const std::vector<std::string> arrays = chosen_arrays(store, options);
-  const std::uint64_t most_bytes = parse_bytes(options.shard_bytes);
-  guard.check_folder(folder, "-o");
-  const std::vector<fs::path> earlier = earlier_shards(folder, stem);
-  for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", existing);
+std::vector<fs::path> webdataset_files(const WebdatasetExport& wanted) {
+  std::vector<fs::path> files;
   std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw_file_error(error.value(), "create", folder, FullDisk::ends_command);
+  for (fs::directory_iterator at(wanted.folder, error), end; !error && at != end; at.increment(error))
+    if (is_shard_name(at->path().filename().string(), wanted.stem)) files.push_back(at->path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
+bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                       const WebdatasetExport& wanted, const std::atomic<bool>& stop) {
+  const std::vector<fs::path> earlier = webdataset_files(wanted);
   std::map<Split, ShardFiles> files;
   std::uint64_t unlabelled = 0;
   for (const std::uint64_t number : rows) {
+    if (stop) return false;
     const Row row = store.read_row(number);
     const std::string key = fmt::format("{:08}", number);
     std::vector<std::pair<std::string, std::string>> members;
-    for (const std::string& name : arrays)
+    for (const std::string& name : wanted.arrays)
       members.emplace_back(fmt::format("{}.{}.npy", key, file_word(name)),
                            npy_of(name, store.columns(), row.samples));
     if (row.label >= 0)
@@ -294,7 +284,7 @@ int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>
       ++unlabelled;
     members.emplace_back(key + ".json", json_of(store, number, row));
     const Split split = store.split(number);
-    files.try_emplace(split, folder, stem, split, most_bytes).first->second.add(members);
+    files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes).first->second.add(members);
   }
   std::vector<std::string> written;
   for (auto& [split, shards] : files) {
@@ -302,12 +292,13 @@ int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>
     written.insert(written.end(), shards.names().begin(), shards.names().end());
   }
   // Loaders take every shard that they find.
+  std::error_code error;
   for (const fs::path& file : earlier)
     if (std::find(written.begin(), written.end(), file.filename().string()) == written.end())
       fs::remove(file, error);
-  fmt::print("{} models in {} shards in {}\n", rows.size(), written.size(), folder);
+  fmt::print("{} models in {} shards in {}\n", rows.size(), written.size(), wanted.folder.string());
   if (unlabelled > 0) fmt::print("{} models without a class have no .cls\n", unlabelled);
-  return exit_done;
+  return true;
 }
 
 }  // namespace meander

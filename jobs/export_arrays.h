@@ -1,13 +1,14 @@
 // Samples of a store as arrays of numpy: an .npz file a model, or the tar shards of WebDataset.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "io/archive/archive_writers.h"
 #include "io/store/store.h"
-#include "jobs/output_guard.h"
 
 namespace meander {
 
@@ -34,13 +35,21 @@ std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExpo
 void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vector<std::string>& arrays,
                const Row& row, const std::string& id);
 
-// The rows as FOLDER/STORE-000000.tar and so on, rows with a split in STORE-train-, STORE-test- and
-// STORE-val-: of each KEY.NAME.npy, KEY.cls (the number of its class, where it has one) and KEY.json, KEY
-// being its row number. Shards end before the first model that would exceed the size. Each file appears as a
-// whole; those of an earlier export that are not written again are removed in the end. Memory: one row.
-// Returns the exit code.
-int export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
-                      const std::string& stem, const std::string& folder, const ArrayExport& options,
-                      Existing existing, OutputGuard& guard);
+struct WebdatasetExport {
+  std::string stem;  // of the names of the shards
+  std::filesystem::path folder;
+  std::vector<std::string> arrays;  // see chosen_arrays
+  std::uint64_t most_bytes = 0;     // of a shard
+};
+
+// The rows as FOLDER/STEM-000000.tar and so on in a folder that exists, rows with a split in STEM-train-,
+// STEM-test- and STEM-val-: of each KEY.NAME.npy, KEY.cls (the number of its class, where it has one) and
+// KEY.json, KEY being its row number. Shards end before the first model that would exceed the size. Each file
+// appears as a whole; those of an earlier export that are not written again are removed in the end. Says on
+// standard output what was written. False when `stop` was set on the way. Memory: one row.
+bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                       const WebdatasetExport& wanted, const std::atomic<bool>& stop);
+// The shards of an earlier export, which export_webdataset would replace or remove.
+std::vector<std::filesystem::path> webdataset_files(const WebdatasetExport& wanted);
 
 }  // namespace meander

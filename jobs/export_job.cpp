@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <memory>
 
 #include "io/file/atomic_file.h"
+#include "io/item_id.h"
+#include "io/json_writer.h"
 #include "io/mesh/point_writer.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
@@ -16,8 +19,12 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/output_guard.h"
+#include "jobs/output_names.h"
 #include "jobs/standard_streams.h"
 #include "jobs/store_items.h"
+#include "jobs/unfinished_export.h"
+#include "jobs/units.h"
+#include "jobs/working_process.h"
 
 namespace meander {
 
@@ -65,7 +72,37 @@ fs::path path_below(const fs::path& folder, const std::string& id, const std::st
         fmt::format("the item `{}` names a file outside `{}`: nothing is exported; name the items "
                     "to export without it",
                     id, folder.string()));
-  return folder / (id + extension);
+  return folder / shortened_parts(id + extension);
+}
+
+// All that decides the files of an export and what they hold.
+std::string parameters_of(const StoreReader& store, const ExportOptions& options,
+                          const std::vector<std::string>& arrays = {}) {
+  JsonWriter json;
+  json.begin_object();
+  json.member("store", escape_id(fs::weakly_canonical(options.store).string()));
+  json.member("store_bytes", std::uint64_t{fs::file_size(options.store)});
+  json.member("store_modified_ns",
+              std::int64_t{fs::last_write_time(options.store).time_since_epoch().count()});
+  json.member("rows", store.rows());
+  const auto list = [&json](const char* name, const std::vector<std::string>& texts) {
+    json.key(name);
+    json.begin_array();
+    for (const std::string& text : texts) json.value(text);
+    json.end_array();
+  };
+  list("items", options.items);
+  json.member("format", options.pointnet ? std::string("pointnet") : options.format);
+  list("arrays", arrays);
+  if (options.pointnet) json.member("shard_rows", options.shard_rows);
+  if (options.format == "webdataset") json.member("shard_bytes", options.arrays.shard_bytes);
+  json.end_object();
+  return json.text();
+}
+
+int say_stopped(const std::string& how_far) {
+  fmt::print(stderr, "meander: stopped {}; the same command continues\n", how_far);
+  return exit_stopped;
 }
 
 FileKind kind_of_format(const std::string& format) {
@@ -94,42 +131,66 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
     write_row(print_bytes, rows.front());
     return exit_done;
   }
-  guard.check_folder(options.output, "-o");
+  UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
   std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
     paths.push_back(path_below(options.output, store.id(row), "." + options.format));
-    guard.check(paths.back(), {kind_of_format(options.format)}, "-o", options.existing(), true);
+    guard.check(paths.back(), {kind_of_format(options.format)}, "-o", unfinished.existing(), true);
   }
+  unfinished.begin();
+  const std::atomic<bool>& stop = catch_stop_signals();
   for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (stop) return say_stopped(fmt::format("with {} of {} files written", i, rows.size()));
+    if (unfinished.has_made(paths[i])) continue;
     fs::create_directories(paths[i].parent_path());
-    AtomicFile file(paths[i]);
+    AtomicFile file(paths[i], FullDisk::stops_run);
     write_row([&file](std::string_view bytes) { file.append(bytes); }, rows[i]);
     file.commit();
   }
+  unfinished.end();
   fmt::print("{} files in {}\n", rows.size(), options.output);
   return exit_done;
 }
 
 // All files of an earlier export, whatever their number: those that are not written again are removed.
-void check_pointnet_files(const ExportOptions& options, OutputGuard& guard) {
-  guard.check_folder(options.output, "-o");
+void check_pointnet_files(const ExportOptions& options, Existing existing, OutputGuard& guard) {
   for (const fs::path& file : pointnet_files(options.output)) {
     const fs::path extension = file.extension();
     if (extension == ".h5")
-      guard.check(file, {FileKind::hdf5}, "-o", options.existing());
+      guard.check(file, {FileKind::hdf5}, "-o", existing);
     else if (extension == ".json")
-      guard.check(file, {FileKind::json}, "-o", options.existing());
+      guard.check(file, {FileKind::json}, "-o", existing);
     else
-      guard.check(file, {FileKind::text, FileKind::csv}, "-o", options.existing());
+      guard.check(file, {FileKind::text, FileKind::csv}, "-o", existing);
   }
 }
 
 int export_shards(const StoreReader& store, const ExportOptions& options, OutputGuard& guard) {
-  check_pointnet_files(options, guard);
-  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows);
+  require_pointnet_rows(store);
+  UnfinishedExport unfinished(options.output, parameters_of(store, options), options.fresh, guard);
+  check_pointnet_files(options, unfinished.existing(), guard);
+  unfinished.begin();
+  const PointnetCounts counts =
+      export_pointnet(store, options.output, options.shard_rows, &catch_stop_signals());
+  unfinished.end();
   fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
              counts.train, counts.test, counts.validation);
   if (counts.unlabelled > 0) fmt::print("{} rows without a class were left out\n", counts.unlabelled);
+  return exit_done;
+}
+
+int export_arrays(const StoreReader& store, const std::vector<std::uint64_t>& rows,
+                  const ExportOptions& options, OutputGuard& guard) {
+  const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
+  UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
+  const WebdatasetExport wanted{fs::path(options.store).stem().string(), options.output, arrays,
+                                parse_bytes(options.arrays.shard_bytes)};
+  const std::vector<fs::path> earlier = webdataset_files(wanted);
+  for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", unfinished.existing());
+  unfinished.begin();
+  if (!export_webdataset(store, rows, wanted, catch_stop_signals()))
+    return say_stopped("before all shards were written");
+  unfinished.end();
   return exit_done;
 }
 
@@ -151,15 +212,11 @@ int export_store(const ExportOptions& options) {
     wanted.existing = options.existing();
     return export_descriptors(store, wanted, guard);
   }
-  if (options.pointnet) {
-    return export_shards(store, options, guard);
-  }
+  if (options.pointnet) return export_shards(store, options, guard);
   std::vector<std::uint64_t> rows = chosen_rows(store, options.items);
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  if (options.format == "webdataset")
-    return export_webdataset(store, rows, fs::path(options.store).stem().string(), options.output,
-                             options.arrays, options.existing(), guard);
+  if (options.format == "webdataset") return export_arrays(store, rows, options, guard);
   return export_points(store, rows, options, guard);
 }
 

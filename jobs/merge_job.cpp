@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -35,10 +36,17 @@ struct MergeOptions {
   std::string pack_size;  // bytes with a unit; empty: one file
 };
 
-int end_with(RunOutcome& outcome, const RunOptions& options, const StoreReader& store) {
+// What is said of a store that this process did not make, or not alone.
+int print_store(const std::string& path, const MergeOptions& merging) {
+  const StoreReader store(path, StoreCheck::none);
+  RunOptions options;
+  options.store = path;
+  options.json = merging.json;
+  options.sample.place.samples = store.samples();
+  RunOutcome outcome;
   outcome.summary = summarise(store);
   print_summary(outcome, options);
-  return exit_done;
+  return outcome.exit_code();
 }
 
 // ---- The shards of an array -------------------------------------------------------------------------------
@@ -92,7 +100,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
     });
   });
   print_summary(outcome, options);
-  return exit_done;
+  return outcome.exit_code();
 }
 
 // ---- Finished stores --------------------------------------------------------------------------------------
@@ -104,9 +112,8 @@ class StoreMerge {
   explicit StoreMerge(const MergeOptions& options) : options_(options) {}
 
   int run() {
-    OutputGuard guard;
-    for (const std::string& path : options_.inputs) guard.protect(path);
-    check_store_output(options_.output, options_.fresh, guard);
+    const std::vector<fs::path> read(options_.inputs.begin(), options_.inputs.end());
+    check_run_outputs(options_.output, options_.fresh, read);
     if (!options_.fresh) refuse_finished_store(options_.output, purpose_merge);
     if (options_.fresh) discard_run(options_.output);
     for (const std::string& path : options_.inputs)
@@ -125,17 +132,25 @@ class StoreMerge {
         return exit_stopped;
       }
     }
-    directory.finish();
-    RunOutcome outcome;
-    RunOptions report;
-    report.store = options_.output;
-    report.json = options_.json;
-    const StoreReader store(options_.output, StoreCheck::none);
-    report.sample.place.samples = store.samples();
-    return end_with(outcome, report, store);
+    directory.finish([this] { write_reports(); });
+    return print_store(options_.output, options_);
   }
 
  private:
+  // As a run leaves them, though a store keeps no paths: the list of failed items has their ids alone.
+  void write_reports() const {
+    RunOptions options;
+    options.store = options_.output;
+    RunOutcome outcome;
+    outcome.summary = summarise(StoreReader(options_.output, StoreCheck::none));
+    outcome.done_now = outcome.summary.rows;
+    auto since = inputs_read_since(options_.inputs.front());
+    for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
+    outcome.inputs_read_since_unix_ns = std::chrono::nanoseconds(since.time_since_epoch()).count();
+    write_run_report(options, outcome);
+    write_failed_list(options, outcome.summary, [](std::uint64_t) { return fs::path(); });
+  }
+
   // The rows of all stores, by id, and where each is.
   RunPlan join() {
     StoreHeader header = stores_.front()->header();
@@ -186,14 +201,20 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
     const std::string store = path.ends_with(".run") ? path.substr(0, path.size() - 4) : path;
     if (!fs::exists(store + ".run") && fs::is_regular_file(store)) {
       tidy_store(store);
-      fmt::print("{}: merged already\n", store);
-      return exit_done;
+      if (!options.json) fmt::print("{} is merged already\n", store);
+      return print_store(store, options);
     }
     throw UsageError(fmt::format("`{}` is no run that `meander plan` made", path));
   }
   if (!options.pack_size.empty())
     throw UsageError(
         "--pack-size divides what an array of tasks made (STORE.run); finished stores become one file");
+  for (const std::string& path : options.inputs)
+    if (!store_of_array(path).empty())
+      throw UsageError(
+          fmt::format("`{0}` holds the shards of an array: `meander merge {0}` makes its store, "
+                      "which other stores can be merged with afterwards",
+                      path));
   if (options.output.empty()) throw UsageError("several stores are merged into a new one: give it with -o");
   return StoreMerge(options).run();
 }

@@ -8,11 +8,11 @@
 #include <set>
 #include <system_error>
 
-#include "io/digest.h"
 #include "io/file/atomic_file.h"
 #include "io/file/directory.h"
 #include "io/file/folder_lock.h"
 #include "io/file/read_file.h"
+#include "jobs/output_names.h"
 
 namespace meander {
 
@@ -22,24 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* lock_name = "remesh.json.lock";
 constexpr std::chrono::seconds sync_interval(10);
-constexpr std::size_t longest_part = 230;  // file systems take 255; a temporary name is longer than the name
-
-// Each part of the path at most longest_part bytes: what is cut off is told apart by a hash of the whole.
-fs::path shortened(const fs::path& path) {
-  fs::path result;
-  for (const fs::path& part : path) {
-    std::string name = part.string();
-    if (name.size() > longest_part) {
-      const auto digest = sha256(std::as_bytes(std::span(name)));
-      const std::string ending = "~" + hex_text(std::span(digest).first(8)) + part.extension().string();
-      std::size_t kept = longest_part - std::min(longest_part, ending.size());
-      while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xC0) == 0x80) --kept;  // whole characters
-      name = name.substr(0, kept) + ending;
-    }
-    result /= name;
-  }
-  return result;
-}
 
 // Temporary files of killed processes: NAME.tmp and a number. One listing a folder.
 void remove_temporaries(const fs::path& folder, const std::set<std::string>& names) {
@@ -76,7 +58,7 @@ std::vector<std::string> remesh_names(std::span<const PlanItem> items, const std
   std::set<fs::path> taken{"remesh.json", "remesh.csv"};
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (uses[names[i]] > 1) names[i] = items[i].id + extension;
-    names[i] = shortened(names[i]);
+    names[i] = shortened_parts(names[i]);
     for (fs::path parent = names[i].parent_path(); !parent.empty() && parent != parent.root_path();
          parent = parent.parent_path())
       taken.insert(parent);

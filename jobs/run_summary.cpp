@@ -12,6 +12,7 @@
 #include "io/file/directory.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
+#include "jobs/described_rows.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "kernels/core/instruction_set.h"
@@ -195,6 +196,7 @@ StoreSummary summarise(const StoreReader& store) {
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
   }
+  summary.undescribed = count_undescribed(store);
   return summary;
 }
 
@@ -203,14 +205,22 @@ void print_lacking(const StoreSummary& summary) {
     if (rows > 0)
       fmt::print("  {} {} {}, at some or all points, which have NaN\n", rows,
                  rows == 1 ? "model lacks" : "models lack", column);
+  for (const auto& [name, rows] : summary.undescribed)
+    if (rows > 0)
+      fmt::print("  {} {} the descriptor `{}`: it could not be made, its values are NaN\n", rows,
+                 rows == 1 ? "model lacks" : "models lack", name);
 }
 
 void write_lacking(JsonWriter& json, const StoreSummary& summary) {
-  if (summary.lacking.empty()) return;
-  json.key("items_that_lack");
-  json.begin_object();
-  for (const auto& [column, rows] : summary.lacking) json.member(column, rows);
-  json.end_object();
+  const auto write = [&](const char* name, const auto& counts) {
+    if (counts.empty()) return;
+    json.key(name);
+    json.begin_object();
+    for (const auto& [what, rows] : counts) json.member(what, rows);
+    json.end_object();
+  };
+  write("items_that_lack", summary.lacking);
+  write("items_without_descriptor", summary.undescribed);
 }
 
 int RunOutcome::exit_code() const {

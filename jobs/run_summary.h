@@ -30,6 +30,7 @@ struct StoreSummary {
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
   // more.
   std::vector<std::pair<std::string, std::uint64_t>> lacking;
+  std::vector<std::pair<std::string, std::uint64_t>> undescribed;  // see count_undescribed
   struct Failure {
     std::uint64_t row;
     std::string id;
@@ -43,10 +44,12 @@ struct StoreSummary {
 // "attribute `NAME`", or "texture coordinates".
 std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
 
+// Reads the items and the descriptors of the store.
 StoreSummary summarise(const StoreReader& store);
 
 class JsonWriter;
-// A line for each column that models lack; the member "items_that_lack" where there are such columns.
+// A line for each column and descriptor that models lack; the members "items_that_lack" where there are such
+// columns and "items_without_descriptor" where there are descriptors.
 void print_lacking(const StoreSummary& summary);
 void write_lacking(JsonWriter& json, const StoreSummary& summary);
 

@@ -27,6 +27,17 @@ struct PointnetShard {
   std::vector<std::uint8_t> labels;
 };
 
+struct ExportSource {
+  const StoreReader& store;
+  const std::atomic<bool>* stop;
+
+  void check() const {
+    if (stop != nullptr && *stop)
+      throw RunError(RunError::Kind::stopped,
+                     "stopped before all PointNet files were written; the same command makes them");
+  }
+};
+
 Hdf5Dataset make_dataset(const Hdf5File& file, const char* name, hid_t type,
                          const std::vector<hsize_t>& extents, hsize_t chunk_rows, unsigned level) {
   const Hdf5Space space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
@@ -68,8 +79,9 @@ std::uint64_t most_bytes(const StoreReader& store, std::uint64_t rows) {
   return 2 * chunks * (std::min(batch, rows) * store.samples() * 12 + chunk_overhead) + rows + overhead;
 }
 
-void write_datasets(const Hdf5File& file, const StoreReader& store, const PointnetShard& shard,
+void write_datasets(const Hdf5File& file, const ExportSource& source, const PointnetShard& shard,
                     const fs::path& path) {
+  const StoreReader& store = source.store;
   const hsize_t rows = shard.rows.size(), samples = store.samples(), batch = chunk_rows(store);
   const Hdf5Dataset data = make_dataset(file, "data", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
   const Hdf5Dataset normal = make_dataset(file, "normal", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
@@ -79,6 +91,7 @@ void write_datasets(const Hdf5File& file, const StoreReader& store, const Pointn
     for (hsize_t begin = 0; begin < rows; begin += batch) {
       const hsize_t count = std::min(batch, rows - begin);
       std::vector<float> points, normals;
+      source.check();
       for (hsize_t i = 0; i < count; ++i) {
         const Samples row = store.read_row(shard.rows[begin + i]).samples;
         points.insert(points.end(), row.points.begin(), row.points.end());
@@ -92,17 +105,17 @@ void write_datasets(const Hdf5File& file, const StoreReader& store, const Pointn
     hdf5_check(H5Fflush(file.get(), H5F_SCOPE_LOCAL), "write " + path.string());
   } catch (...) {
     // Emptied, the file has room for what the datasets hold and can be closed on a full disk too.
-    if (::truncate(path.c_str(), 0) != 0) throw_file_error(errno, "truncate", path, FullDisk::ends_command);
+    if (::truncate(path.c_str(), 0) != 0) throw_file_error(errno, "truncate", path, FullDisk::stops_run);
     throw;
   }
 }
 
-void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetShard& shard) {
-  PendingFile pending(path, FullDisk::ends_command);
+void write_hdf5(const fs::path& path, const ExportSource& source, const PointnetShard& shard) {
+  PendingFile pending(path, FullDisk::stops_run);
   pending.create();  // says what is wrong with the place, if anything
   const fs::path& temporary = pending.temporary();
   // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
-  reserve_space(temporary, most_bytes(store, shard.rows.size()), FullDisk::ends_command);
+  reserve_space(temporary, most_bytes(source.store, shard.rows.size()), FullDisk::stops_run);
   const Hdf5Lock lock;
   try {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
@@ -110,7 +123,7 @@ void write_hdf5(const fs::path& path, const StoreReader& store, const PointnetSh
     Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, creation.get(), access_without_locks().get()),
                   "create " + temporary.string());
     try {
-      write_datasets(file, store, shard, temporary);
+      write_datasets(file, source, shard, temporary);
       hdf5_check(H5Fflush(file.get(), H5F_SCOPE_LOCAL), "write " + temporary.string());
     } catch (...) {
       // Emptied, the file can be closed on a full disk too.
@@ -172,22 +185,22 @@ bool is_pointnet_file(const std::string& file) {
 }
 
 // Returns the names of the files.
-std::vector<std::string> write_part(const StoreReader& store, const fs::path& folder, const Part& part) {
+std::vector<std::string> write_part(const ExportSource& source, const fs::path& folder, const Part& part) {
   std::vector<std::string> written;
   std::string list;
   for (std::size_t k = 0; k < part.shards.size(); ++k) {
     written.push_back(part.shard_name(k));
-    write_hdf5(folder / written.back(), store, part.shards[k]);
+    write_hdf5(folder / written.back(), source, part.shards[k]);
     list += (folder / written.back()).generic_string() + "\n";
     JsonWriter ids;
     ids.begin_array();
-    for (const std::uint64_t row : part.shards[k].rows) ids.value(store.id(row));
+    for (const std::uint64_t row : part.shards[k].rows) ids.value(source.store.id(row));
     ids.end_array();
     written.push_back(part.ids_name(k));
-    replace_file(folder / written.back(), ids.text() + "\n");
+    replace_file(folder / written.back(), ids.text() + "\n", FullDisk::stops_run);
   }
   written.push_back(part.list_name());
-  replace_file(folder / written.back(), list);
+  replace_file(folder / written.back(), list, FullDisk::stops_run);
   return written;
 }
 
@@ -202,13 +215,23 @@ std::vector<fs::path> pointnet_files(const fs::path& folder) {
   return files;
 }
 
-PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows) {
+void require_pointnet_rows(const StoreReader& store) {
   store.require(SampleColumn::normals, "--pointnet");
-  if (shard_rows == 0) throw RunError(RunError::Kind::unusable, "a PointNet file needs one row or more");
   if (store.label_names().size() > most_classes)
     throw RunError(RunError::Kind::unusable,
                    fmt::format("PointNet files hold at most {} classes, the store has {}", most_classes,
                                store.label_names().size()));
+  for (std::uint64_t row = 0; row < store.rows(); ++row)
+    if (store.label(row) >= 0 && store.report(row).status == Status::ok) return;
+  throw RunError(RunError::Kind::unusable,
+                 "PointNet files need classes, and no row of the store with points has one: `meander run` "
+                 "takes them from --labels, --layout or --label-from-folder");
+}
+
+PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows,
+                               const std::atomic<bool>* stop) {
+  if (shard_rows == 0) throw RunError(RunError::Kind::unusable, "a PointNet file needs one row or more");
+  require_pointnet_rows(store);
   Parts parts = make_parts();
   PointnetCounts counts;
   for (std::uint64_t row = 0; row < store.rows(); ++row) {
@@ -222,21 +245,17 @@ PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder,
   counts.train = parts[0].rows();
   counts.test = parts[1].rows();
   counts.validation = parts[2].rows();
-  if (counts.train + counts.test + counts.validation == 0)
-    throw RunError(RunError::Kind::unusable,
-                   "PointNet files need classes, and no row of the store with points has one: `meander run` "
-                   "takes them from --labels, --layout or --label-from-folder");
 
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw_file_error(error.value(), "create", folder, FullDisk::ends_command);
+  if (error) throw_file_error(error.value(), "create", folder, FullDisk::stops_run);
   std::vector<std::string> written{"shape_names.txt"};
   std::string classes;
   for (const std::string& name : store.label_names()) classes += name + "\n";
-  replace_file(folder / written.front(), classes);
+  replace_file(folder / written.front(), classes, FullDisk::stops_run);
   for (const Part& part : parts) {
     if (!part.is_written()) continue;
-    const std::vector<std::string> names = write_part(store, folder, part);
+    const std::vector<std::string> names = write_part({store, stop}, folder, part);
     written.insert(written.end(), names.begin(), names.end());
   }
   // Loaders take every shard that they find.

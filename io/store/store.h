@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -319,12 +320,14 @@ VerifyResult verify_store(const std::filesystem::path& store, std::size_t limit 
 // validation, ply_data_val<k>.h5; the lists of these files, train_files.txt and so on; their ids as JSON;
 // shape_names.txt. Rows without a split are for training, rows without a class are left out. Shards of an
 // earlier export that are not written again are removed. Returns the rows of each part. Throws RunError:
-// unusable when no row is left or there are more than 256 classes.
+// unusable when no row is left or there are more than 256 classes, stopped when `stop` was set on the way.
 struct PointnetCounts {
   std::uint64_t train = 0, test = 0, validation = 0, unlabelled = 0;
 };
 PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
-                               std::uint32_t shard_rows = 2048);
+                               std::uint32_t shard_rows = 2048, const std::atomic<bool>* stop = nullptr);
+// Throws as export_pointnet does where the store has nothing for such files, or too many classes.
+void require_pointnet_rows(const StoreReader& store);
 // The files of an earlier export in a folder, which export_pointnet would replace or remove.
 std::vector<std::filesystem::path> pointnet_files(const std::filesystem::path& folder);
 

@@ -257,7 +257,7 @@ TEST_CASE("run --attribute: shards of an array, and merged stores") {
     const int code = meander_with({"run", folder, "--shard", shard, "--progress", "none"}).exit_code;
     CHECK((code == 0 || code == 3));
   }
-  REQUIRE(meander_with({"merge", folder}).exit_code == 0);
+  REQUIRE(meander_with({"merge", folder}).exit_code == 3);  // broken.off
   CHECK(read_file(scratch / "array.h5") == read_file(scratch / "one.h5"));
 
   put_models(scratch / "first");
@@ -270,7 +270,7 @@ TEST_CASE("run --attribute: shards of an array, and merged stores") {
   const ProcessResult merged =
       meander_with({"merge", scratch / "a.h5", scratch / "b.h5", "-o", scratch / "merged.h5"});
   INFO(merged.out << merged.err);
-  REQUIRE((merged.exit_code == 0 || merged.exit_code == 3));
+  REQUIRE(merged.exit_code == 3);
   CHECK(read_file(scratch / "merged.h5") == read_file(scratch / "one.h5"));
   REQUIRE(run_columns(scratch / "second", scratch / "c.h5", {"--texcoord"}).exit_code == 3);
   const ProcessResult refused =

@@ -127,7 +127,7 @@ TEST_CASE("describe: parts of the rows, merged, are what one process makes") {
     CHECK(parts.size() == std::min<std::size_t>(shards, 6));
     REQUIRE(meander_with(std::vector<std::string>{"merge"} + parts +
                          std::vector<std::string>{"-o", models.path("merged.h5"), "--fresh"})
-                .exit_code == 0);
+                .exit_code == 3);  // the broken file
     CHECK(same_bytes(models.path("merged.h5"), models.path("whole.h5")));
     for (const std::string& part : parts) fs::remove(part);
   }
@@ -252,8 +252,31 @@ TEST_CASE("describe: rows that failed before a kill are still listed at the end"
   INFO(result.err << result.out);
   CHECK(result.exit_code == 3);
   CHECK(contains(result.out, "4 rows described"));
-  CHECK(contains(result.out, "ring.off: unreadable: failed before the job was interrupted"));
+  CHECK(contains(result.out,
+                 "ring.off: incomplete: `basics` could not be made before the job was interrupted"));
   CHECK(same_bytes(c.path("s.h5"), c.path("made.h5")));
+}
+
+TEST_CASE("describe: a descriptor that a model does not have is named, by run, info and describe") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  write_mesh(scratch / "in/ball.off", icosphere(3));
+  write_mesh(scratch / "in/plate.off", plate_with_holes(60));  // its spectrum would need too many vertices
+  const std::string in = scratch / "in", both = scratch / "both.h5", later = scratch / "later.h5";
+  const char* const lacks = "1 model lacks the descriptor `shapedna`";
+  const ProcessResult run =
+      meander_with({"run", in, "-o", both, "-n", "64", "--describe", "d2,shapedna", "--progress", "none"});
+  CHECK(run.exit_code == 0);
+  CHECK(contains(run.out, lacks));
+  CHECK(contains(meander_with({"info", both}).out, lacks));
+  CHECK(contains(meander_with({"info", both, "--json"}).out,
+                 "\"items_without_descriptor\":{\"d2\":0,\"shapedna\":1}"));
+  REQUIRE(meander_with({"run", in, "-o", later, "-n", "64", "--progress", "none"}).exit_code == 0);
+  const ProcessResult described = meander_with({"describe", later, in, "--descriptors", "d2,shapedna"});
+  CHECK(described.exit_code == 3);
+  CHECK(contains(described.out, "1 rows described"));
+  CHECK(contains(described.out, "plate.off: incomplete: `shapedna` could not be made of this model"));
+  CHECK(same_bytes(later, both));
 }
 
 TEST_CASE("describe: the parameters say what every descriptor was made with") {

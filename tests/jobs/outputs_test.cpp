@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <set>
 
 #include "io/file_kind.h"
 #include "io/store/store.h"
@@ -160,6 +161,67 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
   place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is not a folder");
   // One item named twice is one file.
   place.does({"export", store, "torus", "1", "-o", place.path("one")});
+}
+
+TEST_CASE("outputs: an export that was stopped goes on, and keeps what it has made") {
+  const Place place;
+  const std::string store = place.path("s.h5"), out = place.path("out");
+  const auto short_of_room = [](std::uint64_t bytes) {
+    ProcessOptions options;
+    options.in_child = [bytes] {
+      const rlimit limit{bytes, bytes};
+      setrlimit(RLIMIT_FSIZE, &limit);
+    };
+    return options;
+  };
+  for (const std::string format : {"ply", "npz", "webdataset"}) {
+    INFO(format);
+    const std::vector<std::string> command = {"export", store, "-o", out, "--format", format};
+    place.does(command);
+    const auto whole = content_of(out);
+    fs::remove_all(out);
+    CHECK(meander_with(command, short_of_room(1000)).exit_code == 75);
+    CHECK(fs::exists(out + "/meander-export.json"));
+    place.refuses({"export", store, "torus", "-o", out, "--format", format},
+                  "another export into `" + out + "` was begun and did not end: parameter \"items\"");
+    if (format != "webdataset") {
+      // A file that is there is taken for one that the earlier process made, and is not made again.
+      write_file(out + "/eight." + format, whole.begin()->second);
+      fs::last_write_time(out + "/eight." + format, fs::file_time_type());
+    }
+    place.does(command);
+    CHECK((content_of(out) == whole));
+    if (format != "webdataset")
+      CHECK((fs::last_write_time(out + "/eight." + format) == fs::file_time_type()));
+    // Begun with --fresh, the files of the export before are not its own.
+    std::vector<std::string> fresh = command;
+    fresh.emplace_back("--fresh");
+    CHECK(meander_with(fresh, short_of_room(1000)).exit_code == 75);
+    for (const auto& [name, content] : whole) write_file(name, content.substr(0, 600));  // still of its kind
+    place.does(command);
+    CHECK((content_of(out) == whole));
+    fs::remove_all(out);
+  }
+}
+
+TEST_CASE("outputs: names that are too long for a file system are shortened in exports") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  const std::string longest = std::string(250, 'a') + ".off", other = std::string(249, 'a') + "b.off";
+  write_mesh(scratch / "in" / longest, cube());
+  write_mesh(scratch / "in" / other, torus(12, 8));
+  REQUIRE(meander_with({"run", scratch / "in", "-o", scratch / "s.h5", "-n", "16"}).exit_code == 0);
+  const ProcessResult made = meander_with({"export", scratch / "s.h5", "-o", scratch / "out"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(scratch / "out"))
+    names.insert(entry.path().filename().string());
+  REQUIRE(names.size() == 2);
+  for (const std::string& name : names) {
+    CHECK(name.starts_with(std::string(200, 'a')));
+    CHECK(name.ends_with(".ply"));
+  }
 }
 
 TEST_CASE("outputs: -o - prints what a file would hold, and nothing else") {

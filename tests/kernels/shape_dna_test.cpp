@@ -123,20 +123,8 @@ TEST_CASE("shape DNA: a flat rectangle in closed form") {
 }
 
 TEST_CASE("shape DNA: NaN where the topology needs too many vertices") {
-  // A plate with 60 x 60 square holes, each of which keeps three vertices at least.
-  constexpr std::uint32_t holes = 60, cells = 3 * holes;
-  std::vector<double> xyz;
-  for (std::uint32_t j = 0; j <= cells; ++j)
-    for (std::uint32_t i = 0; i <= cells; ++i)
-      xyz.insert(xyz.end(), {static_cast<double>(i), static_cast<double>(j), 0.0});
-  std::vector<std::vector<std::uint32_t>> faces;
-  for (std::uint32_t j = 0; j < cells; ++j)
-    for (std::uint32_t i = 0; i < cells; ++i) {
-      const std::uint32_t corner = i + (cells + 1) * j;
-      if (i % 3 != 1 || j % 3 != 1)
-        faces.push_back({corner, corner + 1, corner + cells + 2, corner + cells + 1});
-    }
-  const std::vector<float> found = values_of(polygon_mesh(xyz, faces));
+  // 60 x 60 holes, each of which keeps three vertices at least.
+  const std::vector<float> found = values_of(plate_with_holes(60));
   REQUIRE(found.size() == shape_dna_values);
   CHECK(std::all_of(found.begin(), found.end(), [](float value) { return std::isnan(value); }));
 }

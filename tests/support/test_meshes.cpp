@@ -213,6 +213,22 @@ PolygonMesh moved(const PolygonMesh& mesh, double scale, double shift_x, double 
   return result;
 }
 
+PolygonMesh plate_with_holes(std::uint32_t holes) {
+  const std::uint32_t cells = 3 * holes;
+  std::vector<double> xyz;
+  for (std::uint32_t j = 0; j <= cells; ++j)
+    for (std::uint32_t i = 0; i <= cells; ++i)
+      xyz.insert(xyz.end(), {static_cast<double>(i), static_cast<double>(j), 0.0});
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t j = 0; j < cells; ++j)
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      const std::uint32_t corner = i + (cells + 1) * j;
+      if (i % 3 != 1 || j % 3 != 1)
+        faces.push_back({corner, corner + 1, corner + cells + 2, corner + cells + 1});
+    }
+  return polygon_mesh(xyz, faces);
+}
+
 PolygonMesh slab_with_tunnels(std::uint32_t holes) {
   const std::uint32_t nx = 2 * holes + 1, ny = 3;
   std::vector<double> xyz;

@@ -27,6 +27,8 @@ PolygonMesh two_sided_plate(std::uint32_t n,
 PolygonMesh folded_sheet(std::uint32_t folds, std::uint32_t n, double gap);
 // a slab of unit cells with `holes` square tunnels: a closed surface of that genus
 PolygonMesh slab_with_tunnels(std::uint32_t holes);
+PolygonMesh plate_with_holes(
+    std::uint32_t holes);  // holes^2 squares of 1 out of one of 3 holes, 8 holes^2 quads
 // cube and tetrahedron with vertex normals, the attribute `quality` of vertices and `label` of faces: what
 // files can hold
 PolygonMesh mesh_with_attributes();
