@@ -65,13 +65,14 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
   actual.vertices = mesh.vertex_count();
   const std::size_t corners = mesh.corners.size(), polygons = mesh.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  actual.decoding_bytes = mesh.attribute_bytes();
   admit(actual);
 }
 
 void prepare(GraphItem& item) {
   Model& model = item.model;
   model.surface = prepare_mesh(model.file, model.cancel);
-  locate_on_mesh(model.file, model.surface, model.row.samples);
+  locate_on_mesh(model.file, model.surface, model.row.samples, model.cancel);
 }
 
 // New descriptors come after those that the row has.

@@ -45,7 +45,8 @@ constexpr Column columns[] = {
     of_mesh<&RemeshReport::coincident_samples>("coincident_samples"),
     of_mesh<&RemeshReport::coarse_lines>("coarse_lines"),
     of_mesh<&RemeshReport::crossings>("crossings"),
-    of_mesh<&RemeshReport::input_crossings>("input_crossings")};
+    of_mesh<&RemeshReport::input_crossings>("input_crossings"),
+    of_mesh<&RemeshReport::partial_search>("partial_search")};
 
 struct Fraction {
   const char* name;
@@ -118,6 +119,9 @@ std::string remesh_message(const RemeshReport& report, const std::string& lacks)
   if (report.crossings > 0)
     add(fmt::format("{} of triangles cross that do not in the input: more samples may part them",
                     counted(report.crossings, "pair", "pairs")));
+  if (report.partial_search > 0)
+    add("nearly all triangles are near each other: not all of them were compared, and none that cross "
+        "parted");
   if (!lacks.empty())
     add(fmt::format("the model has no {} at some or all vertices: colours are light grey there, numbers NaN",
                     lacks));

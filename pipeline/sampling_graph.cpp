@@ -483,6 +483,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   actual.vertices = item.model.file.vertex_count();
   const std::size_t corners = item.model.file.corners.size(), polygons = item.model.file.polygon_count();
   actual.triangles = corners > 2 * polygons ? corners - 2 * polygons : 0;
+  actual.decoding_bytes = item.model.file.attribute_bytes();
   admit(actual);
   if (!plan.tensor_path.empty())
     item.model.tensor_table = std::make_shared<const TensorTable>(read_tensors(plan, item.model));

@@ -44,7 +44,8 @@ std::optional<fs::path> find_variant(const fs::path& folder, fs::path::const_ite
   std::vector<std::string> others;
   std::size_t names = 0;
   for (fs::directory_iterator at(folder, error), last; !error && at != last; at.increment(error)) {
-    if (++names > most_searched_names || names_left-- == 0) return std::nullopt;
+    if (++names > most_searched_names || names_left == 0) return std::nullopt;
+    --names_left;
     const std::string other = at->path().filename().string();
     if (other != wanted && same_but_case(other, wanted)) others.push_back(other);
   }

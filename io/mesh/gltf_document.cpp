@@ -184,14 +184,18 @@ GltfAccessor read_accessor(const Entry& entry) {
   return accessor;
 }
 
+// Of joints, and of texture coordinates: every set is looked up among all attributes.
+constexpr std::size_t most_sets = 64;
+
 GltfAttributes read_attributes(const Entry& entry) {
   GltfAttributes attributes;
   const std::optional<Entry> list = entry.inside("attributes");
   if (!list) return attributes;
   attributes.positions = list->reference("POSITION");
-  for (int set = 0;; ++set) {
+  for (std::size_t set = 0;; ++set) {
     const std::string joints = fmt::format("JOINTS_{}", set), weights = fmt::format("WEIGHTS_{}", set);
     if (!list->member(joints) || !list->member(weights)) return attributes;
+    if (set == most_sets) entry.fail(fmt::format("more than {} sets of joints", most_sets));
     attributes.joints.push_back(list->reference(joints));
     attributes.weights.push_back(list->reference(weights));
   }
@@ -278,11 +282,12 @@ GltfMaterial read_material(const TextureLists& lists, JsonValue value) {
 
 std::vector<std::uint32_t> read_coordinates(JsonValue attributes) {
   std::vector<std::uint32_t> sets;
-  for (int set = 0;; ++set) {
-    const JsonValue coordinates = attributes.member(fmt::format("TEXCOORD_{}", set));
-    if (!coordinates) return sets;
+  while (sets.size() < most_sets) {
+    const JsonValue coordinates = attributes.member(fmt::format("TEXCOORD_{}", sets.size()));
+    if (!coordinates) break;
     sets.push_back(lenient_reference(coordinates));
   }
+  return sets;
 }
 
 std::vector<std::uint32_t> read_asked(JsonValue attributes, std::span<const AttributeColumn> columns) {

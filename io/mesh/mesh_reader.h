@@ -33,7 +33,9 @@ struct MeshEstimate {
   std::uint64_t triangles = 0;
   std::uint64_t packed_bytes =
       0;  // of a member of an archive, in memory beside the file while it is unpacked
-  std::uint64_t decoding_bytes = 0;  // what the reader takes beside the mesh and the file (glTF)
+  // What the reader takes beside the file, vertices and faces: decoded streams of glTF, the values of all
+  // properties of PLY.
+  std::uint64_t decoding_bytes = 0;
   // The other files that the model consists of: the paths below its own folder, in the order in which it
   // names them, each once. Their bytes are not in file_bytes.
   std::vector<std::string> companions = {};

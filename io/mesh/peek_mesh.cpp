@@ -244,6 +244,22 @@ MeshEstimate peek_off(const Peek& peek) {
   return {peek.file.bytes(), vertices, left < 5 * faces ? left / 3 + 1 : corners - 2 * faces};
 }
 
+// Of the values of properties that are no coordinates, which the reader keeps beside the mesh.
+std::uint64_t ply_attribute_bytes(std::uint64_t bytes, const PlyHeader& header) {
+  std::uint64_t total = 0;
+  for (const PlyElement& element : header.elements) {
+    if (element.name != "vertex" && element.name != "face") continue;
+    // A row has a byte a property at least, of text two.
+    const std::uint64_t least = header.encoding == PlyEncoding::ascii ? 2 * element.properties.size()
+                                                                      : std::uint64_t{element.fixed_bytes()};
+    const std::uint64_t rows = least == 0 ? 0 : std::min(element.count, bytes / least);
+    for (const PlyProperty& property : element.properties)
+      if (!property.is_list && property.name != "x" && property.name != "y" && property.name != "z")
+        total += rows * sizeof(double);
+  }
+  return total;
+}
+
 // Binary: every size is known but the lists' lengths, and what the file holds beyond the rest is theirs.
 MeshEstimate peek_binary_ply(std::uint64_t bytes, const PlyHeader& header) {
   std::uint64_t fixed = header.body, vertices = 0, faces = 0, lists = 0;
@@ -277,8 +293,7 @@ MeshEstimate peek_binary_ply(std::uint64_t bytes, const PlyHeader& header) {
           std::min(lists == 1 ? faces : 2 * faces, room / (polygons->fixed_bytes() + 3 * entry) + 1)};
 }
 
-MeshEstimate peek_ply(const Peek& peek) {
-  const PlyHeader header = parse_ply_header(peek.head);
+MeshEstimate peek_ply_mesh(const Peek& peek, const PlyHeader& header) {
   if (header.encoding != PlyEncoding::ascii) return peek_binary_ply(peek.file.bytes(), header);
   const PlyElement* const vertices = header.find("vertex");
   const PlyElement* const faces = header.find("face");
@@ -290,6 +305,16 @@ MeshEstimate peek_ply(const Peek& peek) {
   if (list < 0 || faces->count == 0)
     return {peek.file.bytes(), std::min(count, peek.file.bytes() / 6 + 1), 0};
   return from_counts(peek, MeshFormat::ply, count, faces->count, static_cast<std::size_t>(list), false);
+}
+
+MeshEstimate with_attributes(MeshEstimate estimate, const PlyHeader& header) {
+  estimate.decoding_bytes = ply_attribute_bytes(estimate.file_bytes, header);
+  return estimate;
+}
+
+MeshEstimate peek_ply(const Peek& peek) {
+  const PlyHeader header = parse_ply_header(peek.head);
+  return with_attributes(peek_ply_mesh(peek, header), header);
 }
 
 MeshEstimate peek_stl(const Peek& peek) {
@@ -337,8 +362,9 @@ std::optional<MeshEstimate> most_in_file(std::uint64_t bytes, MeshFormat format)
     return MeshEstimate{bytes, 3 * (bytes / 30), bytes / 30};  // three vertices a facet
   // A polygon has fewer triangles than corners, and a corner or a coordinate takes a digit and a separator;
   // in binary PLY a byte.
-  const std::uint64_t most = format == MeshFormat::ply ? bytes : bytes / 2;
-  return MeshEstimate{bytes, most, most};
+  // There the values of all properties are kept, as doubles.
+  if (format == MeshFormat::ply) return MeshEstimate{bytes, bytes, bytes, 0, sizeof(double) * bytes};
+  return MeshEstimate{bytes, bytes / 2, bytes / 2};
 }
 
 MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format) {
@@ -348,7 +374,8 @@ MeshEstimate peek_mesh(const std::filesystem::path& path, MeshFormat format) {
 MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format) {
   if (file.bytes() == 0) return {};
   if (format == MeshFormat::ply)
-    if (const auto header = short_binary_header(file)) return peek_binary_ply(file.bytes(), *header);
+    if (const auto header = short_binary_header(file))
+      return with_attributes(peek_binary_ply(file.bytes(), *header), *header);
   if (format == MeshFormat::gltf) return peek_gltf(file);
   Peek peek(file);
   const bool utf16 = peek.head.starts_with("\xFF\xFE") || peek.head.starts_with("\xFE\xFF");

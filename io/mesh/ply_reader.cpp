@@ -4,6 +4,7 @@
 #include <bit>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/mesh/format_readers.h"
@@ -27,13 +28,14 @@ class PlyMeshReader {
  public:
   PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule, bool colors)
       : content_(content), cancel_(cancel), rule_(rule), colors_(colors), header_(parse_ply_header(content)) {
+    std::array<bool, 4> taken{};  // by role
     for (const PlyElement& element : header_.elements) {
-      const bool first = &element == header_.find(element.name);
-      roles_.push_back(!first                        ? Role::other
-                       : element.name == "vertex"    ? Role::vertices
-                       : element.name == "face"      ? Role::faces
-                       : element.name == "tristrips" ? Role::strips
-                                                     : Role::other);
+      Role role = element.name == "vertex"      ? Role::vertices
+                  : element.name == "face"      ? Role::faces
+                  : element.name == "tristrips" ? Role::strips
+                                                : Role::other;
+      if (std::exchange(taken[static_cast<std::size_t>(role)], true)) role = Role::other;
+      roles_.push_back(role);
     }
   }
 

@@ -28,7 +28,7 @@ enum class Compression : std::uint8_t {
 // the user's choice have the next one, so that programs that would lose these refuse them.
 inline constexpr std::uint32_t store_format_version = 3, chosen_format_version = 4;
 // Raised whenever the same input gives other points.
-inline constexpr std::uint32_t store_method_version = 14;
+inline constexpr std::uint32_t store_method_version = 15;
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
 // file that it stands in: descriptors, anisotropy, or certificate for measures of the samples themselves.

@@ -18,7 +18,7 @@ std::uint64_t self_intersections(const TriangleSpans& mesh) {
   const auto cross = [&](std::size_t t, std::size_t u) {
     return !share_a_vertex(vertices(t), vertices(u)) && triangles_cross(corners(t), corners(u));
   };
-  return crossing_pairs(BoxSearch(count, box), count, 0, box, cross, [] {}).count;
+  return crossing_pairs(BoxSearch(count, box), count, 0, {}, box, cross, [] {}).count;
 }
 
 }  // namespace meander

@@ -1,6 +1,7 @@
 #include "kernels/describe/describe_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -21,7 +22,8 @@ std::vector<float> shape_function(const DescriptorInput& input, ShapeFunction fu
   ShapeFunctionParameters histogram;
   histogram.bins = input.parameters.bins;
   histogram.tuples = input.parameters.tuples;
-  return to_float(shape_function_histogram(input.samples.points, function, input.key, histogram).shares);
+  return to_float(
+      shape_function_histogram(input.samples.points, function, input.key, histogram, input.cancel).shares);
 }
 
 }  // namespace
@@ -32,7 +34,7 @@ std::vector<std::vector<float>> d2(const DescriptorInput& input) {
   DistanceHistogramParameters histogram;
   histogram.bins = input.parameters.bins;
   histogram.scale = input.parameters.scale;
-  return {to_float(distance_histogram(input.samples.points, histogram).shares)};
+  return {to_float(distance_histogram(input.samples.points, histogram, input.cancel).shares)};
 }
 
 std::vector<std::vector<float>> a3(const DescriptorInput& input) {
@@ -81,18 +83,18 @@ std::vector<std::vector<float>> basics(const DescriptorInput& input) {
 
 std::vector<std::vector<float>> pairs(const DescriptorInput& input) {
   const OutwardNormals outward = outward_normals(input.mesh, input.samples.triangle);
-  return {oriented_pair_histogram(input.samples.points, outward.normals).roots,
+  return {oriented_pair_histogram(input.samples.points, outward.normals, {}, input.cancel).roots,
           {static_cast<float>(outward.unoriented_share)}};
 }
 
 std::vector<std::vector<float>> pairs_unsigned(const DescriptorInput& input) {
   return {oriented_pair_histogram(input.samples.points, input.samples.normals,
-                                  {.sense = NormalSense::either_side})
+                                  {.sense = NormalSense::either_side}, input.cancel)
               .roots};
 }
 
 std::vector<std::vector<float>> harmonics(const DescriptorInput& input) {
-  return {shell_harmonics(input.samples.points)};
+  return {shell_harmonics(input.samples.points, input.cancel)};
 }
 
 std::vector<std::vector<float>> views(const DescriptorInput& input) {
@@ -122,30 +124,64 @@ Corners corners_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint3
   return corner(1) == wanted[2] && corner(2) == wanted[1] ? Corners::turned : Corners::others;
 }
 
+// What corners_of compares, in either winding.
+using CornerKey = std::array<std::uint32_t, 3>;
+CornerKey key_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  return {a, std::min(b, c), std::max(b, c)};
+}
+CornerKey key_of(const PolygonMesh& file, const PreparedMesh& mesh, std::uint32_t triangle) {
+  const auto corner = [&](std::size_t k) {
+    return file.corners[mesh.corner_slot[3 * std::size_t{triangle} + k]];
+  };
+  return key_of(corner(0), corner(1), corner(2));
+}
+
+constexpr std::size_t many_triangles = 16;  // of a polygon: they are sorted and searched
+
 }  // namespace
 
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
-                                            const Samples& samples) {
+                                            const Samples& samples, const CancelToken& cancel) {
   std::vector<std::uint32_t> begin(file.polygon_count() + 1, 0), triangles(mesh.triangle_count());
   for (const std::uint32_t polygon : mesh.polygon) ++begin[polygon + 1];
   for (std::size_t p = 0; p + 1 < begin.size(); ++p) begin[p + 1] += begin[p];
   std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
   for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) triangles[at[mesh.polygon[t]]++] = t;
+  std::vector<std::uint32_t> sorted = triangles;
+  for (std::size_t p = 0; p + 1 < begin.size(); ++p)
+    if (begin[p + 1] - begin[p] > many_triangles)
+      std::sort(sorted.begin() + begin[p], sorted.begin() + begin[p + 1],
+                [&](std::uint32_t a, std::uint32_t b) {
+                  return std::pair(key_of(file, mesh, a), a) < std::pair(key_of(file, mesh, b), b);
+                });
   std::vector<std::uint32_t> result(samples.count());
   for (std::size_t i = 0; i < result.size(); ++i) {
+    if (i % 4096 == 0) cancel.check();
     const std::uint32_t polygon = samples.face[i];
     if (polygon + std::size_t{1} >= begin.size() || begin[polygon] == begin[polygon + 1])
       throw std::invalid_argument("a sample on polygon " + std::to_string(polygon) +
                                   ", which the mesh does not have");
     result[i] = triangles[begin[polygon]];
+    if (begin[polygon + 1] - begin[polygon] > many_triangles) {
+      const auto last = sorted.begin() + begin[polygon + 1];
+      const std::uint32_t* const wanted = samples.corners.data() + 3 * i;
+      const auto behind = std::upper_bound(
+          sorted.begin() + begin[polygon], last, key_of(wanted[0], wanted[1], wanted[2]),
+          [&](const CornerKey& key, std::uint32_t triangle) { return key < key_of(file, mesh, triangle); });
+      if (behind != sorted.begin() + begin[polygon] &&
+          corners_of(file, mesh, *(behind - 1), samples, i) != Corners::others)
+        result[i] = *(behind - 1);
+      continue;
+    }
     for (std::uint32_t k = begin[polygon]; k < begin[polygon + 1]; ++k)
       if (corners_of(file, mesh, triangles[k], samples, i) != Corners::others) result[i] = triangles[k];
   }
   return result;
 }
 
-void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples) {
-  samples.triangle = sample_triangles(file, mesh, samples);
+void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples,
+                    const CancelToken& cancel) {
+  samples.triangle = sample_triangles(file, mesh, samples, cancel);
   for (std::size_t i = 0; i < samples.triangle.size(); ++i) {
     if (corners_of(file, mesh, samples.triangle[i], samples, i) != Corners::turned) continue;
     std::swap(samples.corners[3 * i + 1], samples.corners[3 * i + 2]);

@@ -265,12 +265,14 @@ constexpr bool makes_row(Descriptor descriptor, std::string_view name) {
 
 // The working triangle of every sample that was read back from a store: the one of its polygon that has its
 // corners, in either winding. Throws std::invalid_argument when a sample's polygon is not in the mesh.
-// O(T + N).
+// O(T + N), with a factor log K for polygons of K > 16 triangles. Throws RunCancelled and ItemError(timeout)
+// by `cancel`.
 std::vector<std::uint32_t> sample_triangles(const PolygonMesh& file, const PreparedMesh& mesh,
-                                            const Samples& samples);
+                                            const Samples& samples, const CancelToken& cancel = {});
 // Sets Samples::triangle to these, and puts corners and weights in the order of the mesh's corners: samples
 // taken without topology lie on triangles as the file winds them, which the mesh may have turned.
-void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples);
+void locate_on_mesh(const PolygonMesh& file, const PreparedMesh& mesh, Samples& samples,
+                    const CancelToken& cancel = {});
 
 // The rows of the descriptors asked for, in that order, each followed by its companions: basics; a histogram
 // of `bins` shares of sum 1 (a geodesic one without any connected pair is all 0); of pairs, the roots of

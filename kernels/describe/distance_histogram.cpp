@@ -68,11 +68,11 @@ PairPoints far_points(const PairPoints& points) {
   return far;
 }
 
-double largest_distance(const PairPoints& points, const PairLoops& loops) {
+double largest_distance(const PairPoints& points, const PairLoops& loops, const CancelToken& cancel) {
   const PairPoints far = far_points(points);
   const auto largest = results_of_tasks<float>(far.count, [&](std::size_t begin, std::size_t end) {
     float squared = 0;
-    for_each_tile(far, loops, scalar_pair_loops, begin, end,
+    for_each_tile(far, loops, scalar_pair_loops, begin, end, cancel,
                   [&](const PairLoops& with, const PairTile& tile) {
                     squared = std::max(squared, with.largest(tile));
                   });
@@ -96,7 +96,7 @@ void add_counts(const PairCounter& counter, std::span<std::uint64_t> counts) {
 }
 
 // range: working units; 0 puts every pair into bin 0.
-void count_pairs(const PairPoints& points, const PairLoops& loops, double range,
+void count_pairs(const PairPoints& points, const PairLoops& loops, double range, const CancelToken& cancel,
                  DistanceHistogram& histogram) {
   const std::size_t bins = histogram.counts.size();
   PairCounter counter;
@@ -109,7 +109,7 @@ void count_pairs(const PairPoints& points, const PairLoops& loops, double range,
         std::vector<std::uint32_t> table(pair_copies * counter.copy_stride);
         PairCounter own = counter;
         own.table = table.data();
-        for_each_tile(points, loops, scalar_pair_loops, begin, end,
+        for_each_tile(points, loops, scalar_pair_loops, begin, end, cancel,
                       [&](const PairLoops& with, const PairTile& tile) { with.count(tile, own); });
         std::vector<std::uint64_t> counts(bins);
         add_counts(own, counts);
@@ -160,11 +160,11 @@ std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& 
 
 }  // namespace
 
-double mean_distance(const PairPoints& points, InstructionSet instructions) {
+double mean_distance(const PairPoints& points, InstructionSet instructions, const CancelToken& cancel) {
   const PairLoops& loops = loops_of(instructions);
   const auto sums = results_of_tasks<std::uint64_t>(points.count, [&](std::size_t begin, std::size_t end) {
     std::uint64_t sum = 0;
-    for_each_tile(points, loops, scalar_pair_loops, begin, end,
+    for_each_tile(points, loops, scalar_pair_loops, begin, end, cancel,
                   [&](const PairLoops& with, const PairTile& tile) { sum += with.sum(tile); });
     return sum;
   });
@@ -175,7 +175,8 @@ double mean_distance(const PairPoints& points, InstructionSet instructions) {
 }
 
 DistanceHistogram distance_histogram(std::span<const float> points,
-                                     const DistanceHistogramParameters& parameters) {
+                                     const DistanceHistogramParameters& parameters,
+                                     const CancelToken& cancel) {
   check_parameters(parameters);
   if (points.size() < 6 || points.size() % 3 != 0)
     throw std::invalid_argument("a distance histogram needs at least two points of three coordinates");
@@ -186,11 +187,11 @@ DistanceHistogram distance_histogram(std::span<const float> points,
   histogram.pairs = std::uint64_t{working.count} * (working.count - 1) / 2;
   histogram.counts.resize(parameters.bins);
   const bool by_mean = parameters.scale == HistogramScale::mean;
-  const double scale =
-      by_mean ? mean_distance(working, parameters.instructions) : largest_distance(working, loops);
+  const double scale = by_mean ? mean_distance(working, parameters.instructions, cancel)
+                               : largest_distance(working, loops, cancel);
   const double range =
       parameters.range > 0 ? parameters.range / working.unit : (by_mean ? mean_range : 1) * scale;
-  count_pairs(working, loops, range, histogram);
+  count_pairs(working, loops, range, cancel, histogram);
   histogram.scale = scale * working.unit;
   histogram.range = range * working.unit;
   for (const std::uint64_t count : histogram.counts)

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/instruction_set.h"
 
 namespace meander {
@@ -42,9 +43,10 @@ struct DistanceHistogram {
 // AVX-512: 0.30 to 0.35 ns for 32 bins of the largest distance (0.45 where all points are as far from the
 // centre, as on a sphere), 0.45 to 0.5 for the mean, 0.1 to 0.2 more above 64 bins; 2 to 5 scalar. Parallel.
 // Throws std::invalid_argument for fewer than two points, numbers that are not finite, bins or range out of
-// range, or instructions that the processor does not have.
+// range, or instructions that the processor does not have, RunCancelled and ItemError(timeout) by `cancel`.
 DistanceHistogram distance_histogram(std::span<const float> points,
-                                     const DistanceHistogramParameters& parameters = {});
+                                     const DistanceHistogramParameters& parameters = {},
+                                     const CancelToken& cancel = {});
 
 // The same with pairs weighted w_i w_j, in double, for ground truths (mesh vertices weighted by their area,
 // docs/METHODS.md 12.1). points: 3 n; weights: n, >= 0, finite, two of them positive; points of weight 0

@@ -48,7 +48,7 @@ OrientedCounter counter_of(NormalSense sense, double mean) {
 
 std::vector<std::uint64_t> count_pairs(const PairPoints& points, const PairNormals& normals,
                                        const OrientedPairParameters& parameters,
-                                       const OrientedCounter& counter) {
+                                       const OrientedCounter& counter, const CancelToken& cancel) {
   const OrientedLoops& loops =
       loops_of(parameters.instructions, scalar_oriented_loops, avx2_oriented_loops, avx512_oriented_loops);
   const auto loop = parameters.sense == NormalSense::signed_normals ? &OrientedLoops::signed_normals
@@ -58,7 +58,7 @@ std::vector<std::uint64_t> count_pairs(const PairPoints& points, const PairNorma
         std::vector<std::uint32_t> table(pair_copies * oriented_copy_stride);
         OrientedCounter own = counter;
         own.table.table = table.data();
-        for_each_tile(points, loops, scalar_oriented_loops, begin, end,
+        for_each_tile(points, loops, scalar_oriented_loops, begin, end, cancel,
                       [&](const OrientedLoops& with, const PairTile& places) {
                         (with.*loop)(normals.with(places), own);
                       });
@@ -77,7 +77,8 @@ std::vector<std::uint64_t> count_pairs(const PairPoints& points, const PairNorma
 }  // namespace
 
 OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std::span<const float> normals,
-                                              const OrientedPairParameters& parameters) {
+                                              const OrientedPairParameters& parameters,
+                                              const CancelToken& cancel) {
   if (points.size() < 6 || points.size() % 3 != 0)
     throw std::invalid_argument(
         "a histogram of oriented pairs needs at least two points of three coordinates");
@@ -87,12 +88,12 @@ OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std
   check_finite(points, "a coordinate");
   check_finite(normals, "a normal");
   const PairPoints working(points);
-  const double mean = mean_distance(working, parameters.instructions);
+  const double mean = mean_distance(working, parameters.instructions, cancel);
   OrientedPairHistogram histogram;
   histogram.pairs = std::uint64_t{working.count} * (working.count - 1) / 2;
   histogram.mean_distance = mean * working.unit;
   histogram.counts =
-      count_pairs(working, PairNormals(normals), parameters, counter_of(parameters.sense, mean));
+      count_pairs(working, PairNormals(normals), parameters, counter_of(parameters.sense, mean), cancel);
   for (const std::uint64_t count : histogram.counts)
     histogram.roots.push_back(
         static_cast<float>(std::sqrt(static_cast<double>(count) / static_cast<double>(histogram.pairs))));

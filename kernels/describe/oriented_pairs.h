@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/instruction_set.h"
 
 namespace meander {
@@ -54,8 +55,10 @@ struct OrientedPairHistogram {
 // function of the C library in the loop, counts are integers. Any permutation, instruction set and number of
 // threads gives the same bytes. Cost, per pair of n^2 / 2 on one core of a busy 2.6 GHz EPYC: see
 // bench/describe_bench.cpp. Parallel. Throws std::invalid_argument for fewer than two points, lengths that
-// differ, numbers that are not finite, or instructions that the processor does not have.
+// differ, numbers that are not finite, or instructions that the processor does not have, RunCancelled and
+// ItemError(timeout) by `cancel`.
 OrientedPairHistogram oriented_pair_histogram(std::span<const float> points, std::span<const float> normals,
-                                              const OrientedPairParameters& parameters = {});
+                                              const OrientedPairParameters& parameters = {},
+                                              const CancelToken& cancel = {});
 
 }  // namespace meander

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/instruction_set.h"
 #include "kernels/core/parallel.h"
 #include "kernels/describe/pair_tiles.h"
@@ -97,12 +98,13 @@ inline std::size_t rows_per_task(std::size_t n) {
 }
 
 // Calls body(loops, tile) for tiles that hold every pair of rows [begin, end) once; of single pairs with the
-// scalar loops.
+// scalar loops. Throws what `cancel` throws, asked before every 64 rows.
 template <class Loops, class Body>
 void for_each_tile(const PairPoints& points, const Loops& loops, const Loops& scalar, std::size_t begin,
-                   std::size_t end, const Body& body) {
+                   std::size_t end, const CancelToken& cancel, const Body& body) {
   const std::size_t n = points.count, offsets = (n - 1) / 2 + 1;
   for (std::size_t row = begin; row < end; row += tile_rows) {
+    cancel.check();
     const std::size_t row_end = std::min(end, row + tile_rows);
     for (std::size_t s = 1; s < offsets; s += pair_offsets)
       body(loops, points.tile(row, row_end, s, std::min(offsets, s + pair_offsets)));
@@ -122,6 +124,6 @@ std::vector<Result> results_of_tasks(std::size_t n, const TaskResult& task_resul
 }
 
 // In working units; a sum of integers, the same for every order and number of threads.
-double mean_distance(const PairPoints& points, InstructionSet instructions);
+double mean_distance(const PairPoints& points, InstructionSet instructions, const CancelToken& cancel);
 
 }  // namespace meander

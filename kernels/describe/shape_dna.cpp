@@ -123,6 +123,7 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
   const std::vector<float> missing(shape_dna_values, std::numeric_limits<float>::quiet_NaN());
   if (remeshed.x.size() > shape_dna_most_vertices) return missing;
   std::vector<IntrinsicSurface> components = intrinsic_components(remeshed);
+  if (components.empty()) return missing;
   double area = 0;
   std::size_t vertices = 0;
   for (IntrinsicSurface& component : components) {
@@ -132,6 +133,7 @@ std::vector<float> shape_dna(const PreparedMesh& mesh, const SurfaceSamplePlaces
     area += area_of(component);
   }
   while (vertices < shape_dna_least_vertices) {
+    cancel.check();
     vertices = 0;
     for (IntrinsicSurface& component : components) {
       component = refined(component);

@@ -62,7 +62,8 @@ std::string_view name_of(ShapeFunction function) {
 }
 
 ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunction function, RandomKey key,
-                                        const ShapeFunctionParameters& parameters) {
+                                        const ShapeFunctionParameters& parameters,
+                                        const CancelToken& cancel) {
   if (parameters.bins < 8 || parameters.bins > 1024)
     throw std::invalid_argument("a shape function has 8 to 1024 bins, not " +
                                 std::to_string(parameters.bins));
@@ -85,6 +86,7 @@ ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunc
     for (std::size_t i = 0; i < n; ++i) values[i] = distance(point(i), centroid);
   } else {
     parallel_blocks(values.size(), sum_block, [&](std::size_t begin, std::size_t end) {
+      cancel.check();
       for (std::size_t t = begin; t < end; ++t) {
         const auto tuple = tuple_of(key, t, n);
         values[t] = value_of(function, {point(tuple[0]), point(tuple[1]), point(tuple[2]), point(tuple[3])});

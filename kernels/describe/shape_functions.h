@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/random.h"
 
 namespace meander {
@@ -35,8 +36,10 @@ struct ShapeHistogram {
 // function of (key, t, n); A3 and D3 use its first three, so that the functions share them and more tuples
 // begin with the fewer. The angle at a point that coincides with another is 0. Cost: 50 (D3, D4) to 80 ns
 // (A3) a tuple, parallel in fixed blocks; deterministic for every thread count and processor. Throws
-// std::invalid_argument for too few points, numbers that are not finite and parameters out of range.
+// std::invalid_argument for too few points, numbers that are not finite and parameters out of range,
+// RunCancelled and ItemError(timeout) by `cancel`.
 ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunction function, RandomKey key,
-                                        const ShapeFunctionParameters& parameters = {});
+                                        const ShapeFunctionParameters& parameters = {},
+                                        const CancelToken& cancel = {});
 
 }  // namespace meander

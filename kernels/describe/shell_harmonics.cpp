@@ -89,7 +89,7 @@ bool all_coincide(std::span<const float> points) {
 
 // Coefficients of all shells: harmonic_shells x count.
 std::vector<double> shell_coefficients(std::span<const float> points, const Extent& extent,
-                                       const HarmonicRecurrence& recurrence) {
+                                       const HarmonicRecurrence& recurrence, const CancelToken& cancel) {
   const std::size_t n = points.size() / 3, count = recurrence.count();
   const double per_shell = harmonic_shells / (harmonic_range * extent.mean);
   std::vector<double> coefficients(harmonic_shells * count), values(count);
@@ -98,6 +98,7 @@ std::vector<double> shell_coefficients(std::span<const float> points, const Exte
     for (std::size_t k = 0; k < count; ++k) to[k] += weight * values[k];
   };
   for (std::size_t i = 0; i < n; ++i) {
+    if (i % 4096 == 0) cancel.check();
     const Vector3 arm = point_at(points, i) - extent.centroid;
     const double radius = norm(arm);
     if (!(radius > 0)) continue;
@@ -120,7 +121,7 @@ std::vector<double> spherical_harmonics(Vector3 direction, std::uint32_t degree)
   return values;
 }
 
-std::vector<float> shell_harmonics(std::span<const float> points) {
+std::vector<float> shell_harmonics(std::span<const float> points, const CancelToken& cancel) {
   if (points.empty() || points.size() % 3 != 0)
     throw std::invalid_argument("harmonics on shells need at least one point of three coordinates");
   if (!std::all_of(points.begin(), points.end(), [](float value) { return std::isfinite(value); }))
@@ -132,7 +133,7 @@ std::vector<float> shell_harmonics(std::span<const float> points) {
     return norms;
   }
   const HarmonicRecurrence recurrence(highest_harmonic_degree);
-  const std::vector<double> coefficients = shell_coefficients(points, extent_of(points), recurrence);
+  const std::vector<double> coefficients = shell_coefficients(points, extent_of(points), recurrence, cancel);
   const double factor = std::sqrt(4 * pi) / (static_cast<double>(points.size()) / 3);
   auto coefficient = coefficients.begin();
   for (std::size_t shell = 0; shell < harmonic_shells; ++shell)

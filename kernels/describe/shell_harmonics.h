@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/core/cancel.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
@@ -34,7 +35,8 @@ std::vector<double> spherical_harmonics(Vector3 direction, std::uint32_t degree)
 //
 // Independent points of a uniform density have values near sqrt((2 l + 1) mass / n), not 0. Cost: O(n
 // degree^2), see bench/describe_bench.cpp. Serial, in the order of the points; memory 20 KiB. Throws
-// std::invalid_argument for lengths that are not 3 n or numbers that are not finite.
-std::vector<float> shell_harmonics(std::span<const float> points);
+// std::invalid_argument for lengths that are not 3 n or numbers that are not finite, RunCancelled and
+// ItemError(timeout) by `cancel`.
+std::vector<float> shell_harmonics(std::span<const float> points, const CancelToken& cancel = {});
 
 }  // namespace meander

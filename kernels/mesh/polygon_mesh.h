@@ -64,6 +64,11 @@ struct PolygonMesh {
 
   std::size_t vertex_count() const { return x.size(); }
   std::size_t polygon_count() const { return polygon_begin.empty() ? 0 : polygon_begin.size() - 1; }
+  // Memory of the values that come unasked.
+  std::uint64_t attribute_bytes() const {
+    return sizeof(double) *
+           (vertex_attributes.size() * vertex_count() + face_attributes.size() * polygon_count());
+  }
 };
 
 }  // namespace meander

@@ -338,7 +338,7 @@ void describe(Model& model, const DescribeParameters& parameters) {
   // corners twice has two such triangles; this takes the one that `describe` will find in the store.
   const std::vector<Descriptor>& wanted = parameters.descriptors;
   if (std::any_of(wanted.begin(), wanted.end(), [](Descriptor d) { return group_of(d).needs_triangles; }))
-    model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples);
+    model.row.samples.triangle = sample_triangles(model.file, model.surface, model.row.samples, model.cancel);
   model.row.descriptors =
       describe_samples(model.surface, model.row.samples, model.key, parameters, model.cancel);
 }

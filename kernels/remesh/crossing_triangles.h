@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "kernels/core/parallel.h"
@@ -64,10 +65,16 @@ class BoxSearch {
   // Calls visit(item) for the items whose boxes meet this one, in an order of their own.
   template <class Visit>
   void visit_meeting(const SpaceBox& box, const Visit& visit) const {
-    visit_near(tree_, box.low.data(), box.high.data(), [&](std::uint32_t item) {
-      if (meets(item, box)) visit(item);
+    visit_meeting_while(box, [&](std::uint32_t item) {
+      visit(item);
       return true;
     });
+  }
+  // The same until visit(item) returns false.
+  template <class Visit>
+  void visit_meeting_while(const SpaceBox& box, const Visit& visit) const {
+    visit_near(tree_, box.low.data(), box.high.data(),
+               [&](std::uint32_t item) { return !meets(item, box) || visit(item); });
   }
   bool meets_any(const SpaceBox& box) const {
     return !visit_near(tree_, box.low.data(), box.high.data(),
@@ -95,33 +102,55 @@ struct TrianglePair {
 struct CrossingPairs {
   std::vector<TrianglePair> pairs;
   std::uint64_t count = 0;
+  bool is_whole = true;  // false: the search ended at its bound, there may be more
+};
+
+// Bounds on a search, counted in pairs of boxes that meet. Triangles of a surface have some dozens of
+// neighbours; those of a fan of long needles all have a common corner of their boxes.
+struct CrossingSearchBound {
+  std::uint64_t of_block = std::numeric_limits<std::uint64_t>::max();  // of 256 items
+  std::uint64_t in_all = std::numeric_limits<std::uint64_t>::max();    // about: at most 16 blocks more
 };
 // Those of the items 0 .. count - 1 whose boxes meet and for which cross(t, u) says so. Calls check() now and
 // then. O(n log n + pairs of boxes that meet), parallel in fixed blocks; deterministic.
 template <class Box, class Cross, class Check>
-CrossingPairs crossing_pairs(const BoxSearch& boxes, std::size_t count, std::size_t most, const Box& box,
-                             const Cross& cross, const Check& check) {
-  constexpr std::size_t block = 256;
-  std::vector<CrossingPairs> found((count + block - 1) / block);
-  parallel_blocks(count, block, [&](std::size_t begin, std::size_t end) {
+CrossingPairs crossing_pairs(const BoxSearch& boxes, std::size_t count, std::size_t most,
+                             const CrossingSearchBound& bound, const Box& box, const Cross& cross,
+                             const Check& check) {
+  constexpr std::size_t block = 256, blocks_at_once = 16;
+  constexpr std::uint64_t between_checks = 1 << 14;
+  const std::size_t blocks = (count + block - 1) / block;
+  std::vector<CrossingPairs> found(blocks);
+  std::vector<std::uint64_t> visits(blocks, 0);
+  const auto search = [&](std::size_t b) {
     check();
-    CrossingPairs& here = found[begin / block];
+    CrossingPairs& here = found[b];
     std::vector<std::uint32_t> others;
-    for (auto t = static_cast<std::uint32_t>(begin); t < end; ++t) {
+    for (std::size_t t = b * block; t < std::min(count, (b + 1) * block) && here.is_whole; ++t) {
       others.clear();
-      boxes.visit_meeting(box(t), [&](std::uint32_t u) {
+      boxes.visit_meeting_while(box(t), [&](std::uint32_t u) {
+        if (++visits[b] % between_checks == 0) check();
         if (u > t && cross(t, u)) others.push_back(u);
+        return here.is_whole = visits[b] < bound.of_block;
       });
       here.count += others.size();
       std::sort(others.begin(), others.end());
       if (others.size() > most) others.resize(most);
-      for (const std::uint32_t u : others) here.pairs.push_back({t, u});
+      for (const std::uint32_t u : others) here.pairs.push_back({static_cast<std::uint32_t>(t), u});
     }
-  });
+  };
   CrossingPairs all;
-  for (const CrossingPairs& part : found) {
-    all.count += part.count;
-    all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+  std::uint64_t visited = 0;
+  for (std::size_t begin = 0; begin < blocks && all.is_whole; begin += blocks_at_once) {
+    const std::size_t end = std::min(blocks, begin + blocks_at_once);
+    parallel_tasks(end - begin, [&](std::size_t i) { search(begin + i); });
+    for (std::size_t b = begin; b < end; ++b) {
+      all.is_whole = all.is_whole && found[b].is_whole;
+      all.count += found[b].count;
+      all.pairs.insert(all.pairs.end(), found[b].pairs.begin(), found[b].pairs.end());
+      visited += visits[b];
+    }
+    all.is_whole = all.is_whole && (visited < bound.in_all || end == blocks);
   }
   return all;
 }

@@ -9,9 +9,20 @@ Vector3 EditedMesh::area_vector(std::uint32_t triangle) const {
 }
 
 bool EditedMesh::are_neighbours(std::uint32_t v, std::uint32_t w) const {
-  bool found = false;
-  for_neighbours(v, [&](std::uint32_t other, std::uint32_t) { found = found || other == w; });
-  return found;
+  std::uint32_t of_v = out[v], of_w = out[w];
+  for (;;) {
+    if (end(of_v) == w || apex(of_v) == w) return true;
+    of_v = opposite[previous_half_edge(of_v)];
+    of_w = opposite[previous_half_edge(of_w)];
+    if (of_v == no_index || of_v == out[v] || of_w == no_index || of_w == out[w]) break;
+  }
+  if (of_v == no_index || of_v == out[v]) return false;  // walked all around v
+  std::uint32_t h = out[w];
+  do {
+    if (end(h) == v || apex(h) == v) return true;
+    h = opposite[previous_half_edge(h)];
+  } while (h != no_index && h != out[w]);
+  return false;
 }
 
 std::uint32_t EditedMesh::add_vertex(Vector3 at) {
@@ -135,6 +146,8 @@ void EditedMesh::begin_at_boundary(std::uint32_t v, std::uint32_t h) {
 
 void EditedMesh::collapse(std::uint32_t h, std::uint32_t v) {
   const std::uint32_t w = start(h) == v ? end(h) : start(h), g = opposite[h];
+  const bool keeps_begin = is_boundary_vertex(w) && !is_boundary_vertex(v);
+  const bool has_boundary = is_boundary_vertex(w) || is_boundary_vertex(v);
   const std::uint32_t first = out[v];
   std::uint32_t at = first;
   do {  // for_outgoing, whose walk does not read the vertices that change
@@ -144,7 +157,11 @@ void EditedMesh::collapse(std::uint32_t h, std::uint32_t v) {
   std::uint32_t of_w = close_triangle(h);
   if (g != no_index) of_w = close_triangle(g);
   out[v] = no_index;
-  begin_at_boundary(w, of_w);
+  // Without a walk around w, which may have very many neighbours, where nothing there has changed.
+  if (!has_boundary)
+    out[w] = of_w;
+  else if (!keeps_begin || vertex[out[w]] != w)
+    begin_at_boundary(w, of_w);
 }
 
 EditedMesh edited_component(const PreparedMesh& mesh, const Component& component) {

@@ -68,6 +68,17 @@ struct EditedMesh {
     });
     if (opposite[last] == no_index) visit(start(last), last);
   }
+  // Whether more than `most` half-edges start at v. O(most).
+  bool has_more_outgoing(std::uint32_t v, std::uint32_t most) const {
+    const std::uint32_t first = out[v];
+    std::uint32_t h = first, count = 0;
+    do {
+      if (++count > most) return true;
+      h = opposite[previous_half_edge(h)];
+    } while (h != first && h != no_index);
+    return false;
+  }
+  // O(the lesser number of neighbours of the two).
   bool are_neighbours(std::uint32_t v, std::uint32_t w) const;
 
   // A vertex of that position, not yet in any triangle.

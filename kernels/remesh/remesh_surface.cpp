@@ -163,6 +163,7 @@ class Remesher {
           repair_crossings(repaired, surface_, last ? 0 : kept_reach[attempt], cancel_);
       report.crossings = found.left;
       report.input_crossings = found.of_input;
+      report.partial_search = found.is_partial ? 1 : 0;
       if (found.left == 0 || last) return;
       std::vector<Part*> again;
       for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -45,6 +45,8 @@ struct RemeshReport {
                                          // they would need more vertices than all the rest
   std::uint64_t crossings = 0;           // pairs of triangles without a common vertex that cross
   std::uint64_t input_crossings = 0;     // further ones, where triangles of the surface cross
+  std::uint32_t partial_search = 0;      // 1: nearly all triangles are near each other, and the search for
+                                         // crossings ended at its bound; those found count as of the input
   double largest_shift = 0;              // of a sample by fitting, over the mean edge around it
 };
 

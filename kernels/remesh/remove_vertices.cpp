@@ -27,6 +27,8 @@ constexpr double least_straight = 0.7;     // cosine of the largest turn of a li
 constexpr std::size_t most_targets = 24;   // neighbours looked at, the nearest first
 constexpr std::uint32_t flips_per_neighbour = 4, vertices_between_checks = 512;
 constexpr std::uint32_t most_freed = 64;  // neighbours of a vertex that flips are to free
+constexpr std::uint32_t most_flipped =
+    256;  // neighbours of a vertex that takes another, all looked at for flips
 
 class Remover {
  public:
@@ -192,7 +194,13 @@ class Remover {
     moved_to_[v] = w;
     mesh_.collapse(target.edge, v);
     edges_.clear();
-    mesh_.for_outgoing(w, [&](std::uint32_t h) { edges_.insert(edges_.end(), {h, next_half_edge(h)}); });
+    const auto add = [&](std::uint32_t h) { edges_.insert(edges_.end(), {h, next_half_edge(h)}); };
+    if (mesh_.has_more_outgoing(w, most_flipped)) {  // those that it has from v alone
+      for (const std::uint32_t h : corners_)
+        if (mesh_.exists(h / 3)) add(h);
+    } else {
+      mesh_.for_outgoing(w, add);
+    }
     const auto most = flips_per_neighbour * static_cast<std::uint32_t>(corners_.size());
     flip_to_delaunay(mesh_, edges_, most);
   }

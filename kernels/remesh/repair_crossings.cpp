@@ -25,7 +25,10 @@ constexpr double input_reach = 0.5;        // how far from a crossing of the sur
 constexpr double least_part = 0.15;        // of an edge, from its ends to a vertex that returns
 constexpr std::uint32_t settling_flips = 12;
 // Triangles that steps look at, for each one of the mesh.
-constexpr std::uint64_t most_looks = 1024, looks_at_least = std::uint64_t{1} << 22;
+constexpr std::uint64_t most_looks = 256, looks_at_least = std::uint64_t{1} << 22;
+// Pairs of triangles near each other that a search looks at, for each triangle.
+constexpr std::uint64_t most_near = 256, near_at_least = std::uint64_t{1} << 24,
+                        near_in_block = std::uint64_t{1} << 21;
 constexpr std::uint32_t fresh = no_index - 1;
 
 // A triangle of a part.
@@ -55,9 +58,9 @@ class CrossingRepair {
     look_at_all();
     looks_ = WorkBudget(looks_at_least + most_looks * slots_.size());
     std::vector<TrianglePair> found = pairs_of_all();
-    if (found.empty()) return report_;
+    if (found.empty() && !report_.is_partial) return report_;
     report_.around.resize(parts_.size());
-    if (!find_crossings_of_surface()) {
+    if (report_.is_partial || !find_crossings_of_surface()) {
       report_.of_input = found.size() + not_listed_;
       return report_;
     }
@@ -145,15 +148,22 @@ class CrossingRepair {
     return triangles_cross(first.corner, second.corner);
   }
 
+  static CrossingSearchBound bound_of(std::size_t triangles) {
+    return {near_in_block, near_at_least + most_near * triangles};
+  }
+
   std::vector<TrianglePair> pairs_of_all() {
     CrossingPairs found = crossing_pairs(
-        boxes_, slots_.size(), most_found, [&](std::size_t i) { return box_of(trial(slots_[i]).corner); },
+        boxes_, slots_.size(), most_found, bound_of(slots_.size()),
+        [&](std::size_t i) { return box_of(trial(slots_[i]).corner); },
         [&](std::size_t i, std::size_t j) { return cross(slots_[i], slots_[j]); }, [&] { cancel_.check(); });
+    report_.is_partial = report_.is_partial || !found.is_whole;
     not_listed_ = found.count - found.pairs.size();
     return std::move(found.pairs);
   }
 
-  // False where there are more than triangles: what crosses everywhere cannot be parted.
+  // False where there are more than triangles, or the search ended at its bound: what crosses everywhere
+  // cannot be parted.
   bool find_crossings_of_surface() {
     const auto vertices = [&](std::size_t t) {
       return TriangleVertices{surface_.triangles[3 * t], surface_.triangles[3 * t + 1],
@@ -169,9 +179,10 @@ class CrossingRepair {
     const auto overlap = [&](std::size_t t, std::size_t u) {
       return triangles_overlap(vertices(t), corners(t), vertices(u), corners(u));
     };
-    const CrossingPairs found =
-        crossing_pairs(BoxSearch(count, box), count, most_found, box, overlap, [&] { cancel_.check(); });
-    if (found.count > count) return false;
+    const CrossingPairs found = crossing_pairs(BoxSearch(count, box), count, most_found, bound_of(count), box,
+                                               overlap, [&] { cancel_.check(); });
+    report_.is_partial = report_.is_partial || !found.is_whole;
+    if (!found.is_whole || found.count > count) return false;
     input_ = BoxSearch(found.pairs.size(), [&](std::size_t i) {
       return common_box(box_of(corners(found.pairs[i].first)), box_of(corners(found.pairs[i].second)));
     });

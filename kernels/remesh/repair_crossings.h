@@ -22,6 +22,7 @@ struct RepairedPart {
 struct CrossingReport {
   std::uint64_t left = 0;      // pairs of triangles that cross where the surface does not
   std::uint64_t of_input = 0;  // pairs that cross where triangles of the surface do
+  bool is_partial = false;     // a search ended at its bound: there may be more, and all count as of_input
   std::uint32_t added = 0;     // vertices of the surface that were taken back
   // By part: vertices of the surface around the pairs that are left, ascending. A mesh that keeps them, with
   // the edges between them, is the surface itself there.
@@ -33,9 +34,10 @@ struct CrossingReport {
 // the surface; edges are flipped, if no triangle folds over by that; and vertices of the surface return
 // between the ones that are there, the one that is nearest to the middle of an edge or a triangle. Every step
 // keeps the topology and makes no further crossings. Of long needles nearly all may be near each other: steps
-// end when they have looked at 1,024 triangles for each one of the mesh. O(T log T), 0.5 us a triangle of the
-// mesh; where there are crossings also a search of the surface, 1 us a triangle. Deterministic for every
-// number of threads. Throws what `cancel` throws.
+// end when they have looked at 256 triangles for each one of the mesh (and 2^22), a search when it has looked
+// at 256 pairs of boxes that meet for each triangle (and 2^24), or 2^21 for 256 neighbouring ones. O(T log
+// T), 0.5 us a triangle of the mesh, at those bounds 15 to 60; where there are crossings also a search of the
+// surface, 1 us a triangle. Deterministic for every number of threads. Throws what `cancel` throws.
 //   reach: of `around`, over the longest edge of a pair
 CrossingReport repair_crossings(std::span<const RepairedPart> parts, const PreparedMesh& surface,
                                 double reach, const CancelToken& cancel = {});

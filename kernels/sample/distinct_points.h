@@ -14,6 +14,7 @@
 #include "kernels/core/cancel.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/sample/redraw_limit.h"
 
 namespace meander {
 
@@ -133,11 +134,12 @@ inline std::vector<std::size_t> sort_entries(std::vector<std::uint64_t>& entries
 }  // namespace distinct_points
 
 // Finds what takes N points apart: in the order of ranks, a point that equals that of a lower rank is drawn
-// again, up to max_redraws times, until it equals none of these. The points themselves are not kept:
-// memory is 8 bytes a sample, and at most 60 for one that is drawn again. count: N, at most 2^31.
+// again, up to max_redraws times (RedrawLimit), until it equals none of these. The points themselves are not
+// kept: memory is 8 bytes a sample, and at most 60 for one that is drawn again. count: N, at most 2^31.
 //   first(rank): the point of the first draw, and counter(rank): that of the second. again(rank, counter): a
 //   DrawnPoint from this counter on. All pure; points are without negative zeros.
-// O(N); a redraw costs O(log N). Parallel but for the redraws. Deterministic for every thread count.
+// O(N); a redraw costs O(log N), and a sample has no more of them than a RedrawLimit allows. Parallel but for
+// the redraws. Deterministic for every thread count.
 template <class First, class Counter, class Again>
 Redraws find_redraws(std::size_t count, const First& first, const Counter& counter, const Again& again,
                      int max_redraws, const CancelToken& cancel) {
@@ -199,6 +201,7 @@ Redraws find_redraws(std::size_t count, const First& first, const Counter& count
     return true;
   };
   std::size_t steps = 0;
+  RedrawLimit limit(max_redraws);
   while (!waiting.empty()) {
     const std::uint32_t rank = waiting.top();
     while (!waiting.empty() && waiting.top() == rank) waiting.pop();
@@ -206,17 +209,20 @@ Redraws find_redraws(std::size_t count, const First& first, const Counter& count
     Redraw kept{rank, 0};
     bool distinct = false;
     std::uint32_t next = counter(rank);
-    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+    for (int redraw = 0; redraw < limit.now() && !distinct; ++redraw) {
       kept.counter = next;
       const DrawnPoint drawn = again(rank, next);
       next = drawn.next_counter;
       distinct = is_free(drawn.at, rank);
       if (distinct) taken.insert(hash_of(drawn.at), static_cast<std::uint32_t>(result.redraw.size()));
     }
-    if (distinct)
+    if (distinct) {
+      limit.found();
       for (const std::uint32_t other : displaced) waiting.push(other);
-    else
+    } else {
+      limit.exhausted();
       ++result.coincident;
+    }
     result.redraw.push_back(kept);
   }
   return result;

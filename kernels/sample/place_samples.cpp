@@ -12,6 +12,7 @@
 #include "kernels/sample/placed_sites.h"
 #include "kernels/sample/placer.h"
 #include "kernels/sample/point_set.h"
+#include "kernels/sample/redraw_limit.h"
 #include "kernels/sample/sample_sites.h"
 #include "kernels/sample/sequence.h"
 
@@ -48,7 +49,8 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
         std::max({mesh.bbox[3] - mesh.bbox[0], mesh.bbox[4] - mesh.bbox[1], mesh.bbox[5] - mesh.bbox[2]});
   } else {
     double radius = 0;
-    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    // Not over the vertices: without topology those that no face uses are there too.
+    for (const std::uint32_t v : mesh.triangles)
       radius = std::max(radius, norm({mesh.x[v], mesh.y[v], mesh.z[v]}));
     frame.scale = radius * mesh.unit;
   }
@@ -90,20 +92,26 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
     }
   });
   PointSet seen(count);
+  RedrawLimit limit(max_redraws);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     if (rank % sum_block == 0) cancel.check();
     if (seen.insert(points, rank)) continue;
     const Piece piece = placer.redraw_piece(rank);
     bool distinct = false;
     std::uint32_t next_counter = counter[rank];
-    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+    for (int redraw = 0; redraw < limit.now() && !distinct; ++redraw) {
       const Draw draw = at_vertices ? placer.draw(sites.site[rank].triangle, piece, rank, next_counter)
                                     : placer.draw_in_element(rank, piece, next_counter);
       next_counter = draw.next_counter;
       set(rank, draw.b1, draw.b2);
       distinct = seen.insert(points, rank);
     }
-    if (!distinct) ++repairs[Repair::coincident_points];
+    if (distinct) {
+      limit.found();
+    } else {
+      limit.exhausted();
+      ++repairs[Repair::coincident_points];
+    }
   }
   return points;
 }

@@ -8,6 +8,7 @@
 #include "kernels/core/check_range.h"
 #include "kernels/core/random.h"
 #include "kernels/sample/point_set.h"
+#include "kernels/sample/redraw_limit.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/ordered_blocks.h"
@@ -254,12 +255,16 @@ SurfaceSamples sample_surface(const ParametricSurface& surface, const SurfaceSam
   samples.bound_violations = std::accumulate(violations.begin(), violations.end(), std::uint64_t{0});
 
   PointSet seen(count);
+  RedrawLimit limit(max_redraws);
   for (std::uint32_t rank = 0; rank < count; ++rank) {
+    if (rank % sample_block == 0) cancel.check();
     bool distinct = seen.insert(samples.points, place_of_rank[rank]);
-    for (int redraw = 0; redraw < max_redraws && !distinct; ++redraw) {
+    if (distinct) continue;
+    for (int redraw = 0; redraw < limit.now() && !distinct; ++redraw) {
       placer.redraw(rank, samples.bound_violations);
       distinct = seen.insert(samples.points, place_of_rank[rank]);
     }
+    distinct ? limit.found() : limit.exhausted();
     samples.coincident_points += !distinct;
   }
   return samples;

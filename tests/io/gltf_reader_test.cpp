@@ -214,6 +214,17 @@ TEST_CASE("glTF: the content of a model covers the files that it names") {
         ModelBytes(scratch / "m.gltf", {}, MeshFormat::gltf).file_bytes());
 }
 
+TEST_CASE("glTF: so many sets of joints that looking for them would take their square are refused") {
+  std::string attributes = R"("POSITION":0)";
+  for (int set = 0; set < 65; ++set)
+    attributes += ",\"JOINTS_" + std::to_string(set) + "\":0,\"WEIGHTS_" + std::to_string(set) + "\":0";
+  const std::string text = R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{)" +
+                           attributes +
+                           R"(}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"accessors":[]})";
+  CHECK_THROWS_WITH(read_mesh(std::as_bytes(std::span(text)), MeshFormat::gltf),
+                    Catch::Contains("more than 64 sets of joints"));
+}
+
 TEST_CASE("glTF: skins in rest pose") {
   // Two bones, the second 2 higher and, at rest, 5 to the right; vertices below, above and in between.
   GltfFile file;

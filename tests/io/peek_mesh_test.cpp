@@ -128,6 +128,24 @@ TEST_CASE("peek_mesh: headers are believed only as far as the size allows") {
   check_estimate(peek_file(folder / "c.off"), truth_of(read(off, MeshFormat::off)), 1.5);
 }
 
+TEST_CASE("peek_mesh: the values of all properties of a PLY file are counted") {
+  // As read: doubles of both scalars of each vertex, and of that of each face.
+  for (const bool ascii : {true, false}) {
+    std::string text = std::string("ply\nformat ") + (ascii ? "ascii" : "binary_little_endian") +
+                       " 1.0\nelement vertex 300\nproperty float x\nproperty float y\nproperty float z\n"
+                       "property uchar a\nproperty uchar b\nelement face 100\n"
+                       "property list uchar uchar vertex_indices\nproperty uchar kind\nend_header\n";
+    for (int v = 0; v < 300; ++v) text += ascii ? "0 1 2 3 4\n" : std::string(14, '\0');
+    for (int f = 0; f < 100; ++f) text += ascii ? "3 0 1 2 9\n" : std::string("\3\0\1\2\7", 5);
+    const ScratchFolder folder;
+    write_file(folder / "a.ply", text);
+    const PolygonMesh mesh = read_mesh(std::as_bytes(std::span(text)), MeshFormat::ply);
+    CHECK(mesh.attribute_bytes() == 8 * (2 * 300 + 100));
+    CHECK(peek_file(folder / "a.ply").decoding_bytes == mesh.attribute_bytes());
+    CHECK(most_in_file(text.size(), MeshFormat::ply)->decoding_bytes >= mesh.attribute_bytes());
+  }
+}
+
 TEST_CASE("peek_mesh: malformed and odd files have an estimate too") {
   const ScratchFolder folder;
   const PolygonMesh mesh = merged(cube(), icosphere(1));

@@ -30,13 +30,15 @@ constexpr int redraws = 8;
 Redraws by_turns(std::uint32_t count, const LatticePoints& points) {
   Redraws result;
   std::set<Point> taken;
+  std::uint32_t limit = redraws;
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     if (taken.insert(points.at(rank, 0)).second) continue;
     bool distinct = false;
     std::uint32_t counter = 0;
-    while (!distinct && counter < redraws) distinct = taken.insert(points.at(rank, ++counter)).second;
+    while (!distinct && counter < limit) distinct = taken.insert(points.at(rank, ++counter)).second;
     result.redraw.push_back({rank, counter});
     if (!distinct) ++result.coincident;
+    limit = distinct ? redraws : std::max(1u, limit / 2);
   }
   return result;
 }

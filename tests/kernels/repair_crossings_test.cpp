@@ -1,6 +1,7 @@
 // Triangles that cross: found as by looking at all pairs, and parted in remeshed surfaces.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "kernels/core/random.h"
 #include "kernels/remesh/crossing_triangles.h"
@@ -92,12 +93,38 @@ TEST_CASE("crossings: pairs are those of all with all") {
   const auto box = [&](std::size_t t) { return box_of(soup[t]); };
   const auto cross = [&](std::size_t t, std::size_t u) { return triangles_cross(soup[t], soup[u]); };
   const BoxSearch boxes(soup.size(), box);
-  const CrossingPairs all = crossing_pairs(boxes, soup.size(), 400, box, cross, [] {});
+  const CrossingPairs all = crossing_pairs(boxes, soup.size(), 400, {}, box, cross, [] {});
   CHECK(all.count == expected);
   CHECK(all.pairs.size() == expected);
-  const CrossingPairs few = crossing_pairs(boxes, soup.size(), 1, box, cross, [] {});
+  const CrossingPairs few = crossing_pairs(boxes, soup.size(), 1, {}, box, cross, [] {});
   CHECK(few.count == expected);
   CHECK(few.pairs.size() < expected);
+  CHECK((all.is_whole && few.is_whole));
+  // A search that ends at its bound has a part of the pairs, the same for any number of threads.
+  const auto search = [&] {
+    return crossing_pairs(boxes, soup.size(), 400, CrossingSearchBound{500}, box, cross, [] {});
+  };
+  const CrossingPairs part = on_threads(1, search);
+  CHECK_FALSE(part.is_whole);
+  CHECK(part.count < expected);
+  CHECK(part.count > 0);
+  CHECK(on_threads(2, search).count == part.count);
+}
+
+TEST_CASE("crossings: the search among needles that meet in one point ends at its bound, and says so") {
+  // The boxes of all needles of a quarter of a cone meet.
+  constexpr std::uint32_t needles = 12000;
+  std::vector<double> xyz = {0, 0, 0};
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t i = 0; i <= needles; ++i) {
+    const double angle = 0.5 * std::numbers::pi * i / needles;
+    xyz.insert(xyz.end(), {std::cos(angle), std::sin(angle), 0.1 * (i % 2) + 1});
+    if (i > 0) faces.push_back({0, i, i + 1});
+  }
+  const Remeshed result = remeshed(polygon_mesh(xyz, faces), 2000, {}, SequenceKind::spaced);
+  CHECK(result.mesh.report.partial_search == 1);
+  CHECK(result.mesh.report.crossings == 0);
+  CHECK(remeshed(icosphere(4), 600, {}, SequenceKind::spaced).mesh.report.partial_search == 0);
 }
 
 TEST_CASE("crossings: the two sides of a thin shell are parted") {
