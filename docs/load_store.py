@@ -90,4 +90,5 @@ if __name__ == "__main__":
     all_points, all_labels, all_ids, _ = load_store(sys.argv[1])
     print(f"{len(all_ids)} models x {all_points.shape[1]} points, {len(set(all_labels.tolist()))} labels")
     dataset = StoreDataset(sys.argv[1], samples=64)
-    print(f"data set of {len(dataset)}, the first item {dataset[0][0].shape} of label {dataset[0][2]}")
+    print(f"data set of {len(dataset)}" + (
+        f", the first item {dataset[0][0].shape} of label {dataset[0][2]}" if len(dataset) else ""))

@@ -5,10 +5,12 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "io/file/atomic_file.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
+#include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_writer.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
@@ -112,6 +114,30 @@ FileKind kind_of_format(const std::string& format) {
                            : FileKind::xyz;
 }
 
+// Points among meshes would be inputs of the next run over these. Looks at the first thousand files that may
+// be meshes, but for those that this command replaces.
+void refuse_folder_of_meshes(const fs::path& folder, const std::vector<fs::path>& outputs) {
+  constexpr int most_files = 1000;
+  const std::set<fs::path> own(outputs.begin(), outputs.end());
+  std::error_code error;
+  int files = 0;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end && files < most_files;
+       at.increment(error)) {
+    MeshFormat format{};
+    std::error_code none;
+    if (!at->is_regular_file(none) || !mesh_format_of(at->path(), format) || own.contains(at->path()))
+      continue;
+    ++files;
+    const FileKind kind = kind_of_file(at->path());
+    if (kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
+        kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh)
+      throw UsageError(fmt::format(
+          "-o: `{}` holds meshes (`{}`): the points would be inputs of the next run over them; give "
+          "another folder",
+          folder.string(), at->path().lexically_relative(folder).string()));
+  }
+}
+
 int export_points(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                   const ExportOptions& options, OutputGuard& guard) {
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
@@ -137,6 +163,7 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
     paths.push_back(path_below(options.output, store.id(row), "." + options.format));
     guard.check(paths.back(), {kind_of_format(options.format)}, "-o", unfinished.existing(), true);
   }
+  if (options.format == "ply" || options.format == "off") refuse_folder_of_meshes(options.output, paths);
   unfinished.begin();
   const std::atomic<bool>& stop = catch_stop_signals();
   for (std::size_t i = 0; i < rows.size(); ++i) {

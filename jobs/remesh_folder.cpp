@@ -94,8 +94,8 @@ std::optional<RemeshTable> RemeshFolder::read() const {
 }
 
 void RemeshFolder::write(const RemeshTable& table) const {
-  replace_file(remesh_csv_path(path_), csv_of(table));
-  replace_file(remesh_json_path(path_), json_of(table));
+  replace_file(remesh_csv_path(path_), csv_of(table), FullDisk::stops_run);
+  replace_file(remesh_json_path(path_), json_of(table), FullDisk::stops_run);
 }
 
 void RemeshFolder::begin(const RemeshTable& table, const std::set<std::string>& half_written) {

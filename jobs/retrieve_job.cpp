@@ -41,12 +41,15 @@ struct EvaluateOptions : CompareOptions {
   bool psb_compat = false, per_class = false;
 };
 
+std::string matrix_ids_path(const std::string& matrix) { return matrix + ".ids.csv"; }
+
 void check_outputs(const EvaluateOptions& options) {
   OutputGuard guard;
   guard.protect(options.store, "the store itself");
   guard.protect(options.classes);
   guard.check(options.csv, {FileKind::csv}, "--csv");
   guard.check(options.matrix, {FileKind::distance_matrix}, "--matrix");
+  if (!options.matrix.empty()) guard.check(matrix_ids_path(options.matrix), {FileKind::csv}, "--matrix");
   guard.check(options.picture, {FileKind::svg}, "--picture");
   guard.check(options.confusion, {options.confusion.ends_with(".svg") ? FileKind::svg : FileKind::png},
               "--confusion");
@@ -145,6 +148,14 @@ RetrievalSummary evaluate_base(const RetrievalBase& base, const RetrievalTask& t
       score_queries(base, task, 0, task.rows(), file ? &*file : nullptr, nearest);
   if (file) file->commit();
   return summarise(task, queries, with_confusion);
+}
+
+// Which rows of the store the lines of the matrix are.
+void write_matrix_ids(const std::string& path, const StoreReader& store, const RetrievalBase& base) {
+  Table table{{{"position"}, {"row"}, {"id"}, {"label"}}, {}};
+  for (std::size_t i = 0; i < base.rows.size(); ++i)
+    table.rows.push_back({i, base.rows[i], store.id(base.rows[i]), base.classes[base.labels[i]]});
+  replace_file(path, csv_text(table));
 }
 
 std::vector<TableCell> score_cells(const std::string& name, std::size_t models, const RetrievalScores& s) {
@@ -337,6 +348,7 @@ int evaluate(const EvaluateOptions& options, const Laboratory* laboratory) {
                                   origin_of_scores(options.store, base, options.distance, options.psb_compat),
                                   base.classes.size()),
                       with_confusion);
+  if (!options.matrix.empty()) write_matrix_ids(matrix_ids_path(options.matrix), store, base);
   const Table table = score_table(base, task, summary, options.per_class);
   if (!options.csv.empty()) replace_file(options.csv, csv_text(table));
   if (!options.picture.empty())
@@ -374,8 +386,10 @@ JobFunction add_retrieve_job(Command& program, const Laboratory* laboratory) {
       "--psb-compat", options->psb_compat,
       "Rules of psbTable: ties in row order; tiny and miscellaneous classes are left out of averages");
   judge.add_flag("--per-class", options->per_class, "Scores of every class, also in the picture");
-  judge.add_option("--matrix", options->matrix,
-                   "Write all distances to this file: N x N float32 in row order, no header");
+  judge.add_option(
+      "--matrix", options->matrix,
+      "Write all distances to this file: N x N float32 in row order, no header; FILE.ids.csv says "
+      "which row and id each is");
   judge.add_option("--picture", options->picture, "Plot precision over recall to this SVG file");
   judge.add_option(
       "--confusion", options->confusion,

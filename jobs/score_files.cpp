@@ -129,10 +129,10 @@ std::vector<QueryScores> read_scores(std::span<const std::string> paths, const S
   if (missing != taken.end())
     throw RunError(
         RunError::Kind::unusable,
-        fmt::format("{} of {} queries are in none of the files of scores: the first is number {} "
-                    "(shard {:.3f} of the whole)",
-                    std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin(),
-                    static_cast<double>(missing - taken.begin()) / static_cast<double>(taken.size())));
+        fmt::format(
+            "{0} of {1} queries are in none of the files of scores: the first is number {2}, which is in "
+            "shard i/n with i = n x {2} / {1}, rounded down",
+            std::count(taken.begin(), taken.end(), 0), taken.size(), missing - taken.begin()));
   return scores;
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -22,6 +23,7 @@
 #include "jobs/parameter_table.h"
 #include "jobs/sequence_options.h"
 #include "jobs/surface_sources.h"
+#include "jobs/working_process.h"
 #include "kernels/core/failure.h"
 #include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
@@ -68,14 +70,15 @@ struct SurfaceRun {
 };
 
 // A surface that cannot be sampled is a row with its status, as in `meander run`.
-SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options) {
+SurfaceRun sample_one(const std::string& argument, const SurfaceOptions& options,
+                      const std::atomic<bool>& stop) {
   SurfaceRun run;
   run.id = surface_id(argument);
   const auto start = std::chrono::steady_clock::now();
   try {
     const SurfaceSource source = open_surface(argument, options.height_field);
     run.row.report.content_sha256 = source.content_sha256;
-    SurfaceSamples samples = sample_surface(*source.surface, options.sample);
+    SurfaceSamples samples = sample_surface(*source.surface, options.sample, {.cancelled = &stop});
     run.patches = samples.patches;
     run.leaves = samples.leaves;
     run.unresolved_patches = samples.unresolved_patches;
@@ -170,11 +173,20 @@ int sample_surfaces(SurfaceOptions& options) {
   check_output(options);
   if (options.fresh) discard_run(options.store);
   RunDirectory directory(options.store, RunPlan{header, purpose_surfaces});
+  const std::atomic<bool>& stop = catch_stop_signals();
   std::vector<SurfaceRun> runs;
   bool failed = false;
   for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {
     // Rows of an interrupted run are computed again, for the report; they come out the same.
-    SurfaceRun run = sample_one(options.surfaces[row], options);
+    SurfaceRun run;
+    try {
+      run = sample_one(options.surfaces[row], options, stop);
+    } catch (const RunCancelled&) {
+      directory.sync();
+      fmt::print(stderr, "meander: stopped with {} of {} surfaces done; the same command continues{}\n", row,
+                 options.surfaces.size(), options.fresh ? " without --fresh" : "");
+      return exit_stopped;
+    }
     directory.begin_item(row);
     directory.end_item(encode_row(header, row, run.row));
     failed = failed || run.row.report.status != Status::ok;

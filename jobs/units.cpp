@@ -18,7 +18,7 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || !std::isfinite(number) || number < 0)
-    throw UsageError(text + ": is not a number with a unit");
+    throw UsageError("`" + text + "` is no size or duration: a number with a unit, as 4G or 90s");
   std::string unit(end, text.data() + text.size());
   std::transform(unit.begin(), unit.end(), unit.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -1,12 +1,14 @@
 // meander verify: checks a store completely.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "io/json_writer.h"
 #include "io/store/store.h"
 #include "jobs/command_line.h"
 #include "jobs/exit_status.h"
+#include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/store_items.h"
 
@@ -22,6 +24,8 @@ struct VerifyOptions {
 
 int verify(const VerifyOptions& options) {
   mind_unfinished_work(options.store);
+  if (!std::filesystem::is_regular_file(options.store))
+    throw UsageError(fmt::format("{} is not a store: it is not a regular file", options.store));
   const VerifyResult result = verify_store(options.store, options.limit);
   if (options.json) {
     JsonWriter json;

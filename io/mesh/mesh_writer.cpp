@@ -30,7 +30,7 @@ std::vector<std::string> ply_properties(bool colors, bool texcoord) {
 class MeshFile {
  public:
   MeshFile(const std::filesystem::path& path, MeshFormat format, const WrittenValues& values)
-      : file_(path), format_(format), values_(values) {}
+      : file_(path, FullDisk::stops_run), format_(format), values_(values) {}
 
   void header(std::size_t vertices, std::size_t faces) {
     const std::string v = std::to_string(vertices), f = std::to_string(faces);

@@ -106,9 +106,31 @@ double MeasuredSurface::area() const {
   return mesh.total_area * mesh.unit * mesh.unit;
 }
 
+PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
+  if (items_.empty())
+    for (PlanItem& item : collect_inputs({argument_}).items) {
+      std::string name = item.id;
+      items_.emplace(std::move(name), std::move(item));
+    }
+  const auto found = items_.find(id);
+  if (found == items_.end())
+    throw UsageError(
+        fmt::format("--surface: `{}` has no item `{}`: give what the store was made from, or the mesh "
+                    "itself",
+                    argument_, id));
+  const PlanItem& item = found->second;
+  return about_file(item.path.string(), [&] {
+    if (!item.known_format) throw UsageError("`" + item.path.string() + "` is no mesh file");
+    return prepare_mesh(ModelBytes(item.path, item.packed, item.format).mesh());
+  });
+}
+
 void MeasuredSurfaces::load(const MeasuredSet& set) {
-  const std::string wanted =
-      fs::is_directory(argument_) ? (fs::path(argument_) / set.item).string() : argument_;
+  MeshFormat format{};
+  const bool alone =
+      argument_ == "plane" || argument_ == "sphere" ||
+      (!fs::is_directory(argument_) && (mesh_format_of(argument_, format) || find_packed(argument_)));
+  const std::string& wanted = alone ? argument_ : set.item;
   if (surface_ && loaded_ == wanted) return;
   auto surface = std::make_unique<MeasuredSurface>();
   if (argument_ == "plane") {
@@ -116,7 +138,7 @@ void MeasuredSurfaces::load(const MeasuredSet& set) {
   } else if (argument_ == "sphere") {
     surface->kind = MeasuredSurface::Kind::sphere;
   } else {
-    surface->mesh = load_mesh(wanted);
+    surface->mesh = alone ? load_mesh(argument_) : load_item(set.item);
     const PreparedMesh& mesh = surface->mesh;
     surface->locator = std::make_unique<SurfaceLocator>(device_, mesh.x, mesh.y, mesh.z, mesh.triangles);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -12,6 +13,7 @@
 #include "kernels/core/status.h"
 #include "kernels/core/vector3.h"
 #include "kernels/mesh/prepared_mesh.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
 
@@ -62,7 +64,7 @@ struct MeasuredSurface {
 };
 
 // Surfaces by the argument of --surface: `plane` (the unit square), `sphere` (the unit sphere), a mesh file,
-// or a folder that holds the items of a store under their ids.
+// or the folder or archive that a store was made from, whose items are found by their ids.
 class MeasuredSurfaces {
  public:
   explicit MeasuredSurfaces(std::string argument) : argument_(std::move(argument)) {}
@@ -73,7 +75,9 @@ class MeasuredSurfaces {
 
  private:
   void load(const MeasuredSet& set);
+  PreparedMesh load_item(const std::string& id);
   std::string argument_, loaded_;
+  std::map<std::string, PlanItem> items_;  // of a folder or an archive, by id
   EmbreeDevice device_;
   std::unique_ptr<MeasuredSurface> surface_;
 };

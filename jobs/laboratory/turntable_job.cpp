@@ -128,6 +128,9 @@ int render_turntable(const TurntableOptions& options) {
                                             static_cast<std::size_t>(threads));
   ViewDetailParameters detail;
   detail.both_sides = options.both_sides;
+  if (options.samples > row.samples.count())
+    fmt::print(stderr, "meander: --samples {}: the model has {} in the store, all of them are drawn\n",
+               options.samples, row.samples.count());
   const ViewedModel model(row, detail, options.samples);
   const Vector3 up = axis_of(options.up);
   SplatView view = turning_view(row.samples.points, turned_direction(up, options.from, options.elevation), up,

@@ -69,6 +69,19 @@ constexpr FigureName figure_names[] = {
     {"spaced", draw_spaced_samples},
     {"spaced-sets", draw_spaced_sets},
 };
+constexpr int last_figure = 26;
+
+// Whether a figure, by its name or number, is drawn with the one of this name: 4 and 4-mesh with 4-mesh, 18,
+// 19, 20 and 18-20 with 18-20.
+bool is_part_of(const std::string& wanted, const std::string& name) {
+  if (wanted == name) return true;
+  if (wanted.find_first_not_of("0123456789") != std::string::npos) return false;
+  const std::size_t dash = name.find('-');
+  if (dash == std::string::npos || name.find_first_not_of("0123456789") != dash) return false;
+  const int number = std::stoi(wanted), first = std::stoi(name);
+  const bool is_range = name.find_first_not_of("0123456789", dash + 1) == std::string::npos;
+  return is_range ? first <= number && number <= std::stoi(name.substr(dash + 1)) : number == first;
+}
 
 FigureMesh read_model(const std::string& path) {
   const PolygonMesh mesh = read_model_mesh(path);
@@ -133,7 +146,8 @@ int draw_figures(const FiguresOptions& options) {
                                 "picture are in the CSV files."}};
   for (const FigureName& figure : figure_names)
     if (options.only.empty() ||
-        std::find(options.only.begin(), options.only.end(), figure.name) != options.only.end())
+        std::any_of(options.only.begin(), options.only.end(),
+                    [&](const auto& wanted) { return is_part_of(wanted, figure.name); }))
       figure.draw(figures);
   figures.page.footer =
       fmt::format("meander {}, seed {}{}", meander_version, options.seed, options.quick ? ", --quick" : "");
@@ -157,6 +171,10 @@ JobFunction add_figures_job(Command& program) {
       "generated torus)");
   std::vector<std::string> names;
   for (const FigureName& figure : figure_names) names.emplace_back(figure.name);
+  for (int number = 1; number <= last_figure; ++number) {
+    const std::string name = std::to_string(number);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
   command.add_option("--only", options->only, "Draw these figures only").separator(',').one_of(names);
   command.add_option("--up", options->up, "Figure 20: the axis of the models that points up")
       .show_default()
