@@ -66,10 +66,10 @@ class RunJob {
                                              options_.threads, inputs_.index_bytes);
     if (options_.dry_run && options_.json)
       throw UsageError("--dry-run prints a table, --json a summary of what was done: give one of them");
-    if (options_.dry_run) return print_plan();
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
     check_run_outputs(options_.store, options_.fresh, read);
+    if (options_.dry_run) return print_plan(unfinished);
     if (unfinished) look_at_unfinished_run(*unfinished);
     if (!options_.reuse.empty())
       reusable_ = std::make_unique<ReusableRows>(options_.reuse, options_.check, header_);
@@ -85,7 +85,35 @@ class RunJob {
   }
 
  private:
-  int print_plan() {
+  // What is to be done with the store that is there, if any.
+  void print_update(const std::optional<RunPlan>& unfinished) {
+    if (options_.fresh || !std::filesystem::exists(options_.store)) {
+      if (unfinished)
+        fmt::print("an unfinished run of {} models is continued: those that are done are kept\n",
+                   unfinished->header.ids.size());
+      return;
+    }
+    const StoreReader store(options_.store, take_check());
+    require_same_parameters(store);
+    const StoreComparison compared =
+        compare_with_inputs(store, inputs_.items, header_, inputs_read_since(options_.store));
+    std::uint64_t again = 0;
+    for (std::uint64_t row = 0; row < store.rows(); ++row)
+      again += has_status(options_.retry, store.report(row).status);
+    fmt::print("the store has {} of these models: {} would be sampled",
+               inputs_.items.size() - compared.added.size(), compared.added.size());
+    if (again > 0) fmt::print(", and {} again (--retry)", again);
+    fmt::print("\n");
+    if (!compared.changed.empty())
+      fmt::print(
+          "{} changed since they were sampled: {}\n", compared.changed.size(),
+          options_.retry.changed ? "they would be sampled again" : "--retry changed samples them again");
+    if (!compared.vanished.empty())
+      fmt::print("{} of the store are no inputs now: {}\n", compared.vanished.size(),
+                 options_.retry.vanished ? "their rows would be removed" : "their rows would be kept");
+  }
+
+  int print_plan(const std::optional<RunPlan>& unfinished) {
     std::uint64_t bytes = reserve_memory(inputs_.items, options_.sample, options_.threads, 0), largest = 0,
                   over = 0;
     for (const PlanItem& item : inputs_.items) {
@@ -103,6 +131,7 @@ class RunJob {
         "largest model needs about {} MiB of the {} MiB that --memory leaves for models; {} would be "
         "too_large\n",
         largest >> 20, options_.model_bytes >> 20, over);
+    print_update(unfinished);
     print_notes(inputs_.notes);
     return exit_done;
   }
@@ -114,8 +143,24 @@ class RunJob {
         unfinished.purpose != purpose_replace)
       throw UsageError(fmt::format("`{}.run` was begun to {}: repeat the command that began it",
                                    options_.store, unfinished.purpose));
+    if (!unfinished.header.ids.empty() && !has_input_of(unfinished))
+      throw UsageError(
+          fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this "
+                      "command like `{}` (give the same INPUT, or --fresh)",
+                      options_.store, unfinished.header.ids.front(), inputs_.items.front().id));
     try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
                  {options_, hook_, {}, nullptr});
+  }
+
+  // Rows whose input is gone become `unreadable`, so that a run ends though files vanish meanwhile. Where all
+  // are gone the command is another one. Both lists ascend.
+  bool has_input_of(const RunPlan& unfinished) const {
+    auto item = inputs_.items.begin();
+    for (const std::string& id : unfinished.header.ids) {
+      while (item != inputs_.items.end() && item->id < id) ++item;
+      if (item != inputs_.items.end() && item->id == id) return true;
+    }
+    return false;
   }
 
   // One process checks the bytes of its store once.

@@ -100,7 +100,8 @@ void add_running_options(Command running, RunOptions& options, RunOptionTexts& t
   add_older_store_options(running, options);
   running.add_flag(
       "--dry-run", options.dry_run,
-      "Print the inputs, as if none were sampled yet, and the memory and space they need; write nothing");
+      "Print the inputs, the memory and space they need, and what would be done with a store that is there; "
+      "write nothing");
 }
 
 void add_report_options(Command report, RunOptions& options) {

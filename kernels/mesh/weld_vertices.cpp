@@ -1,7 +1,10 @@
 #include "kernels/mesh/weld_vertices.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
+#include <optional>
+#include <tuple>
 
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
@@ -25,6 +28,58 @@ constexpr std::size_t block_vertices = 16384, many_vertices = std::size_t{1} << 
 struct HashMarks {
   std::uint64_t once = 0, again = 0;
 };
+
+// Looks the vertices up in a table by their hashes, `welded`, in which each becomes the first vertex at its
+// position. How many were not the first. Nothing where the hashes lie so badly that searches get long:
+// somebody has made the positions so, and the table as far as it is filled is of no use.
+std::optional<std::uint32_t> weld_by_hash(const PolygonMesh& mesh,
+                                          const std::vector<std::vector<std::uint32_t>>& vertices,
+                                          std::size_t count, std::vector<std::uint32_t>& welded) {
+  const double *const x = mesh.x.data(), *const y = mesh.y.data(), *const z = mesh.z.data();
+  const std::size_t slots = std::bit_ceil(2 * count + 2);
+  std::vector<std::uint32_t> table(slots, no_index);
+  std::uint32_t again = 0;
+  // A table that is half full takes one or two steps a vertex.
+  std::uint64_t steps_left = 64 * std::uint64_t{count} + 4096;
+  for (const std::vector<std::uint32_t>& own : vertices)
+    for (const std::uint32_t v : own) {
+      // Turned, because what shares a mark shares the low bits of the hash.
+      std::size_t slot = std::rotl(welded[v], 16) & (slots - 1);
+      for (; table[slot] != no_index; slot = (slot + 1) & (slots - 1)) {
+        const std::uint32_t other = table[slot];
+        if (x[other] == x[v] && y[other] == y[v] && z[other] == z[v]) break;
+        if (steps_left-- == 0) return std::nullopt;
+      }
+      again += table[slot] != no_index;
+      if (table[slot] == no_index) table[slot] = v;
+      welded[v] = table[slot];
+    }
+  return again;
+}
+
+// The same by sorting.
+std::uint32_t weld_by_order(const PolygonMesh& mesh, const std::vector<std::vector<std::uint32_t>>& vertices,
+                            std::size_t count, std::vector<std::uint32_t>& welded) {
+  std::vector<std::uint32_t> order;
+  order.reserve(count);
+  for (const std::vector<std::uint32_t>& own : vertices) order.insert(order.end(), own.begin(), own.end());
+  const auto at = [&](std::uint32_t v) { return std::tie(mesh.x[v], mesh.y[v], mesh.z[v]); };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return at(a) < at(b) || (at(a) == at(b) && a < b); });
+  std::uint32_t again = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool first = i == 0 || at(order[i]) != at(order[i - 1]);
+    welded[order[i]] = first ? order[i] : welded[order[i - 1]];
+    again += !first;
+  }
+  return again;
+}
+
+std::uint32_t weld_shared(const PolygonMesh& mesh, const std::vector<std::vector<std::uint32_t>>& vertices,
+                          std::size_t count, std::vector<std::uint32_t>& welded) {
+  if (const auto again = weld_by_hash(mesh, vertices, count, welded)) return *again;
+  return weld_by_order(mesh, vertices, count, welded);
+}
 
 }  // namespace
 
@@ -74,23 +129,7 @@ std::vector<std::uint32_t> weld_vertices(const PolygonMesh& mesh, std::span<cons
   });
   std::size_t sharing = 0;
   for (const std::vector<std::uint32_t>& own : shared) sharing += own.size();
-  const std::size_t slots = std::bit_ceil(2 * sharing + 2);
-  std::vector<std::uint32_t> table(slots, no_index);
-  std::uint32_t again = 0;
-  for (const std::vector<std::uint32_t>& own : shared)
-    for (const std::uint32_t v : own) {
-      // Turned, because what shares a mark shares the low bits of the hash.
-      std::size_t slot = std::rotl(welded[v], 16) & (slots - 1);
-      while (table[slot] != no_index) {
-        const std::uint32_t other = table[slot];
-        if (x[other] == x[v] && y[other] == y[v] && z[other] == z[v]) break;
-        slot = (slot + 1) & (slots - 1);
-      }
-      again += table[slot] != no_index;
-      if (table[slot] == no_index) table[slot] = v;
-      welded[v] = table[slot];
-    }
-  repairs[Repair::welded_vertices] += again;
+  repairs[Repair::welded_vertices] += weld_shared(mesh, shared, sharing, welded);
   return welded;
 }
 

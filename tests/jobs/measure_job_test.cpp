@@ -6,6 +6,7 @@
 
 #include "io/store/store.h"
 #include "io/table/npy_header.h"
+#include "support/archive_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
@@ -180,6 +181,26 @@ TEST_CASE("measure: the density of an exported PLY file is seen") {
     REQUIRE(measure({"integral", set, "--surface", "plane", "--csv", scratch / "i.csv"}).exit_code == 0);
     CHECK(csv_column(scratch / "i.csv", "RMS error").back() < 0.05);
   }
+}
+
+TEST_CASE(
+    "measure: the surfaces of a store are found as its run has found them, by ids and in packed files") {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "in");
+  const std::string sphere = mesh_bytes(icosphere(3), MeshFile::off);
+  write_file(scratch / "in/a\tb\xFF.off", sphere);
+  write_file(scratch / "in/packed.off.gz", gzip_bytes(sphere));
+  const std::string store = scratch / "s.h5";
+  REQUIRE(run_process({program, "run", scratch / "in", "-o", store, "-n", "200"}).exit_code == 0);
+  const ProcessResult result = measure({"spacing", store, "--surface", scratch / "in"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(result.out.find("a%09b%FF.off") != std::string::npos);
+  CHECK(result.out.find("packed.off") != std::string::npos);
+  std::filesystem::remove(scratch / "in/packed.off.gz");
+  const ProcessResult gone = measure({"spacing", store, "--surface", scratch / "in"});
+  CHECK(gone.exit_code == 2);
+  CHECK(gone.err.find("has no item `packed.off`") != std::string::npos);
 }
 
 TEST_CASE("measure distance: a mesh has distance 0 to itself, and the step to a larger sphere") {

@@ -158,6 +158,9 @@ TEST_CASE("outputs: point files of export need --fresh, and one that may not go 
   place.refuses({"export", store, "-o", place.path("meshes"), "--format", "off", "--fresh"},
                 "is an OFF mesh");
   place.refuses({"export", store, "-o", place.path("notes.txt")}, "is not a folder");
+  // Among meshes the points would be inputs of the next run.
+  place.refuses({"export", store, "-o", place.path("meshes")}, "holds meshes (`torus.off`)");
+  place.refuses({"export", store, "-o", place.path("meshes"), "--fresh"}, "holds meshes (`torus.off`)");
   place.refuses({"export", store, "-o", place.path("notes.txt/below")}, "is not a folder");
   // One item named twice is one file.
   place.does({"export", store, "torus", "1", "-o", place.path("one")});

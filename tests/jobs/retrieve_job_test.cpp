@@ -276,6 +276,16 @@ TEST_CASE("retrieve evaluate: the matrix and the classes of a .cla file, in its 
       std::memcpy(&value, bytes.data() + 4 * (i * at.size() + j), 4);
       CHECK(value == std::abs(at[i] - at[j]));
     }
+  std::istringstream ids(read_file(scratch / "m.bin.ids.csv"));
+  std::string line;
+  REQUIRE(std::getline(ids, line));
+  CHECK(line == "position,row,id,label");
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    REQUIRE(std::getline(ids, line));
+    CHECK(line.starts_with(std::to_string(i) + ","));
+    CHECK(line.ends_with(i < 3 ? ",far" : ",near"));
+  }
+  CHECK_FALSE(std::getline(ids, line));
   // psbTable leaves the miscellaneous class out of the averages.
   write_file(scratch / "y.cla", "PSB 1\n2 6\nmiscellaneous 0 3\n16 17 18\nnear 0 3\n10 11 12\n");
   const ProcessResult psb =

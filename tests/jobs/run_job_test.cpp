@@ -1,5 +1,6 @@
 // The program as a user runs it: kills, signals, second processes, full disks, other threads, shuffled input.
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -415,6 +416,7 @@ TEST_CASE("info, verify and export: a store can be looked at and taken apart") {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write_file(store, bytes);
   CHECK(run_process({fault_program, "verify", store}).exit_code == 3);
-  for (const std::filesystem::path& none : {scratch / "none.h5", scratch / "in"})
+  REQUIRE(::mkfifo((scratch / "pipe").c_str(), 0600) == 0);  // reading it would never end
+  for (const std::filesystem::path& none : {scratch / "none.h5", scratch / "in", scratch / "pipe"})
     CHECK(run_process({fault_program, "verify", none}).exit_code == 2);
 }

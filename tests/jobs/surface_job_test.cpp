@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 
 #include "io/mesh/point_reader.h"
 #include "io/plot/png_writer.h"
@@ -109,6 +111,25 @@ TEST_CASE("surface: its points are exported in every format, as PLY with u and v
   }
   CHECK(read_file(scratch / "out/torus.ply").find("property float u\nproperty float v\n") !=
         std::string::npos);
+}
+
+TEST_CASE("surface: asked to stop it ends with 75, and the same command goes on") {
+  const ScratchFolder scratch;
+  const std::vector<std::string> command = {program, "surface", "torus", "eight",
+                                            "-n",    "400000",  "-o",    scratch / "s.h5"};
+  ProcessOptions soon;
+  soon.signal_after = std::chrono::milliseconds(60);
+  soon.send_signal = SIGTERM;
+  const ProcessResult stopped = run_process(command, soon);
+  if (stopped.exit_code != 0) {  // a very fast machine may be done
+    CHECK(stopped.exit_code == 75);
+    CHECK(stopped.err.find("the same command continues") != std::string::npos);
+    CHECK(run_process(command).exit_code == 0);
+  }
+  std::vector<std::string> whole = command;
+  whole.back() = scratch / "whole.h5";
+  REQUIRE(run_process(whole).exit_code == 0);
+  CHECK((read_file(scratch / "s.h5") == read_file(scratch / "whole.h5")));
 }
 
 TEST_CASE("surface: mistakes are usage errors that say what was meant") {

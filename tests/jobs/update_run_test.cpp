@@ -219,6 +219,47 @@ TEST_CASE("second run: an unfinished run is finished first, then new inputs join
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
+TEST_CASE("second run: an unfinished run is not ended with inputs of which it has none") {
+  const Collection c;
+  REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
+  fs::create_directories(c.scratch / "other");
+  write_mesh(c.scratch / "other/x.off", cube());
+  std::vector<std::string> command = c.command();
+  command[2] = c.scratch / "other";
+  const ProcessResult refused = run_process(command);
+  CHECK(refused.exit_code == 2);
+  CHECK(says(refused,
+             "was begun with other inputs: its items look like `m0.off`, those of this command like "
+             "`x.off`"));
+  CHECK(c.run().exit_code == 0);
+  CHECK(c.bytes() == c.fresh_bytes());
+}
+
+TEST_CASE("second run: --dry-run says what would be done with the store that is there, and does nothing") {
+  const Collection c;
+  CHECK_FALSE(says(c.run({"--dry-run"}), "the store has"));
+  REQUIRE(run_process(c.command(), with_fault("stop:m3")).exit_code == 75);
+  CHECK(says(c.run({"--dry-run"}), "an unfinished run of 6 models is continued"));
+  REQUIRE(c.run().exit_code == 0);
+  c.add("b.off", 50);
+  fs::remove(c.in / "m0.off");
+  c.add("m1.off", 9);
+  make_new(c.in / "m1.off");
+  const std::string before = c.bytes();
+  const ProcessResult dry = c.run({"--dry-run"});
+  INFO(dry.out << dry.err);
+  CHECK(dry.exit_code == 0);
+  CHECK(says(dry, "the store has 5 of these models: 1 would be sampled"));
+  CHECK(says(dry, "1 changed since they were sampled: --retry changed samples them again"));
+  CHECK(says(dry, "1 of the store are no inputs now: their rows would be kept"));
+  CHECK(says(c.run({"--dry-run", "--retry", "changed,vanished"}), "their rows would be removed"));
+  const ProcessResult refused = c.run({"--dry-run", "--seed", "5"});
+  CHECK(refused.exit_code == 2);
+  CHECK(says(refused, "other parameters"));
+  CHECK(c.bytes() == before);
+  CHECK_FALSE(fs::exists(c.scratch / "s.h5.run"));
+}
+
 TEST_CASE("second run: an update killed at any moment continues, with more inputs and with another --retry") {
   const Collection c;
   REQUIRE(c.run().exit_code == 0);

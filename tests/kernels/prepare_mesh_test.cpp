@@ -1,6 +1,8 @@
 #include "kernels/mesh/prepare_mesh.h"
+#include "kernels/mesh/weld_vertices.h"
 
 #include <algorithm>
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -237,6 +239,33 @@ TEST_CASE("prepare_mesh: an unwelded cube soup becomes one closed cube") {
   CHECK(mesh.components.size() == 1);
   CHECK(mesh.vertex_count() == 8);
   CHECK(mesh.repairs[Repair::welded_vertices] == 16);
+}
+
+TEST_CASE("weld_vertices: positions made to have one hash are welded by sorting") {
+  // Of the two steps of the hash of x and y (weld_vertices.cpp), y undoes what x does.
+  constexpr std::uint32_t positions = 3000;
+  PolygonMesh mesh;
+  for (int copy = 0; copy < 2; ++copy)
+    for (std::uint32_t i = 0; i < positions; ++i) {
+      const double x = 1 + i;
+      const auto bits = std::bit_cast<std::uint64_t>(x);
+      const auto y = std::bit_cast<double>(std::uint64_t{0x3FF0000000000000u} -
+                                           (bits ^ (bits >> 32)) * 0x9E3779B97F4A7C15u);
+      if (!std::isfinite(y)) continue;
+      mesh.x.push_back(x);
+      mesh.y.push_back(y);
+      mesh.z.push_back(0);
+    }
+  const std::vector<std::uint8_t> used(mesh.vertex_count(), 1);
+  RepairCounts repairs;
+  const std::vector<std::uint32_t> welded = weld_vertices(mesh, used, repairs);
+  const auto half = static_cast<std::uint32_t>(welded.size() / 2);
+  REQUIRE(half > positions - 20);
+  CHECK(repairs[Repair::welded_vertices] == half);
+  for (std::uint32_t v = 0; v < half; ++v) {
+    CHECK(welded[v] == v);
+    CHECK(welded[v + half] == v);
+  }
 }
 
 TEST_CASE("prepare_mesh: negative zero welds with zero") {
