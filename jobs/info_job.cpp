@@ -94,18 +94,22 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   fmt::print("  method            {}\n", name_of(r.method));
   if (r.order_reason != OrderReason::as_asked)
     fmt::print("  order             {}\n", name_of(r.order_reason));
-  fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
-  if (r.status == Status::ok && r.components == 0)
-    fmt::print("  topology          not looked for (--topology none)\n");
-  else
-    fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components, r.genus,
-               r.boundaries);
+  const bool is_mesh = store.columns().rows == RowKind::meshes;  // of a parametric surface no more is known
+  if (is_mesh) {
+    fmt::print("  vertices, faces   {}, {}\n", r.vertices, r.faces);
+    if (r.status == Status::ok && r.components == 0)
+      fmt::print("  topology          not looked for (--topology none)\n");
+    else
+      fmt::print("  topology          {} component(s), genus {}, {} boundary loop(s)\n", r.components,
+                 r.genus, r.boundaries);
+  }
   fmt::print("  area, measure     {:.9g}, {:.9g}\n", r.area, r.measure);
   fmt::print("  box               [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}]\n", r.bbox[0],
              r.bbox[3], r.bbox[1], r.bbox[4], r.bbox[2], r.bbox[5]);
-  fmt::print(
-      "  chart             {} flips, overlap {:.2g}, area scale range {:.3g}, mean distortion {:.4f}\n",
-      r.flips, r.overlap, r.area_scale_range, r.distortion);
+  if (is_mesh)
+    fmt::print(
+        "  chart             {} flips, overlap {:.2g}, area scale range {:.3g}, mean distortion {:.4f}\n",
+        r.flips, r.overlap, r.area_scale_range, r.distortion);
   for (std::size_t i = 0; i < repair_count; ++i)
     if (r.repairs.counts[i] > 0)
       fmt::print("  repaired          {} {}\n", repair_names[i], r.repairs.counts[i]);
