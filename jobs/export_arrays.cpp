@@ -134,15 +134,6 @@ std::string shard_name(const std::string& stem, Split split, std::uint64_t shard
   return fmt::format("{}{}-{:06}.tar", stem, part, shard);
 }
 
-bool is_shard_name(std::string_view name, const std::string& stem) {
-  if (!name.starts_with(stem) || !name.ends_with(".tar")) return false;
-  name.remove_prefix(stem.size());
-  name.remove_suffix(4);
-  for (const std::string_view part : {"-train", "-test", "-val"})
-    if (name.starts_with(part)) name.remove_prefix(part.size());
-  return name.size() >= 7 && name[0] == '-' && name.find_first_not_of("0123456789", 1) == name.npos;
-}
-
 // The shards of one split.
 class ShardFiles {
  public:
@@ -256,11 +247,20 @@ void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vect
   }
 }
 
+bool is_webdataset_file(std::string_view name, const std::string& stem) {
+  if (!name.starts_with(stem) || !name.ends_with(".tar")) return false;
+  name.remove_prefix(stem.size());
+  name.remove_suffix(4);
+  for (const std::string_view part : {"-train", "-test", "-val"})
+    if (name.starts_with(part)) name.remove_prefix(part.size());
+  return name.size() >= 7 && name[0] == '-' && name.find_first_not_of("0123456789", 1) == name.npos;
+}
+
 std::vector<fs::path> webdataset_files(const WebdatasetExport& wanted) {
   std::vector<fs::path> files;
   std::error_code error;
   for (fs::directory_iterator at(wanted.folder, error), end; !error && at != end; at.increment(error))
-    if (is_shard_name(at->path().filename().string(), wanted.stem)) files.push_back(at->path());
+    if (is_webdataset_file(at->path().filename().string(), wanted.stem)) files.push_back(at->path());
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/archive/archive_writers.h"
@@ -49,6 +50,8 @@ struct WebdatasetExport {
 // standard output what was written. False when `stop` was set on the way. Memory: one row.
 bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t>& rows,
                        const WebdatasetExport& wanted, const std::atomic<bool>& stop);
+// Whether a file may be a shard of an export with this stem.
+bool is_webdataset_file(std::string_view name, const std::string& stem);
 // The shards of an earlier export, which export_webdataset would replace or remove.
 std::vector<std::filesystem::path> webdataset_files(const WebdatasetExport& wanted);
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/file/atomic_file.h"
+#include "io/file/file_error.h"
 #include "io/item_id.h"
 #include "io/json_writer.h"
 #include "io/mesh/mesh_reader.h"
@@ -27,6 +28,7 @@
 #include "jobs/unfinished_export.h"
 #include "jobs/units.h"
 #include "jobs/working_process.h"
+#include "meander_version.h"
 
 namespace meander {
 
@@ -47,6 +49,8 @@ struct ExportOptions {
 
   Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
   StoreCheck check = StoreCheck::every_byte;
+  std::uint64_t store_bytes = 0;  // facts of the store before it was opened
+  std::int64_t store_modified_ns = 0;
 };
 
 // The rows asked for, or all ok rows.
@@ -83,9 +87,8 @@ std::string parameters_of(const StoreReader& store, const ExportOptions& options
   JsonWriter json;
   json.begin_object();
   json.member("store", escape_id(fs::weakly_canonical(options.store).string()));
-  json.member("store_bytes", std::uint64_t{fs::file_size(options.store)});
-  json.member("store_modified_ns",
-              std::int64_t{fs::last_write_time(options.store).time_since_epoch().count()});
+  json.member("store_bytes", options.store_bytes);
+  json.member("store_modified_ns", options.store_modified_ns);
   json.member("rows", store.rows());
   const auto list = [&json](const char* name, const std::vector<std::string>& texts) {
     json.key(name);
@@ -94,16 +97,21 @@ std::string parameters_of(const StoreReader& store, const ExportOptions& options
     json.end_array();
   };
   list("items", options.items);
+  json.member("program", std::string(meander_version));
   json.member("format", options.pointnet ? std::string("pointnet") : options.format);
   list("arrays", arrays);
   if (options.pointnet) json.member("shard_rows", options.shard_rows);
-  if (options.format == "webdataset") json.member("shard_bytes", options.arrays.shard_bytes);
+  if (options.format == "webdataset") {
+    json.member("stem", escape_id(fs::path(options.store).stem().string()));  // of the names of the shards
+    json.member("shard_bytes", options.arrays.shard_bytes);
+  }
   json.end_object();
   return json.text();
 }
 
-int say_stopped(const std::string& how_far) {
-  fmt::print(stderr, "meander: stopped {}; the same command continues\n", how_far);
+int say_stopped(const ExportOptions& options, const std::string& how_far) {
+  fmt::print(stderr, "meander: stopped {}; the same command{} continues\n", how_far,
+             options.fresh ? " without --fresh" : "");
   return exit_stopped;
 }
 
@@ -114,27 +122,36 @@ FileKind kind_of_format(const std::string& format) {
                            : FileKind::xyz;
 }
 
-// Points among meshes would be inputs of the next run over these. Looks at the first thousand files that may
-// be meshes, but for those that this command replaces.
-void refuse_folder_of_meshes(const fs::path& folder, const std::vector<fs::path>& outputs) {
-  constexpr int most_files = 1000;
+bool is_mesh_file(const fs::path& path) {
+  MeshFormat format{};
+  std::error_code none;
+  if (!mesh_format_of(path, format) || !fs::is_regular_file(path, none)) return false;
+  try {
+    const FileKind kind = kind_of_file(path);
+    return kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
+           kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh;
+  } catch (const RunError&) {
+    return false;  // it cannot be read, by a run either
+  }
+}
+
+// Points beside meshes would be inputs of the next run over these. Looks at the folders that get files, at
+// the first thousand entries of each.
+void refuse_folders_of_meshes(const std::vector<fs::path>& outputs) {
+  constexpr int most_entries = 1000;
   const std::set<fs::path> own(outputs.begin(), outputs.end());
-  std::error_code error;
-  int files = 0;
-  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end && files < most_files;
-       at.increment(error)) {
-    MeshFormat format{};
-    std::error_code none;
-    if (!at->is_regular_file(none) || !mesh_format_of(at->path(), format) || own.contains(at->path()))
-      continue;
-    ++files;
-    const FileKind kind = kind_of_file(at->path());
-    if (kind == FileKind::ply_mesh || kind == FileKind::off_mesh || kind == FileKind::obj_mesh ||
-        kind == FileKind::stl_mesh || kind == FileKind::gltf_mesh)
-      throw UsageError(fmt::format(
-          "-o: `{}` holds meshes (`{}`): the points would be inputs of the next run over them; give "
-          "another folder",
-          folder.string(), at->path().lexically_relative(folder).string()));
+  std::set<fs::path> folders;
+  for (const fs::path& output : outputs) folders.insert(output.parent_path());
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    int entries = 0;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end && entries < most_entries;
+         at.increment(error), ++entries)
+      if (!own.contains(at->path()) && is_mesh_file(at->path()))
+        throw UsageError(
+            fmt::format("-o: `{}` holds meshes (`{}`): the points would be inputs of the next run over them; "
+                        "give another folder",
+                        folder.string(), at->path().filename().string()));
   }
 }
 
@@ -161,15 +178,26 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
   std::vector<fs::path> paths;
   for (const std::uint64_t row : rows) {
     paths.push_back(path_below(options.output, store.id(row), "." + options.format));
+    if (*fs::path(store.id(row)).begin() == UnfinishedExport::description_name)
+      throw UsageError(
+          fmt::format("the item `{}` has the name of the description of the export, `{}`: name the "
+                      "items to export without it",
+                      store.id(row), UnfinishedExport::description_name));
     guard.check(paths.back(), {kind_of_format(options.format)}, "-o", unfinished.existing(), true);
   }
-  if (options.format == "ply" || options.format == "off") refuse_folder_of_meshes(options.output, paths);
-  unfinished.begin();
+  if (options.format == "ply" || options.format == "off") refuse_folders_of_meshes(paths);
+  if (unfinished.begin()) {
+    std::set<std::string> names;
+    for (const fs::path& path : paths) names.insert(path.lexically_relative(options.output).string());
+    remove_temporaries(options.output, names);
+  }
   const std::atomic<bool>& stop = catch_stop_signals();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (stop) return say_stopped(fmt::format("with {} of {} files written", i, rows.size()));
+    if (stop) return say_stopped(options, fmt::format("with {} of {} files written", i, rows.size()));
     if (unfinished.has_made(paths[i])) continue;
-    fs::create_directories(paths[i].parent_path());
+    std::error_code error;
+    fs::create_directories(paths[i].parent_path(), error);
+    if (error) throw_file_error(error.value(), "create", paths[i].parent_path(), FullDisk::stops_run);
     AtomicFile file(paths[i], FullDisk::stops_run);
     write_row([&file](std::string_view bytes) { file.append(bytes); }, rows[i]);
     file.commit();
@@ -196,7 +224,8 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
   require_pointnet_rows(store);
   UnfinishedExport unfinished(options.output, parameters_of(store, options), options.fresh, guard);
   check_pointnet_files(options, unfinished.existing(), guard);
-  unfinished.begin();
+  if (unfinished.begin())
+    remove_temporaries(options.output, [](const std::string& name) { return is_pointnet_file(name); });
   const PointnetCounts counts =
       export_pointnet(store, options.output, options.shard_rows, &catch_stop_signals());
   unfinished.end();
@@ -214,14 +243,19 @@ int export_arrays(const StoreReader& store, const std::vector<std::uint64_t>& ro
                                 parse_bytes(options.arrays.shard_bytes)};
   const std::vector<fs::path> earlier = webdataset_files(wanted);
   for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", unfinished.existing());
-  unfinished.begin();
+  if (unfinished.begin())
+    remove_temporaries(options.output,
+                       [&](const std::string& name) { return is_webdataset_file(name, wanted.stem); });
   if (!export_webdataset(store, rows, wanted, catch_stop_signals()))
-    return say_stopped("before all shards were written");
+    return say_stopped(options, "before all shards were written");
   unfinished.end();
   return exit_done;
 }
 
-int export_store(const ExportOptions& options) {
+int export_store(ExportOptions& options) {
+  std::error_code error;  // opening it says what is wrong
+  options.store_bytes = fs::file_size(options.store, error);
+  options.store_modified_ns = fs::last_write_time(options.store, error).time_since_epoch().count();
   const StoreReader store(options.store, options.check);
   OutputGuard guard;
   guard.protect(options.store, "the store itself");

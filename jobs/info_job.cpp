@@ -218,7 +218,7 @@ int info(const InfoOptions& options) {
   mind_unfinished_work(options.store);
   const StoreReader store(options.store, options.check);
   if (!options.item.empty()) return show_item(store, options);
-  const StoreSummary summary = summarise(store);
+  const StoreSummary summary = summarise(store, !options.failed && options.check == StoreCheck::every_byte);
   if (options.failed) {
     for (const StoreSummary::Failure& failure : summary.failures)
       fmt::print("{}: {}: {}\n", failure.id, name_of(failure.status), failure.reason);

@@ -37,14 +37,14 @@ struct MergeOptions {
 };
 
 // What is said of a store that this process did not make, or not alone.
-int print_store(const std::string& path, const MergeOptions& merging) {
+int print_store(const std::string& path, const MergeOptions& merging, bool count_descriptors) {
   const StoreReader store(path, StoreCheck::none);
   RunOptions options;
   options.store = path;
   options.json = merging.json;
   options.sample.place.samples = store.samples();
   RunOutcome outcome;
-  outcome.summary = summarise(store);
+  outcome.summary = summarise(store, count_descriptors);
   print_summary(outcome, options);
   return outcome.exit_code();
 }
@@ -92,7 +92,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
     if (const auto report = read_shard_report(store, s)) outcome.seconds += report->seconds;
   outcome.done_now = array.rows;
   merge_run_array(store, array, pack_rows_of(merging, plan.header), [&] {
-    outcome.summary = summarise(StoreReader(store, StoreCheck::none));
+    outcome.summary = summarise(StoreReader(store, StoreCheck::none), true);
     write_run_report(options, outcome);
     write_failed_list(options, outcome.summary, [&](std::uint64_t row) {
       const auto path = paths.find(row);
@@ -133,7 +133,7 @@ class StoreMerge {
       }
     }
     directory.finish([this] { write_reports(); });
-    return print_store(options_.output, options_);
+    return print_store(options_.output, options_, true);
   }
 
  private:
@@ -142,7 +142,7 @@ class StoreMerge {
     RunOptions options;
     options.store = options_.output;
     RunOutcome outcome;
-    outcome.summary = summarise(StoreReader(options_.output, StoreCheck::none));
+    outcome.summary = summarise(StoreReader(options_.output, StoreCheck::none), false);
     outcome.done_now = outcome.summary.rows;
     auto since = inputs_read_since(options_.inputs.front());
     for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
@@ -202,7 +202,7 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
     if (!fs::exists(store + ".run") && fs::is_regular_file(store)) {
       tidy_store(store);
       if (!options.json) fmt::print("{} is merged already\n", store);
-      return print_store(store, options);
+      return print_store(store, options, false);
     }
     throw UsageError(fmt::format("`{}` is no run that `meander plan` made", path));
   }

@@ -23,28 +23,6 @@ namespace fs = std::filesystem;
 constexpr const char* lock_name = "remesh.json.lock";
 constexpr std::chrono::seconds sync_interval(10);
 
-// Temporary files of killed processes: NAME.tmp and a number. One listing a folder.
-void remove_temporaries(const fs::path& folder, const std::set<std::string>& names) {
-  std::map<fs::path, std::set<std::string>> by_folder;
-  for (const std::string& name : names) {
-    const fs::path path = folder / name;
-    by_folder[path.parent_path()].insert(path.filename().string());
-  }
-  for (const auto& [parent, files] : by_folder) {
-    std::error_code none;
-    std::vector<fs::path> leftovers;
-    for (fs::directory_iterator entry(parent, none), end; !none && entry != end; entry.increment(none)) {
-      const std::string name = entry->path().filename().string();
-      const std::size_t mark = name.rfind(".tmp");
-      if (mark == std::string::npos || mark + 4 == name.size() ||
-          name.find_first_not_of("0123456789", mark + 4) != std::string::npos)
-        continue;
-      if (files.contains(name.substr(0, mark))) leftovers.push_back(entry->path());
-    }
-    for (const fs::path& path : leftovers) fs::remove(path, none);
-  }
-}
-
 }  // namespace
 
 fs::path remesh_json_path(const fs::path& folder) { return folder / "remesh.json"; }

@@ -120,8 +120,8 @@ std::string remesh_message(const RemeshReport& report, const std::string& lacks)
     add(fmt::format("{} of triangles cross that do not in the input: more samples may part them",
                     counted(report.crossings, "pair", "pairs")));
   if (report.partial_search > 0)
-    add("nearly all triangles are near each other: not all of them were compared, and none that cross "
-        "parted");
+    add("nearly all triangles are near each other: not all of them were compared, and those that cross "
+        "may not be parted");
   if (!lacks.empty())
     add(fmt::format("the model has no {} at some or all vertices: colours are light grey there, numbers NaN",
                     lacks));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "io/store/run_plan.h"
 #include "io/store/schema.h"
 #include "jobs/array_plan.h"
 #include "jobs/command_line.h"
@@ -87,19 +88,26 @@ class RunJob {
  private:
   // What is to be done with the store that is there, if any.
   void print_update(const std::optional<RunPlan>& unfinished) {
-    if (options_.fresh || !std::filesystem::exists(options_.store)) {
-      if (unfinished)
-        fmt::print("an unfinished run of {} models is continued: those that are done are kept\n",
-                   unfinished->header.ids.size());
-      return;
+    if (unfinished) {
+      require_own_run(*unfinished);
+      if (const std::string otherwise = store::first_difference(*unfinished, continued(*unfinished));
+          !otherwise.empty())
+        throw UsageError(
+            fmt::format("`{}.run` was begun otherwise: {} (--fresh begins anew)", options_.store, otherwise));
+      fmt::print("an unfinished run of {} models is continued: those that are done are kept\n",
+                 unfinished->header.ids.size());
+      if (!retry_of(unfinished->purpose)) return;  // it replaces the store, or there is none yet
     }
+    if (options_.fresh || !std::filesystem::exists(options_.store)) return;
     const StoreReader store(options_.store, take_check());
     require_same_parameters(store);
     const StoreComparison compared =
         compare_with_inputs(store, inputs_.items, header_, inputs_read_since(options_.store));
     std::uint64_t again = 0;
-    for (std::uint64_t row = 0; row < store.rows(); ++row)
-      again += has_status(options_.retry, store.report(row).status);
+    const PlannedStore planned = planned_store(plan_update(store, header_, compared, options_.retry),
+                                               inputs_.items, &store, compared, options_.retry);
+    for (const std::optional<std::uint64_t>& row : planned.kept) again += !row.has_value();
+    again -= compared.added.size();
     fmt::print("the store has {} of these models: {} would be sampled",
                inputs_.items.size() - compared.added.size(), compared.added.size());
     if (again > 0) fmt::print(", and {} again (--retry)", again);
@@ -139,6 +147,13 @@ class RunJob {
   // What an earlier process left unfinished is continued, if it is the work of this command. What may have
   // killed that process is tried at once, before anything starts a thread.
   void look_at_unfinished_run(const RunPlan& unfinished) const {
+    require_own_run(unfinished);
+    try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
+                 {options_, hook_, {}, nullptr});
+  }
+
+  // Throws UsageError where another command, or other inputs, began it.
+  void require_own_run(const RunPlan& unfinished) const {
     if (!retry_of(unfinished.purpose) && unfinished.purpose != purpose_sample &&
         unfinished.purpose != purpose_replace)
       throw UsageError(fmt::format("`{}.run` was begun to {}: repeat the command that began it",
@@ -148,8 +163,6 @@ class RunJob {
           fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this "
                       "command like `{}` (give the same INPUT, or --fresh)",
                       options_.store, unfinished.header.ids.front(), inputs_.items.front().id));
-    try_suspects(planned_store(continued(unfinished), inputs_.items, nullptr, {}, {}),
-                 {options_, hook_, {}, nullptr});
   }
 
   // Rows whose input is gone become `unreadable`, so that a run ends though files vanish meanwhile. Where all
@@ -210,7 +223,7 @@ class RunJob {
 
   void write_reports(const PlannedStore& planned) {
     made_store_ = std::make_unique<StoreReader>(options_.store, StoreCheck::none);
-    outcome_.summary = summarise(*made_store_);
+    outcome_.summary = summarise(*made_store_, true);
     outcome_.root = inputs_.root;
     outcome_.inputs_read_since_unix_ns = std::chrono::nanoseconds(known_since_->time_since_epoch()).count();
     write_run_report(options_, outcome_);
@@ -264,7 +277,7 @@ class RunJob {
 
   int report(const StoreReader& store, const StoreComparison& compared) {
     if (!made_) {
-      outcome_.summary = summarise(store);
+      outcome_.summary = summarise(store, false);
       tidy_store(options_.store);
     }
     outcome_.inputs = inputs_.notes;

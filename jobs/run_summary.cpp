@@ -175,7 +175,7 @@ std::string chosen_column_text(const StoreColumns& columns, std::size_t bit) {
   return fmt::format("attribute `{}`", columns.attributes[bit].name);
 }
 
-StoreSummary summarise(const StoreReader& store) {
+StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
   StoreSummary summary;
   summary.rows = store.rows();
   summary.has_colors = store.columns().colors;
@@ -196,7 +196,7 @@ StoreSummary summarise(const StoreReader& store) {
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
   }
-  summary.undescribed = count_undescribed(store);
+  if (count_descriptors) summary.undescribed = count_undescribed(store);
   return summary;
 }
 

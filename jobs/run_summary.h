@@ -30,7 +30,8 @@ struct StoreSummary {
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
   // more.
   std::vector<std::pair<std::string, std::uint64_t>> lacking;
-  std::vector<std::pair<std::string, std::uint64_t>> undescribed;  // see count_undescribed
+  std::vector<std::pair<std::string, std::uint64_t>>
+      undescribed;  // see count_undescribed; empty: not counted
   struct Failure {
     std::uint64_t row;
     std::string id;
@@ -44,8 +45,8 @@ struct StoreSummary {
 // "attribute `NAME`", or "texture coordinates".
 std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
 
-// Reads the items and the descriptors of the store.
-StoreSummary summarise(const StoreReader& store);
+// Reads the items of the store, and its descriptors where those that are lacking are to be counted.
+StoreSummary summarise(const StoreReader& store, bool count_descriptors);
 
 class JsonWriter;
 // A line for each column and descriptor that models lack; the members "items_that_lack" where there are such

@@ -82,6 +82,10 @@ std::string label_name(const std::vector<std::string>& names, std::int32_t label
   return label < 0 ? std::string() : names[static_cast<std::size_t>(label)];
 }
 
+bool has_status(const RetryOptions& retry, Status status) {
+  return std::find(retry.statuses.begin(), retry.statuses.end(), status) != retry.statuses.end();
+}
+
 // A row of the new store before its header is written.
 struct PlannedRow {
   std::string id, label;
@@ -89,10 +93,6 @@ struct PlannedRow {
 };
 
 }  // namespace
-
-bool has_status(const RetryOptions& retry, Status status) {
-  return std::find(retry.statuses.begin(), retry.statuses.end(), status) != retry.statuses.end();
-}
 
 StoreComparison compare_with_inputs(const StoreReader& store, const std::vector<PlanItem>& items,
                                     const StoreHeader& header, TimePoint since) {

@@ -43,9 +43,6 @@ std::string purpose_of_update(const RetryOptions& retry);
 // The inverse of purpose_of_update; empty for other purposes.
 std::optional<RetryOptions> retry_of(std::string_view purpose);
 
-// Whether rows of this status are to be done again.
-bool has_status(const RetryOptions& retry, Status status);
-
 // The plan that brings a store up to date: `header` is that of a new store of today's inputs. Rows whose
 // input vanished stay, but for retry.vanished.
 RunPlan plan_update(const StoreReader& store, const StoreHeader& header, const StoreComparison& compared,

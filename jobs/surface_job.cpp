@@ -67,6 +67,7 @@ struct SurfaceRun {
   Row row;
   std::uint64_t patches = 0, leaves = 0, unresolved_patches = 0, bound_violations = 0;
   double seconds = 0;
+  bool done_before = false;  // by an earlier process: patches and leaves are not known
 };
 
 // A surface that cannot be sampled is a row with its status, as in `meander run`.
@@ -112,11 +113,15 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
       json.member("reason", run.row.report.reason);
       json.member("area", run.row.report.area);
       json.member("measure", run.row.report.measure);
-      json.member("patches", run.patches);
-      json.member("leaves", run.leaves);
-      json.member("unresolved_patches", run.unresolved_patches);
-      json.member("bound_violations", run.bound_violations);
-      json.member("seconds", run.seconds);
+      if (run.done_before) {
+        json.member("done_before", true);
+      } else {
+        json.member("patches", run.patches);
+        json.member("leaves", run.leaves);
+        json.member("unresolved_patches", run.unresolved_patches);
+        json.member("bound_violations", run.bound_violations);
+        json.member("seconds", run.seconds);
+      }
       json.end_object();
     }
     json.end_array();
@@ -131,7 +136,10 @@ void print_runs(const std::vector<SurfaceRun>& runs, const SurfaceOptions& optio
                  "{}: --tolerance was not met: {} of {} patches are too coarse, {} draws exceeded their "
                  "bound; shares of the surface may have larger errors\n",
                  run.id, run.unresolved_patches, run.patches, run.bound_violations);
-    if (report.status == Status::ok)
+    if (report.status == Status::ok && run.done_before)
+      fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, done before\n", run.id, options.sample.samples,
+                 report.area, report.measure);
+    else if (report.status == Status::ok)
       fmt::print("{}: {} points, area {:.9g}, measure {:.9g}, {} patches, {} leaves, {:.2f} s\n", run.id,
                  options.sample.samples, report.area, report.measure, run.patches, run.leaves, run.seconds);
     else
@@ -171,14 +179,19 @@ int sample_surfaces(SurfaceOptions& options) {
       throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
   }
   check_output(options);
+  const std::atomic<bool>& stop = catch_stop_signals();
   if (options.fresh) discard_run(options.store);
   RunDirectory directory(options.store, RunPlan{header, purpose_surfaces});
-  const std::atomic<bool>& stop = catch_stop_signals();
   std::vector<SurfaceRun> runs;
   bool failed = false;
   for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {
-    // Rows of an interrupted run are computed again, for the report; they come out the same.
     SurfaceRun run;
+    if (directory.done(row)) {
+      run.id = header.ids[row];
+      run.done_before = true;
+      runs.push_back(std::move(run));
+      continue;
+    }
     try {
       run = sample_one(options.surfaces[row], options, stop);
     } catch (const RunCancelled&) {
@@ -189,11 +202,15 @@ int sample_surfaces(SurfaceOptions& options) {
     }
     directory.begin_item(row);
     directory.end_item(encode_row(header, row, run.row));
-    failed = failed || run.row.report.status != Status::ok;
     run.row.samples = {};
     runs.push_back(std::move(run));
   }
   directory.finish();
+  const StoreReader store(options.store, StoreCheck::none);
+  for (std::uint64_t row = 0; row < runs.size(); ++row) {
+    if (runs[row].done_before) runs[row].row.report = store.report(row);
+    failed = failed || runs[row].row.report.status != Status::ok;
+  }
   print_runs(runs, options);
   return failed ? exit_some_failed : exit_done;
 }

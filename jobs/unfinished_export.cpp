@@ -35,23 +35,24 @@ UnfinishedExport::UnfinishedExport(fs::path folder, std::string parameters, bool
   replaces_ = begun.integer("replaces").value_or(1) != 0;
 }
 
-fs::path UnfinishedExport::description() const { return folder_ / "meander-export.json"; }
+fs::path UnfinishedExport::description() const { return folder_ / description_name; }
 
 bool UnfinishedExport::has_made(const fs::path& file) const {
   return continues_ && !replaces_ && fs::exists(file);
 }
 
-void UnfinishedExport::begin() {
+bool UnfinishedExport::begin() {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) throw_file_error(error.value(), "create", folder_, FullDisk::ends_command);
-  if (continues_) return;
+  if (continues_) return true;
   JsonWriter json;
   json.begin_object();
   json.member("parameters", parameters_);
   json.member("replaces", replaces_ ? 1 : 0);
   json.end_object();
   replace_file(description(), json.text() + "\n");
+  return fresh_;
 }
 
 void UnfinishedExport::end() { remove_file(description()); }

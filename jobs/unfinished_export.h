@@ -12,6 +12,8 @@ namespace meander {
 // files of a process that was stopped or killed for its own. Files appear under their names whole.
 class UnfinishedExport {
  public:
+  static constexpr const char* description_name = "meander-export.json";
+
   // parameters: one JSON object, all that decides the files and their contents. Changes nothing. Throws
   // UsageError where the folder cannot be written to, or where another export was begun and not ended in it,
   // unless `fresh` makes everything anew.
@@ -23,8 +25,10 @@ class UnfinishedExport {
   // may then be that of the export before.
   bool has_made(const std::filesystem::path& file) const;
 
-  void begin();  // once all outputs are checked; makes the folder
-  void end();    // once all files are there
+  // Once all outputs are checked: makes the folder. True where an earlier process may have left temporary
+  // files in it.
+  bool begin();
+  void end();  // once all files are there
 
  private:
   std::filesystem::path description() const;

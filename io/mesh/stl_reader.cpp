@@ -19,7 +19,7 @@ using text::Token;
 
 constexpr std::size_t header_bytes = 84, facet_bytes = 50;
 constexpr bool swap_bytes = std::endian::native == std::endian::big;  // STL is little-endian
-constexpr std::size_t facets_between_checks = 65536;
+constexpr std::size_t words_between_checks = std::size_t{1} << 18;
 
 std::uint32_t stated_facets(std::string_view content) {
   return load<std::uint32_t>(content.data() + 80, swap_bytes);
@@ -73,7 +73,8 @@ class AsciiReader {
   }
 
   PolygonMesh read() {
-    while (!cut_) {
+    for (std::size_t words = 1; !cut_; ++words) {
+      if (words % words_between_checks == 0) cancel_.check();
       const std::string_view word = cursor_.word();
       if (word.empty()) break;
       if (text::same_word(word, "vertex")) {
@@ -81,7 +82,6 @@ class AsciiReader {
       } else if (text::same_word(word, "facet")) {
         end_facet(false);
         in_facet_ = true;
-        if (++begun_ % facets_between_checks == 0) cancel_.check();
       } else if (text::same_word(word, "endfacet")) {
         end_facet(true);
       } else if (text::same_word(word, "endsolid") || begins_solid(word)) {
@@ -102,10 +102,11 @@ class AsciiReader {
 
   // The name of a solid is any text up to the line's end, or up to a facet that begins on the same line.
   void skip_name() {
-    const char* const line_end = text::find_line_end(cursor_.at, cursor_.end);
-    const std::string_view name(cursor_.at, static_cast<std::size_t>(line_end - cursor_.at));
+    // Kept: a file may have all its solids on one line.
+    if (line_end_ < cursor_.at) line_end_ = text::find_line_end(cursor_.at, cursor_.end);
+    const std::string_view name(cursor_.at, static_cast<std::size_t>(line_end_ - cursor_.at));
     const std::size_t facet = name.find("facet normal");
-    cursor_.at = facet == std::string_view::npos ? line_end : cursor_.at + facet;
+    cursor_.at = facet == std::string_view::npos ? line_end_ : cursor_.at + facet;
   }
 
   void read_vertex() {
@@ -189,8 +190,8 @@ class AsciiReader {
   TextCursor cursor_;
   PolygonMesh mesh_;
   PolygonPart part_;
-  std::size_t loop_ = 0;  // vertices of the current triangle so far
-  std::size_t begun_ = 0;
+  std::size_t loop_ = 0;              // vertices of the current triangle so far
+  const char* line_end_ = nullptr;    // of the line that a solid was named on
   const char* vertex_end_ = nullptr;  // behind the last number read
   bool in_facet_ = false, cut_ = false;
 };

@@ -33,8 +33,9 @@ struct ExportSource {
 
   void check() const {
     if (stop != nullptr && *stop)
-      throw RunError(RunError::Kind::stopped,
-                     "stopped before all PointNet files were written; the same command makes them");
+      throw RunError(
+          RunError::Kind::stopped,
+          "stopped before all PointNet files were written; the same command without --fresh makes them");
   }
 };
 
@@ -175,15 +176,6 @@ bool is_numbered(std::string_view text, std::string_view name, std::string_view 
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-bool is_pointnet_file(const std::string& file) {
-  if (file == "shape_names.txt") return true;
-  for (const Part& part : make_parts())
-    if (file == part.list_name() || is_numbered(file, fmt::format("ply_data_{}", part.name), ".h5") ||
-        is_numbered(file, fmt::format("ply_data_{}_", part.name), "_id2file.json"))
-      return true;
-  return false;
-}
-
 // Returns the names of the files.
 std::vector<std::string> write_part(const ExportSource& source, const fs::path& folder, const Part& part) {
   std::vector<std::string> written;
@@ -205,6 +197,15 @@ std::vector<std::string> write_part(const ExportSource& source, const fs::path& 
 }
 
 }  // namespace
+
+bool is_pointnet_file(const std::string& file) {
+  if (file == "shape_names.txt") return true;
+  for (const Part& part : make_parts())
+    if (file == part.list_name() || is_numbered(file, fmt::format("ply_data_{}", part.name), ".h5") ||
+        is_numbered(file, fmt::format("ply_data_{}_", part.name), "_id2file.json"))
+      return true;
+  return false;
+}
 
 std::vector<fs::path> pointnet_files(const fs::path& folder) {
   std::vector<fs::path> files;

@@ -328,6 +328,8 @@ PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::
                                std::uint32_t shard_rows = 2048, const std::atomic<bool>* stop = nullptr);
 // Throws as export_pointnet does where the store has nothing for such files, or too many classes.
 void require_pointnet_rows(const StoreReader& store);
+// Whether a file may be one of such an export.
+bool is_pointnet_file(const std::string& name);
 // The files of an earlier export in a folder, which export_pointnet would replace or remove.
 std::vector<std::filesystem::path> pointnet_files(const std::filesystem::path& folder);
 

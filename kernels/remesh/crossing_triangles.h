@@ -117,9 +117,11 @@ template <class Box, class Cross, class Check>
 CrossingPairs crossing_pairs(const BoxSearch& boxes, std::size_t count, std::size_t most,
                              const CrossingSearchBound& bound, const Box& box, const Cross& cross,
                              const Check& check) {
-  constexpr std::size_t block = 256, blocks_at_once = 16;
+  constexpr std::size_t block = 256;
   constexpr std::uint64_t between_checks = 1 << 14;
   const std::size_t blocks = (count + block - 1) / block;
+  // With a bound it is asked after every few blocks, whichever threads have searched them.
+  const std::size_t blocks_at_once = bound.in_all == CrossingSearchBound().in_all ? blocks : 16;
   std::vector<CrossingPairs> found(blocks);
   std::vector<std::uint64_t> visits(blocks, 0);
   const auto search = [&](std::size_t b) {

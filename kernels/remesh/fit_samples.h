@@ -25,11 +25,11 @@ struct FitPoint {
 };
 
 // Flips edges where that lowers the distance of the points to the mesh, and of the edge to the surface around
-// the nearest point (after Hoppe, DeRose, Duchamp,
-// McDonald, Stuetzle 1993, "Mesh optimization"), then moves the vertices first .. last - 1 that are on no
-// line along their normals, by the heights that are best in the sense of least squares (conjugate gradients,
-// a bounded number of steps); in rounds. Lines stay. Returns the largest shift over the mean edge around the
-// vertex. About 3 us a point and round. Throws what `cancel` throws.
+// the nearest point (after Hoppe, DeRose, Duchamp, McDonald, Stuetzle 1993, "Mesh optimization"), then moves
+// the vertices first .. last - 1 that are on no line along their normals, by the heights that are best in the
+// sense of least squares (conjugate gradients, a bounded number of steps); in rounds. Lines stay. Returns the
+// largest shift over the mean edge around the vertex. About 3 us a point and round. Throws what `cancel`
+// throws.
 double fit_samples(EditedMesh& mesh, std::uint32_t first, std::uint32_t last,
                    std::span<const FitPoint> points, const FitParameters& parameters,
                    const CancelToken& cancel = {});

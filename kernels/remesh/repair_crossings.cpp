@@ -97,8 +97,9 @@ class CrossingRepair {
     }
     for (const TrianglePair& pair : found) {
       const CrossingPair left = described(slots_[pair.first], slots_[pair.second]);
-      ++(left.of_input ? report_.of_input : report_.left);
-      if (!left.of_input) find_around(left.slots);
+      const bool of_input = left.of_input || report_.is_partial;
+      ++(of_input ? report_.of_input : report_.left);
+      if (!of_input) find_around(left.slots);
     }
     for (std::vector<std::uint32_t>& around : report_.around) {
       std::sort(around.begin(), around.end());

@@ -133,6 +133,14 @@ TEST_CASE("STL: several ascii solids are one mesh") {
   REQUIRE(mesh.polygon_count() == 2);
 }
 
+TEST_CASE("STL: solids that share a line, and begin anew on the next") {
+  const std::string facet =
+      "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
+  const std::string solid = "solid a vertex " + facet + "endsolid a ";  // the name is no vertex
+  const std::string text = solid + solid + solid + "\n" + solid + "\nsolid last\n" + facet + solid;
+  CHECK(read(text, MeshFormat::stl).polygon_count() == 6);
+}
+
 TEST_CASE("STL: ascii facets of other than three vertices") {
   const PolygonMesh mesh = stl(std::string("solid\n") + facet(three + "vertex -1 0 0\n") +
                                facet("vertex 5 5 5\nvertex 6 6 6\n") + facet(three) + "endsolid\n");
