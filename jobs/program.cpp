@@ -17,6 +17,7 @@
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
 #include "jobs/standard_streams.h"
+#include "jobs/working_process.h"
 #include "kernels/core/instruction_set.h"
 #include "kernels/core/status.h"
 #include "meander_version.h"
@@ -107,6 +108,7 @@ std::vector<Job> add_subcommands(const std::vector<Subcommand>& subcommands, con
 int run_program(int argc, char** argv, const Laboratory* laboratory, StageHook hook) {
   prepare_standard_streams();
   leave_out_openssl_configuration();
+  remove_temporaries_on_signals();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is reported like a full disk
   CommandLine line("meander", "Low-discrepancy sampling of whole collections of surfaces", version_text(),
                    footer);

@@ -10,6 +10,10 @@ namespace meander {
 // exit_stopped.
 std::atomic<bool>& catch_stop_signals();
 
+// From here on a signal that ends the process (SIGINT, SIGTERM, SIGHUP, SIGUSR1) removes the temporary files
+// that it is writing first. Signals that are ignored stay so.
+void remove_temporaries_on_signals();
+
 // Arrays of models up to 8 MiB come from the heap and are recycled; larger ones go back to the system when
 // freed, so that one giant does not stay in the process for the rest of the run. Less where the budget of the
 // process is small. Stages need no memory pools besides: on the 111 meshes of a shape collection this saves

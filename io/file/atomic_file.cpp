@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "io/file/directory.h"
+#include "io/file/pending_files.h"
 
 namespace meander {
 
@@ -29,12 +30,14 @@ fs::path replaced_file(const fs::path& path, FullDisk full_disk) {
 }  // namespace
 
 PendingFile::PendingFile(const fs::path& path, FullDisk full_disk)
-    : path_(replaced_file(path, full_disk)), temporary_(path_), full_disk_(full_disk) {
+    : path_(replaced_file(path, full_disk)), temporary_(path_), full_disk_(full_disk), noted_(0) {
   temporary_ += fmt::format(".tmp{}", ::getpid());
+  noted_ = note_pending_file(temporary_);
 }
 
 PendingFile::~PendingFile() {
   if (!committed_) ::unlink(temporary_.c_str());
+  forget_pending_file(noted_);
 }
 
 void PendingFile::fail(int error, std::string_view action) const {

@@ -36,6 +36,7 @@ class PendingFile {
  private:
   std::filesystem::path path_, temporary_;
   FullDisk full_disk_;
+  std::size_t noted_;  // see note_pending_file
   bool committed_ = false;
 };
 

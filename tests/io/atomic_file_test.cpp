@@ -4,9 +4,11 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "io/file/pending_files.h"
 #include "io/file/read_file.h"
 #include "io/plot/png_writer.h"
 #include "io/point_files.h"
@@ -91,4 +93,25 @@ TEST_CASE("content_of_file: all bytes, from a pipe too, a missing file is an err
   CHECK(content_if_exists(folder / "empty") == "");
   CHECK_THROWS_AS(content_of_file(folder / "none"), FileError);
   CHECK_THROWS_AS(content_of_file(folder.path()), FileError);
+}
+
+TEST_CASE(
+    "pending files: what is being written can be removed at any time, and is forgotten once it is done") {
+  const ScratchFolder folder;
+  {
+    const PendingFile first(folder / "a", FullDisk::ends_command);
+    PendingFile second(folder / "b", FullDisk::ends_command);
+    second.commit(second.create());
+  }
+  std::vector<std::unique_ptr<AtomicFile>> many;  // more than are noted
+  for (int i = 0; i < 300; ++i) many.push_back(std::make_unique<AtomicFile>(folder / std::to_string(i)));
+  remove_pending_files();
+  int left = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    left += entry.path().filename() != "b";
+  CHECK(left == 300 - 256);
+  CHECK(std::filesystem::exists(folder / "b"));
+  many.clear();
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()),
+                      std::filesystem::directory_iterator()) == 1);
 }

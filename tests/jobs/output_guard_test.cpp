@@ -1,14 +1,18 @@
 // What a job may replace: by content, by identity, before anything changes.
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <filesystem>
 
+#include "io/file/atomic_file.h"
 #include "io/store/store.h"
 #include "jobs/inputs.h"
 #include "jobs/output_guard.h"
+#include "jobs/working_process.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -176,4 +180,29 @@ TEST_CASE("output guard: files of the arguments and the items found in them") {
   const std::vector<std::string> arguments = {"in", "-", "@list.txt", "b.ply"};
   CHECK(input_files(arguments, std::span(&item, 1)) ==
         std::vector<fs::path>{"in", "list.txt", "b.ply", "in/a.off", "tensors.h5"});
+}
+
+TEST_CASE("a signal that ends a process removes the temporary files that it is writing") {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) {
+    const ScratchFolder scratch;
+    write_file(scratch / "done", "old");
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      for (const int any : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) std::signal(any, SIG_DFL);
+      remove_temporaries_on_signals();
+      AtomicFile done(scratch / "done"), half(scratch / "half"), other(scratch / "other");
+      done.append("new");
+      done.commit();
+      half.append("half");
+      std::raise(signal);
+      ::_exit(1);
+    }
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == signal);
+    CHECK(read_file(scratch / "done") == "new");
+    CHECK(std::distance(fs::directory_iterator(scratch.path()), fs::directory_iterator()) == 1);
+  }
 }
