@@ -58,8 +58,9 @@ void remove_temporaries(const fs::path& folder, const std::set<std::string>& nam
     const fs::path path = folder / name;
     by_folder[path.parent_path()].insert(path.filename().string());
   }
-  for (const auto& [parent, files] : by_folder)
-    remove_temporaries(parent, [&files](const std::string& name) { return files.contains(name); });
+  for (const auto& folder_of_files : by_folder)
+    remove_temporaries(folder_of_files.first,
+                       [&](const std::string& name) { return folder_of_files.second.contains(name); });
 }
 
 }  // namespace meander
