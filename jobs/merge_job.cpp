@@ -36,17 +36,13 @@ struct MergeOptions {
   std::string pack_size;  // bytes with a unit; empty: one file
 };
 
-// What is said of a store that this process did not make, or not alone.
-int print_store(const std::string& path, const MergeOptions& merging, bool count_descriptors) {
-  const StoreReader store(path, StoreCheck::none);
+// Of a store that no run of this process has made.
+RunOptions options_of(const std::string& path, const StoreReader& store, const MergeOptions& merging) {
   RunOptions options;
   options.store = path;
   options.json = merging.json;
   options.sample.place.samples = store.samples();
-  RunOutcome outcome;
-  outcome.summary = summarise(store, count_descriptors);
-  print_summary(outcome, options);
-  return outcome.exit_code();
+  return options;
 }
 
 // ---- The shards of an array -------------------------------------------------------------------------------
@@ -132,18 +128,21 @@ class StoreMerge {
         return exit_stopped;
       }
     }
-    directory.finish([this] { write_reports(); });
-    return print_store(options_.output, options_, true);
+    RunOutcome outcome;
+    RunOptions options;
+    directory.finish([&] {
+      const StoreReader store(options_.output, StoreCheck::none);
+      options = options_of(options_.output, store, options_);
+      outcome.summary = summarise(store, true);
+      write_reports(options, outcome);
+    });
+    print_summary(outcome, options);
+    return outcome.exit_code();
   }
 
  private:
   // As a run leaves them, though a store keeps no paths: the list of failed items has their ids alone.
-  void write_reports() const {
-    RunOptions options;
-    options.store = options_.output;
-    RunOutcome outcome;
-    outcome.summary = summarise(StoreReader(options_.output, StoreCheck::none), false);
-    outcome.done_now = outcome.summary.rows;
+  void write_reports(const RunOptions& options, RunOutcome& outcome) const {
     auto since = inputs_read_since(options_.inputs.front());
     for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
     outcome.inputs_read_since_unix_ns = std::chrono::nanoseconds(since.time_since_epoch()).count();
@@ -202,7 +201,11 @@ int merge(const MergeOptions& options, const Laboratory* laboratory) {
     if (!fs::exists(store + ".run") && fs::is_regular_file(store)) {
       tidy_store(store);
       if (!options.json) fmt::print("{} is merged already\n", store);
-      return print_store(store, options, false);
+      const StoreReader reader(store, StoreCheck::none);
+      RunOutcome outcome;
+      outcome.summary = summarise(reader, false);
+      print_summary(outcome, options_of(store, reader, options));
+      return outcome.exit_code();
     }
     throw UsageError(fmt::format("`{}` is no run that `meander plan` made", path));
   }

@@ -128,7 +128,7 @@ class ShardRun {
     }
     ShardReport report;
     const auto write_report = [&](StoreCheck check) {
-      report = report_of(rows(), failed_rows(StoreReader(options_.store, check)));
+      report = report_of(rows(), summarise(StoreReader(options_.store, check), false).failed());
       report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       report.threads = options_.threads;
       report.ended_unix_time = std::time(nullptr);
@@ -155,12 +155,6 @@ class ShardRun {
   bool is_made() const { return fs::exists(options_.store) && !fs::exists(options_.store + ".run"); }
 
   std::uint64_t rows() const { return task_.array.shards[number_].rows(); }
-
-  static std::uint64_t failed_rows(const StoreReader& store) {
-    std::uint64_t failed = 0;
-    for (std::uint64_t row = 0; row < store.rows(); ++row) failed += store.report(row).status != Status::ok;
-    return failed;
-  }
 
   static ShardReport report_of(std::uint64_t rows, std::uint64_t failed) {
     ShardReport report;

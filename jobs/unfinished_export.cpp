@@ -18,7 +18,7 @@ namespace meander {
 namespace fs = std::filesystem;
 
 UnfinishedExport::UnfinishedExport(fs::path folder, std::string parameters, bool fresh, OutputGuard& guard)
-    : folder_(std::move(folder)), parameters_(std::move(parameters)), fresh_(fresh), replaces_(fresh) {
+    : folder_(std::move(folder)), parameters_(std::move(parameters)), replaces_(fresh) {
   guard.check_folder(folder_, "-o");
   guard.check(description(), {FileKind::json}, "the description of the export", Existing::replace, true);
   if (fresh) return;
@@ -52,7 +52,7 @@ bool UnfinishedExport::begin() {
   json.member("replaces", replaces_ ? 1 : 0);
   json.end_object();
   replace_file(description(), json.text() + "\n");
-  return fresh_;
+  return replaces_;
 }
 
 void UnfinishedExport::end() { remove_file(description()); }

@@ -20,7 +20,7 @@ class UnfinishedExport {
   UnfinishedExport(std::filesystem::path folder, std::string parameters, bool fresh, OutputGuard& guard);
 
   // What an export that is continued finds is its own.
-  Existing existing() const { return continues_ || fresh_ ? Existing::replace : Existing::keep; }
+  Existing existing() const { return continues_ || replaces_ ? Existing::replace : Existing::keep; }
   // Whether an earlier process of this export has made the file. Never where it began with --fresh: the file
   // may then be that of the export before.
   bool has_made(const std::filesystem::path& file) const;
@@ -35,8 +35,8 @@ class UnfinishedExport {
 
   std::filesystem::path folder_;
   std::string parameters_;
-  bool fresh_, continues_ = false;
-  bool replaces_ = false;  // begun with --fresh
+  bool replaces_;  // begun with --fresh
+  bool continues_ = false;
 };
 
 }  // namespace meander

@@ -30,7 +30,7 @@ fs::path replaced_file(const fs::path& path, FullDisk full_disk) {
 }  // namespace
 
 PendingFile::PendingFile(const fs::path& path, FullDisk full_disk)
-    : path_(replaced_file(path, full_disk)), temporary_(path_), full_disk_(full_disk), noted_(0) {
+    : path_(replaced_file(path, full_disk)), temporary_(path_), full_disk_(full_disk) {
   temporary_ += fmt::format(".tmp{}", ::getpid());
   noted_ = note_pending_file(temporary_);
 }

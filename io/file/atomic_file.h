@@ -36,7 +36,7 @@ class PendingFile {
  private:
   std::filesystem::path path_, temporary_;
   FullDisk full_disk_;
-  std::size_t noted_;  // see note_pending_file
+  std::size_t noted_ = 0;  // see note_pending_file
   bool committed_ = false;
 };
 

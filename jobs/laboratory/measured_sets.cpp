@@ -106,6 +106,13 @@ double MeasuredSurface::area() const {
   return mesh.total_area * mesh.unit * mesh.unit;
 }
 
+MeasuredSurfaces::MeasuredSurfaces(std::string argument) : argument_(std::move(argument)) {
+  MeshFormat format{};
+  is_collection_ =
+      argument_ != "plane" && argument_ != "sphere" &&
+      (fs::is_directory(argument_) || (!mesh_format_of(argument_, format) && !find_packed(argument_)));
+}
+
 PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
   if (items_.empty())
     for (PlanItem& item : collect_inputs({argument_}).items) {
@@ -126,11 +133,7 @@ PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
 }
 
 void MeasuredSurfaces::load(const MeasuredSet& set) {
-  MeshFormat format{};
-  const bool alone =
-      argument_ == "plane" || argument_ == "sphere" ||
-      (!fs::is_directory(argument_) && (mesh_format_of(argument_, format) || find_packed(argument_)));
-  const std::string& wanted = alone ? argument_ : set.item;
+  const std::string& wanted = is_collection_ ? set.item : argument_;
   if (surface_ && loaded_ == wanted) return;
   auto surface = std::make_unique<MeasuredSurface>();
   if (argument_ == "plane") {
@@ -138,7 +141,7 @@ void MeasuredSurfaces::load(const MeasuredSet& set) {
   } else if (argument_ == "sphere") {
     surface->kind = MeasuredSurface::Kind::sphere;
   } else {
-    surface->mesh = alone ? load_mesh(argument_) : load_item(set.item);
+    surface->mesh = is_collection_ ? load_item(set.item) : load_mesh(argument_);
     const PreparedMesh& mesh = surface->mesh;
     surface->locator = std::make_unique<SurfaceLocator>(device_, mesh.x, mesh.y, mesh.z, mesh.triangles);
   }

@@ -67,7 +67,7 @@ struct MeasuredSurface {
 // or the folder or archive that a store was made from, whose items are found by their ids.
 class MeasuredSurfaces {
  public:
-  explicit MeasuredSurfaces(std::string argument) : argument_(std::move(argument)) {}
+  explicit MeasuredSurfaces(std::string argument);
   // The surface of the set, read when it is another one than before. Throws UsageError when the points do not
   // lie on it: outside the square or more than 1e-4 from its plane, more than 1e-4 from the sphere (nearer
   // ones are pulled onto it), or more than one in a hundred farther from the mesh than 1e-3 of its diagonal.
@@ -77,6 +77,7 @@ class MeasuredSurfaces {
   void load(const MeasuredSet& set);
   PreparedMesh load_item(const std::string& id);
   std::string argument_, loaded_;
+  bool is_collection_;
   std::map<std::string, PlanItem> items_;  // of a folder or an archive, by id
   EmbreeDevice device_;
   std::unique_ptr<MeasuredSurface> surface_;

@@ -26,9 +26,8 @@ constexpr double worthwhile_round = 0.01;  // of the vertices left: with fewer r
 constexpr double least_straight = 0.7;     // cosine of the largest turn of a line that is no corner
 constexpr std::size_t most_targets = 24;   // neighbours looked at, the nearest first
 constexpr std::uint32_t flips_per_neighbour = 4, vertices_between_checks = 512;
-constexpr std::uint32_t most_freed = 64;  // neighbours of a vertex that flips are to free
-constexpr std::uint32_t most_flipped =
-    256;  // neighbours of a vertex that takes another, all looked at for flips
+constexpr std::uint32_t most_freed = 64;     // neighbours of a vertex that flips are to free
+constexpr std::uint32_t most_flipped = 256;  // neighbours of one that takes another: all may flip
 
 class Remover {
  public:

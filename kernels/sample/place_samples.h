@@ -61,8 +61,8 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 // Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i
 // total, at a mu-uniform point of it. A duplicate is redrawn in its element from the next counter of the same
 // stream; what stays equal after 64 redraws, or as many as a RedrawLimit allows, is counted in
-// repairs[coincident_points]. Normals: the file's,
-// interpolated, where it gives them, else geometric. O(N + E).
+// repairs[coincident_points]. Normals: the file's, interpolated, where it gives them, else geometric. O(N +
+// E).
 // The sequence `spaced` chooses the points by space_samples, with distances in `metric`, which is for it
 // alone.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
