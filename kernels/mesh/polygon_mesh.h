@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/notes.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -61,6 +62,7 @@ struct PolygonMesh {
   CornerCoordinates coordinates;
   SurfaceColors colors;
   RepairCounts repairs;  // what the reader repaired
+  Notes notes;           // what the file asks for and the reader did not give
 
   std::size_t vertex_count() const { return x.size(); }
   std::size_t polygon_count() const { return polygon_begin.empty() ? 0 : polygon_begin.size() - 1; }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/notes.h"
 #include "kernels/mesh/polygon_mesh.h"
 
 namespace meander {
@@ -16,6 +17,7 @@ struct ColorImage {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint8_t> rgb;  // height x width x 3
   std::string problem;
+  Note loss = Note::image_unreadable;  // the kind of the problem; only where there is one
   bool is_lost() const { return rgb.empty(); }
 };
 

@@ -1,0 +1,65 @@
+// What a file asked for and did not get, or got by a rule that a reader chose: counted by name, with an
+// example of each. A row can be `ok` and have notes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+
+namespace meander {
+
+// The order is part of the store format: only append.
+enum class Note : std::uint8_t {
+  image_missing,        // an image that is not there
+  image_outside,        // an image outside of what was given as input, which is not opened
+  image_unreadable,     // an image that is damaged or cut
+  image_unsupported,    // an image of a format that is not read
+  image_too_large,      // an image of more pixels than are decoded
+  library_missing,      // a material library (MTL) that is not there
+  library_outside,      // a material library outside of what was given as input
+  library_unreadable,   // a material library that cannot be read
+  library_too_large,    // a material library beyond the size that is read
+  buffer_missing,       // a buffer of glTF that is not there, and that the geometry does without
+  material_missing,     // a material that faces name and no library has
+  material_assumed,     // faces without a material took the only one of their library
+  coordinates_missing,  // textured faces whose corners have no texture coordinates
+  feature_ignored,    // an extension or option of a file that changes its shape or colour and is not applied
+  color_map_ignored,  // colours that are numbers of an entry of a colour map
+  node_repeated,      // nodes of glTF with several parents, drawn below each
+  names_dropped,      // names of parts beyond the number of bytes that are kept of a model
+  colors_ignored,     // colours that are there but not valid by the rules of their format
+  count
+};
+inline constexpr std::size_t note_count = static_cast<std::size_t>(Note::count);
+inline constexpr std::array<std::string_view, note_count> note_names = {
+    "image_missing",    "image_outside",    "image_unreadable",    "image_unsupported", "image_too_large",
+    "library_missing",  "library_outside",  "library_unreadable",  "library_too_large", "buffer_missing",
+    "material_missing", "material_assumed", "coordinates_missing", "feature_ignored",   "color_map_ignored",
+    "node_repeated",    "names_dropped",    "colors_ignored"};
+constexpr std::string_view name_of(Note note) { return note_names[static_cast<std::size_t>(note)]; }
+
+// The notes on one model. Memory is bounded: one example of each kind, of at most longest_note_example bytes.
+struct Notes {
+  static constexpr std::size_t longest_note_example = 160;
+  std::array<std::uint32_t, note_count> counts{};  // saturating
+  std::array<std::string, note_count> examples;    // of the first that was added; one line of text
+
+  std::uint32_t operator[](Note note) const { return counts[static_cast<std::size_t>(note)]; }
+  bool any() const {
+    for (const std::uint32_t count : counts)
+      if (count > 0) return true;
+    return false;
+  }
+  // `example` says what and why, as "`images/a.png` is not there".
+  void add(Note note, std::string_view example, std::uint64_t count = 1) {
+    const auto n = static_cast<std::size_t>(note);
+    constexpr std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+    if (count == 0) return;
+    if (counts[n] == 0) examples[n] = example.substr(0, longest_note_example);
+    counts[n] = count < most - counts[n] ? counts[n] + static_cast<std::uint32_t>(count) : most;
+  }
+};
+
+}  // namespace meander
