@@ -31,8 +31,8 @@ struct Component {
 struct PreparedMesh {
   Vector3 centre;                // file units
   double unit = 1;               // file units per working unit, a power of two
-  double diagonal = 0;           // of the bounding box of all used vertices, file units
-  std::array<double, 6> bbox{};  // min x, y, z, max x, y, z of all used vertices, file units
+  double diagonal = 0;           // of the bounding box, file units
+  std::array<double, 6> bbox{};  // min x, y, z, max x, y, z of all polygons with an area, file units
 
   std::vector<double> x, y, z;           // W each, working units
   std::vector<std::uint32_t> triangles;  // 3 T working vertices

@@ -100,50 +100,174 @@ UsablePolygons usable_polygons(const PolygonMesh& mesh, RepairCounts& repairs) {
   return result;
 }
 
-void measure_box(const PolygonMesh& mesh, std::span<const std::uint8_t> used, PreparedMesh& out) {
-  struct Box {
-    std::array<double, 3> low, high;
-    std::uint32_t unused = 0;
-    Box() {
-      low.fill(std::numeric_limits<double>::infinity());
-      high.fill(-std::numeric_limits<double>::infinity());
+// A box of vertices. The default is empty.
+struct Box {
+  std::array<double, 3> low, high;
+
+  Box() {
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+  }
+  void add(const std::array<double, 3>& at) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], at[axis]);
+      high[axis] = std::max(high[axis], at[axis]);
     }
-  };
-  std::vector<Box> boxes((used.size() + polygon_block - 1) / polygon_block);
-  parallel_blocks(used.size(), polygon_block, [&](std::size_t begin, std::size_t end) {
+  }
+  void add(const Box& other) {
+    if (other.is_empty()) return;
+    add(other.low);
+    add(other.high);
+  }
+  bool is_empty() const { return low[0] > high[0]; }
+  bool holds(const std::array<double, 3>& at) const {
+    bool inside = true;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      inside = inside && low[axis] <= at[axis] && at[axis] <= high[axis];
+    return inside;
+  }
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+std::array<double, 3> place_of(const PolygonMesh& mesh, std::uint32_t vertex) {
+  return {mesh.x[vertex], mesh.y[vertex], mesh.z[vertex]};
+}
+
+// The box of the vertices that polygons use, and the number of those that none does.
+Box box_of_used(const PolygonMesh& mesh, std::span<const std::uint8_t> used, std::uint32_t& unused) {
+  struct Part {
     Box box;
+    std::uint32_t unused = 0;
+  };
+  std::vector<Part> parts((used.size() + polygon_block - 1) / polygon_block);
+  parallel_blocks(used.size(), polygon_block, [&](std::size_t begin, std::size_t end) {
+    Part part;
     for (std::size_t v = begin; v < end; ++v) {
-      if (!used[v]) {
-        ++box.unused;
-        continue;
-      }
-      const std::array<double, 3> at = {mesh.x[v], mesh.y[v], mesh.z[v]};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(box.low[axis], at[axis]);
-        box.high[axis] = std::max(box.high[axis], at[axis]);
-      }
+      if (used[v])
+        part.box.add(place_of(mesh, static_cast<std::uint32_t>(v)));
+      else
+        ++part.unused;
     }
-    boxes[begin / polygon_block] = box;
+    parts[begin / polygon_block] = part;
   });
   Box all;
-  for (const Box& box : boxes) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      all.low[axis] = std::min(all.low[axis], box.low[axis]);
-      all.high[axis] = std::max(all.high[axis], box.high[axis]);
-    }
-    all.unused += box.unused;
+  unused = 0;
+  for (const Part& part : parts) {
+    all.add(part.box);
+    unused += part.unused;
   }
-  out.bbox = {all.low[0], all.low[1], all.low[2], all.high[0], all.high[1], all.high[2]};
-  out.unreferenced_vertices = all.unused;
+  return all;
+}
+
+// Whether three vertices span an area: one that rounding of their coordinates could not make.
+bool spans_area(const PolygonMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  constexpr double least_ratio = 2e-14;  // of twice the area to the square of the longest side
+  const std::array<double, 3> at = place_of(mesh, a), p = place_of(mesh, b), q = place_of(mesh, c);
+  Vector3 u{p[0] - at[0], p[1] - at[1], p[2] - at[2]}, v{q[0] - at[0], q[1] - at[1], q[2] - at[2]};
+  const double largest =
+      std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z), std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (!(largest > 0) || !std::isfinite(largest)) return false;
+  for (Vector3* const side : {&u, &v}) *side = {side->x / largest, side->y / largest, side->z / largest};
+  const Vector3 w = v - u;
+  return norm(cross(u, v)) > least_ratio * std::max({dot(u, u), dot(v, v), dot(w, w)});
+}
+
+// Calls visit(a, b, c) for the triangles of the fan of a polygon, until it returns true; whether it did.
+template <class Visit>
+bool any_of_fan(const PolygonMesh& mesh, std::uint32_t begin, std::uint32_t end, const Visit& visit) {
+  for (std::uint32_t k = begin + 2; k < end; ++k)
+    if (visit(mesh.corners[begin], mesh.corners[k - 1], mesh.corners[k])) return true;
+  return false;
+}
+
+// The box of the polygons that have an area.
+Box box_of_areas(const PolygonMesh& mesh, const UsablePolygons& polygons) {
+  std::vector<Box> boxes(polygons.first_triangle.size() - 1);
+  parallel_blocks(polygons.usable.size(), polygon_block, [&](std::size_t first, std::size_t last) {
+    Box box;
+    for (std::size_t p = first; p < last; ++p) {
+      if (!polygons.usable[p]) continue;
+      any_of_fan(mesh, mesh.polygon_begin[p], mesh.polygon_begin[p + 1],
+                 [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+                   if (spans_area(mesh, a, b, c))
+                     for (const std::uint32_t vertex : {a, b, c}) box.add(place_of(mesh, vertex));
+                   return false;
+                 });
+    }
+    boxes[first / polygon_block] = box;
+  });
+  Box all;
+  for (const Box& box : boxes) all.add(box);
+  return all;
+}
+
+// Whether polygons with an area reach all six sides of the box of all polygons: nearly always, and seen by
+// the first vertex at each side. False does not say the contrary.
+bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const Box& box) {
+  std::array<std::uint32_t, 6> ends;
+  ends.fill(no_index);
+  std::size_t missing = 6;
+  for (std::size_t v = 0; v < polygons.used.size() && missing > 0; ++v) {
+    if (!polygons.used[v]) continue;
+    const std::array<double, 3> at = place_of(mesh, static_cast<std::uint32_t>(v));
+    for (std::size_t side = 0; side < 6; ++side)
+      if (ends[side] == no_index && at[side % 3] == (side < 3 ? box.low : box.high)[side % 3]) {
+        ends[side] = static_cast<std::uint32_t>(v);
+        --missing;
+      }
+  }
+  const auto is_reached = [&](std::uint32_t vertex, std::size_t corner) {
+    const auto after = std::upper_bound(mesh.polygon_begin.begin(), mesh.polygon_begin.end(), corner);
+    const auto p = static_cast<std::size_t>(after - mesh.polygon_begin.begin()) - 1;
+    return polygons.usable[p] && any_of_fan(mesh, mesh.polygon_begin[p], mesh.polygon_begin[p + 1],
+                                            [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+                                              return (a == vertex || b == vertex || c == vertex) &&
+                                                     spans_area(mesh, a, b, c);
+                                            });
+  };
+  constexpr std::size_t at_once = 1024;
+  const std::array<std::uint32_t, 6> wanted = ends;
+  for (std::size_t begin = 0; begin < mesh.corners.size(); begin += at_once) {
+    const std::size_t end = std::min(begin + at_once, mesh.corners.size());
+    const std::uint32_t* const corners = mesh.corners.data();
+    std::uint32_t found = 0;
+    for (std::size_t k = begin; k < end; ++k)
+      for (const std::uint32_t vertex : wanted) found |= static_cast<std::uint32_t>(corners[k] == vertex);
+    if (found == 0) continue;
+    for (std::size_t k = begin; k < end; ++k)
+      for (std::uint32_t& vertex : ends)
+        if (vertex != no_index && corners[k] == vertex && is_reached(vertex, k)) vertex = no_index;
+    if (std::all_of(ends.begin(), ends.end(), [](std::uint32_t vertex) { return vertex == no_index; }))
+      return true;
+  }
+  return false;
+}
+
+// The box of the polygons that can be sampled. A polygon without an area may name a vertex far from all
+// others, which bounds nothing. `trims`: whether there are vertices outside.
+Box box_of_polygons(const PolygonMesh& mesh, const UsablePolygons& polygons, std::uint32_t& unused,
+                    bool& trims) {
+  const Box box = box_of_used(mesh, polygons.used, unused);
+  trims = false;
+  if (areas_reach_sides(mesh, polygons, box)) return box;
+  const Box of_areas = box_of_areas(mesh, polygons);
+  if (of_areas.is_empty() || of_areas == box) return box;
+  trims = true;
+  return of_areas;
+}
+
+void set_frame(const Box& box, PreparedMesh& out) {
+  out.bbox = {box.low[0], box.low[1], box.low[2], box.high[0], box.high[1], box.high[2]};
   const BoxFrame frame = box_frame(out.bbox);
   out.centre = frame.centre;
   out.unit = frame.unit;
   out.diagonal = frame.diagonal;
 }
 
-// Triangles of all usable polygons, without those that name a position twice.
+// Triangles of all usable polygons, without those that name a position twice. within: null, or the box that
+// vertices of polygons without an area may lie outside of; those are left out.
 TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons,
-                         std::span<const std::uint32_t> welded, const PreparedMesh& frame,
+                         std::span<const std::uint32_t> welded, const PreparedMesh& frame, const Box* within,
                          RepairCounts& repairs, const CancelToken& cancel) {
   TriangleSoup soup;
   soup.resize(polygons.triangles());
@@ -179,14 +303,26 @@ TriangleSoup triangulate(const PolygonMesh& mesh, const UsablePolygons& polygons
     for (std::size_t p = first; p < last; ++p) {
       if (!polygons.usable[p]) continue;
       const std::uint32_t begin = mesh.polygon_begin[p], end = mesh.polygon_begin[p + 1];
+      const auto is_outside = [&](std::uint32_t slot) {
+        return within != nullptr && !within->holds(place_of(mesh, mesh.corners[slot]));
+      };
       if (end - begin == 3) {
-        if (!add(p, begin, begin + 1, begin + 2)) ++own[Repair::repeated_corners];
+        const bool outside = is_outside(begin) || is_outside(begin + 1) || is_outside(begin + 2);
+        const std::size_t before = count;
+        if (!add(p, begin, begin + 1, begin + 2)) {
+          ++own[Repair::repeated_corners];
+        } else if (outside) {
+          count = before;
+          ++own[Repair::zero_area_faces];
+        }
         continue;
       }
       slots.clear();
-      for (std::uint32_t k = begin; k < end; ++k)
+      for (std::uint32_t k = begin; k < end; ++k) {
+        if (is_outside(k)) continue;
         if (slots.empty() || welded[mesh.corners[k]] != welded[mesh.corners[slots.back()]])
           slots.push_back(k);
+      }
       while (slots.size() > 1 && welded[mesh.corners[slots.front()]] == welded[mesh.corners[slots.back()]])
         slots.pop_back();
       const bool shortened = slots.size() < end - begin;
@@ -251,12 +387,14 @@ void fail_without_faces(const PolygonMesh& mesh, const RepairCounts& repairs) {
 TriangleSoup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel) {
   const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
   if (polygons.triangles() == 0) fail_without_faces(mesh, out.repairs);
-  measure_box(mesh, polygons.used, out);
+  bool trims = false;
+  const Box box = box_of_polygons(mesh, polygons, out.unreferenced_vertices, trims);
+  set_frame(box, out);
   cancel.check();
   TriangleSoup soup =
       triangulate(mesh, polygons,
                   weld ? weld_vertices(mesh, polygons.used, out.repairs) : every_vertex(mesh.vertex_count()),
-                  out, out.repairs, cancel);
+                  out, trims ? &box : nullptr, out.repairs, cancel);
   if (soup.polygon.empty()) fail_without_faces(mesh, out.repairs);
   if (soup.polygon.size() > no_index / 3)
     throw ItemError(Status::too_large, std::to_string(soup.polygon.size()) +

@@ -57,9 +57,11 @@ class WorkingPositions {
 
 // The triangles of all usable polygons: of three different vertices, in range and finite. Sets the frame of
 // the working coordinates, the box, the number of vertices that no usable polygon names, and counts in the
-// repairs of `out` what cannot be used. `weld`: vertices of one position are one. Throws ItemError(empty),
-// (non_finite), (index_out_of_range) or (zero_area) when nothing is left, and (too_large) for more triangles
-// than 32-bit half-edges can number. O(corners), parallel; the same for every thread count.
+// repairs of `out` what cannot be used. The box is that of the polygons with an area: vertices outside of it,
+// which only polygons without one name, are left out. `weld`: vertices of one position are one. Throws
+// ItemError(empty), (non_finite), (index_out_of_range) or (zero_area) when nothing is left, and (too_large)
+// for more triangles than 32-bit half-edges can number. O(corners), parallel; the same for every thread
+// count.
 TriangleSoup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, const CancelToken& cancel);
 
 // The areas of the triangles, in working units squared.

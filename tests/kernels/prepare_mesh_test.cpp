@@ -2,6 +2,7 @@
 #include "kernels/mesh/weld_vertices.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -371,6 +372,59 @@ TEST_CASE("prepare_mesh: zero-area triangles stay for adjacency and are counted"
   check_invariants(mesh);
   CHECK(mesh.components.size() == 1);
   CHECK(mesh.repairs[Repair::zero_area_faces] == 1);
+}
+
+TEST_CASE("prepare_mesh: a face without area that names a far vertex bounds nothing") {
+  const PolygonMesh whole = cube();
+  const PreparedMesh expected = prepare_mesh(whole), expected_soup = prepare_soup(whole);
+  const auto far = static_cast<std::uint32_t>(whole.vertex_count());
+  struct Case {
+    std::vector<std::array<double, 3>> points;
+    std::vector<std::uint32_t> face;
+  };
+  for (const double size : {3.0, 1e4, 1e8, 1e17, 1e300}) {
+    const std::vector<Case> cases = {
+        {{{size, size, size}}, {0, far, far}},                                         // a repeated corner,
+        {{{size, 0, 0}, {size / 2, 0, 0}, {0, 0, 0}}, {far, far + 1, far + 2}},        // collinear ones,
+        {{{size, size, size}, {size / 2, size / 2, size / 2}, {-size, -size, -size}},  // through all axes,
+         {far, far + 1, far + 2}},
+        {{{size, 2, 1}, {size, 2, 1}, {size, 2, 1}}, {far, far + 1, far + 2}},  // a facet in one point,
+        {{{size, 2, 1}, {1, 2, 1}, {size, 2, 1}}, {far, far + 1, far + 2}},     // there and back,
+        {{{size, 0, 0}, {0, 0, 0}}, {far, far + 1, far, far + 1}}};             // and a polygon
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+      INFO(size << " case " << k);
+      PolygonMesh mesh = whole;
+      for (const auto& point : cases[k].points) {
+        mesh.x.push_back(point[0]);
+        mesh.y.push_back(point[1]);
+        mesh.z.push_back(point[2]);
+      }
+      mesh.corners.insert(mesh.corners.end(), cases[k].face.begin(), cases[k].face.end());
+      mesh.polygon_begin.push_back(static_cast<std::uint32_t>(mesh.corners.size()));
+      for (const bool topology : {true, false}) {
+        const PreparedMesh made = topology ? prepare_mesh(mesh) : prepare_soup(mesh);
+        const PreparedMesh& wanted = topology ? expected : expected_soup;
+        CHECK(made.bbox == wanted.bbox);
+        CHECK(made.diagonal == wanted.diagonal);
+        CHECK(made.total_area == wanted.total_area);
+        CHECK(made.triangle_count() == wanted.triangle_count());
+        for (std::size_t v = 0; v < made.vertex_count(); ++v) CHECK(std::abs(made.x[v]) <= 1);
+        if (topology) check_invariants(made);
+      }
+    }
+  }
+}
+
+TEST_CASE("prepare_mesh: parts with an area that lie far apart stay as they are") {
+  PolygonMesh mesh =
+      polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1e6, 0, 0, 1e6 + 1, 0, 0, 1e6, 1, 0}, {{0, 1, 2}, {3, 4, 5}});
+  const PreparedMesh made = prepare_mesh(mesh);
+  CHECK(made.bbox == std::array<double, 6>{0, 0, 0, 1e6 + 1, 1, 0});
+  CHECK(made.triangle_count() == 2);
+  // Thin, but not by rounding.
+  const PreparedMesh needle = prepare_mesh(
+      polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1000, 0, 0, 1000, 1e-6, 0}, {{0, 1, 2}, {0, 3, 4}}));
+  CHECK(needle.bbox[3] == 1000);
 }
 
 TEST_CASE("prepare_soup: on a consistent component the triangles of prepare_mesh, without neighbours") {
