@@ -14,8 +14,9 @@ namespace {
 using text::TextCursor;
 using text::Token;
 
-// Reads the keyword at the cursor, if there is one.
-bool read_keyword(TextCursor& cursor, OffHeader& header) {
+// Reads the keyword at the cursor, if there is one: the counts of a file without one may begin as it does.
+bool read_keyword(TextCursor& cursor, OffHeader& result) {
+  OffHeader header;
   const char* p = cursor.at;
   bool dimensions = false;
   const auto starts_with = [&](std::string_view lower_case) {
@@ -51,6 +52,7 @@ bool read_keyword(TextCursor& cursor, OffHeader& header) {
     throw ItemError(Status::unsupported_format,
                     "nOFF: vertices of any number of dimensions are not supported");
   cursor.at = p + 3;
+  result = header;
   return true;
 }
 

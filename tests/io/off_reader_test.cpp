@@ -217,3 +217,19 @@ TEST_CASE("OFF: positions survive a round trip bit by bit") {
   const PolygonMesh knot = moved(torus(37, 11), 1e-7, 1e5, -3, 1 / 3.0);
   REQUIRE(same_mesh(off(mesh_bytes(knot, MeshFile::off)), knot));
 }
+
+TEST_CASE("OFF: a vertex count that begins with 4 and no keyword is no 4OFF") {
+  // Whatever digits the count begins with, and letters that are no keyword leave nothing behind.
+  for (const int vertices : {4, 40, 400, 44}) {
+    std::string rows;
+    for (int v = 0; v < vertices; ++v) rows += std::to_string(v) + " " + std::to_string(v * v) + " 0\n";
+    const std::string body = std::to_string(vertices) + " 1 0\n" + rows + "3 0 1 3\n";
+    INFO(vertices);
+    const PolygonMesh bare = read(body, MeshFormat::off), named = read("OFF\n" + body, MeshFormat::off);
+    CHECK(same_mesh(bare, named));
+    CHECK(bare.vertex_count() == static_cast<std::size_t>(vertices));
+  }
+  const PolygonMesh homogeneous =
+      read("4OFF\n4 1 0\n0 0 0 1\n2 0 0 2\n0 2 0 2\n0 0 2 2\n3 0 1 2\n", MeshFormat::off);
+  CHECK(homogeneous.x[1] == 1);
+}
