@@ -148,6 +148,7 @@ void write_shard_items(const fs::path& folder, std::span<const PlanItem> items) 
     }
     json.member("known_format", item.known_format);
     json.member("format", static_cast<std::int64_t>(item.format));
+    json.member("folders_above", std::uint64_t{item.folders_above});
     if (!item.tensor_path.empty())
       json.member("tensor_path", escape_id(fs::absolute(item.tensor_path).string()));
     if (!item.tensor_dataset.empty()) json.member("tensor_dataset", item.tensor_dataset);
@@ -180,6 +181,8 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
     if (format < 0 || format > static_cast<std::int64_t>(MeshFormat::gltf))
       refuse_items(path, fmt::format("line {} has the format {}, which is none", items.size(), format));
     item.format = static_cast<MeshFormat>(format);
+    item.folders_above = static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(json.integer("folders_above").value_or(1), 0, 65535));
     item.tensor_path = unescape_id(json.text("tensor_path").value_or(""));
     item.tensor_dataset = json.text("tensor_dataset").value_or("");
     item.label = header.labels[item.row];

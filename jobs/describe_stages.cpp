@@ -53,8 +53,7 @@ void read_mesh_of_row(const Describer& describer, GraphItem& item) {
   };
   PolygonMesh& mesh = item.model.file;
   {
-    const ModelBytes file(plan.path, plan.packed, plan.format,
-                          describer.allow_oversize ? ~std::uint64_t{0} : describer.memory_bytes);
+    const ModelBytes file(plan, describer.allow_oversize ? ~std::uint64_t{0} : describer.memory_bytes);
     if (file.content_sha256() != item.model.row.report.content_sha256)
       throw ItemError(Status::unreadable,
                       "`" + plan.path.string() + "` is not the file that was sampled: its SHA-256 differs");

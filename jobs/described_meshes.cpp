@@ -42,9 +42,7 @@ const PlanItem* DescribedMeshes::find(std::uint64_t row) const {
 bool DescribedMeshes::add_file(PlanItem& item) const {
   const PlanItem* const input = find(item.row);
   if (input == nullptr) return false;
-  item.path = input->path;
-  item.packed = input->packed;
-  item.format = input->format;
+  static_cast<ModelPlace&>(item) = *input;
   item.known_format = input->known_format;
   return true;
 }
@@ -62,7 +60,7 @@ void reserve_described(std::span<PlanItem> plan, const SampleParameters& paramet
   parallel_tasks(plan.size(), [&](std::size_t i) {
     MeshEstimate estimate;
     try {
-      if (plan[i].known_format) estimate = peek_model(plan[i].path, plan[i].packed, plan[i].format);
+      if (plan[i].known_format) estimate = peek_model(plan[i]);
     } catch (const ItemError&) {
     }
     plan[i].reserved_bytes = std::min(most_bytes, estimate_bytes(estimate, parameters, threads));

@@ -24,8 +24,14 @@ struct Found {
   FoundFile file;
   std::string label;  // escaped like an id; empty: none
   Split split = Split::none;
-  bool placed = false;  // in a folder or a list: its folders may say what it is
+  bool placed = false;              // in a folder or a list: its folders may say what it is
+  std::uint32_t folders_above = 1;  // see ModelPlace
 };
+
+// How many folders stand between a root and a file at this path below it.
+std::uint32_t depth_of(std::string_view path) {
+  return static_cast<std::uint32_t>(std::count(path.begin(), path.end(), '/'));
+}
 
 // Absolute, without dots; links stay as they are written.
 fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
@@ -128,7 +134,8 @@ class Collector {
                          (options_.root.empty() ? " since the store was made" : "") +
                          ": give --root with a folder above all paths (other ids: a new store), or leave "
                          "the path out");
-      found.push_back({id.generic_string(), search.files[i], {}, Split::none, true});
+      const std::string text = id.generic_string();
+      found.push_back({text, search.files[i], {}, Split::none, true, std::max(depth_of(text), 1u)});
     }
     return root;
   }
@@ -144,8 +151,9 @@ class Collector {
   void take_files(const fs::path& root, bool prefixed) {
     for (const FoundFile& file : search.files) {
       std::string id = file.path.lexically_relative(root).generic_string();
+      const std::uint32_t depth = depth_of(id);
       if (prefixed) id = own_name(root) + "/" + id;
-      found.push_back({id, file, {}, Split::none, true});
+      found.push_back({id, file, {}, Split::none, true, depth});
     }
   }
 
@@ -327,6 +335,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
     item.path = found[i].file.shown();
     item.packed = found[i].file.packed;
     item.split = found[i].split;
+    item.folders_above = found[i].folders_above;
     item.known_format = mesh_format_of(found[i].file.path, item.format);
   }
   number_labels(found, inputs);

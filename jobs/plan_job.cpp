@@ -112,7 +112,7 @@ class PlanJob {
     Inputs inputs = collect_inputs(run_.inputs, run_.collect);
     print_unread(inputs.notes);
     plan_tensor_files(run_.sample.tensor, inputs.items);
-    if (inputs.items.empty()) throw UsageError("no mesh file (.off, .obj, .ply, .stl) in the input");
+    if (inputs.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
     const StoreHeader header = run_header(run_, inputs, laboratory_);
     check_outputs(inputs);
     if (run_.fresh) discard_run(run_.store);

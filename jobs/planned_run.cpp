@@ -184,7 +184,7 @@ std::uint64_t reserve_memory(std::vector<PlanItem>& items, const SampleParameter
     }
     MeshEstimate estimate;
     try {
-      if (item.known_format && !item.path.empty()) estimate = peek_model(item.path, item.packed, item.format);
+      if (item.known_format && !item.path.empty()) estimate = peek_model(item);
     } catch (const ItemError&) {  // the read stage will say why
     }
     item.reserved_bytes = needed(estimate);

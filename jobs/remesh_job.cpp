@@ -69,8 +69,8 @@ InputStamp stamp_of(const PlanItem& item) {
   InputStamp stamp = stamp_of_file(file_of(item));
   if (!item.known_format || item.format != MeshFormat::gltf || stamp == InputStamp{}) return stamp;
   try {
-    const MeshEstimate peeked = peek_model(item.path, item.packed, item.format);
-    for (const fs::path& file : companion_files(peeked, item.path, item.packed)) {
+    const MeshEstimate peeked = peek_model(item);
+    for (const fs::path& file : companion_files(peeked, item)) {
       const InputStamp beside = stamp_of_file(file);
       stamp.bytes += beside.bytes;
       stamp.modified = std::max(stamp.modified, beside.modified);
@@ -108,7 +108,7 @@ class RemeshJob {
     print_unread(inputs_.notes);
     plan_tensor_files(run_.sample.tensor, inputs_.items);
     if (inputs_.items.empty())
-      throw UsageError("no mesh file (.off, .obj, .ply, .stl, .gltf, .glb) in the input");
+      throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes =
         memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads, inputs_.index_bytes);

@@ -57,7 +57,7 @@ class RunJob {
     print_unread(inputs_.notes);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
     if (inputs_.items.empty())
-      throw UsageError("no mesh file (.off, .obj, .ply, .stl, .gltf, .glb) in the input");
+      throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
           "--retry vanished: items in folders that could not be read may still exist; make the folders "

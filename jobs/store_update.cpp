@@ -41,9 +41,9 @@ bool can_be_read(const PlanItem& item) {
 // Of a model that may name other files: whether all have the size that they had together, and none was
 // changed since then. Throws ItemError when the model's own file cannot be read.
 bool files_are_as_old(const PlanItem& item, const ItemReport& report, TimePoint since) {
-  const MeshEstimate now = peek_model(item.path, item.packed, item.format);
+  const MeshEstimate now = peek_model(item);
   if (now.file_bytes != report.file_bytes) return false;
-  const std::vector<std::filesystem::path> files = companion_files(now, item.path, item.packed);
+  const std::vector<std::filesystem::path> files = companion_files(now, item);
   return std::none_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
     struct stat facts {};
     return ::stat(file.c_str(), &facts) == 0 && modification_time(facts) >= since;
@@ -67,12 +67,12 @@ bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since
   try {
     // Materials are small: they are read rather than dated.
     if (!is_unknown(report.color_sha256) &&
-        ModelBytes(item.path, item.packed, item.format, ~std::uint64_t{0}, true).color_sha256() !=
+        ModelBytes(item, ~std::uint64_t{0}, true).color_sha256() !=
             report.color_sha256)
       return true;
     const bool is_as_old = modification_time(facts) < since;
     if (is_as_old && (!may_name_files || files_are_as_old(item, report, since))) return false;
-    return ModelBytes(item.path, item.packed, item.format).content_sha256() != report.content_sha256;
+    return ModelBytes(item).content_sha256() != report.content_sha256;
   } catch (const ItemError&) {
     return true;  // it can no longer be read
   }

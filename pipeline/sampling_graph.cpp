@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "io/archive/model_bytes.h"
 #include "io/mesh/tensor_table.h"
 #include "io/run_error.h"
 #include "io/store/tensor_dataset.h"
@@ -418,7 +417,7 @@ constexpr std::uint64_t most_unreserved_color_bytes = 1 << 20;
 // What unpacks to more than is reserved needs a larger reservation first.
 ModelBytes open_model(const PlanItem& plan, std::uint64_t reserved_bytes, bool colors) {
   try {
-    return ModelBytes(plan.path, plan.packed, plan.format, reserved_bytes, colors);
+    return ModelBytes(plan, reserved_bytes, colors);
   } catch (const ItemError& error) {
     if (error.status() != Status::too_large) throw;
     throw NeedsMoreMemory(2 * reserved_bytes);
@@ -431,7 +430,7 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
     throw ItemError(Status::unreadable, "the run was begun with this item, and no input has its id any more");
   if (!plan.known_format)
     throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
-                                                    "` is none of .off, .obj, .ply, .stl, .gltf, .glb");
+                                                    "` is none of " + mesh_extensions());
   const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
   // What its images take is in no estimate that was made before they were opened.
   const std::uint64_t color_bytes = file.color_bytes();

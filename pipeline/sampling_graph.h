@@ -21,7 +21,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/archive/archive.h"
+#include "io/archive/model_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
@@ -30,13 +30,10 @@
 namespace meander {
 
 // One input of the plan.
-struct PlanItem {
+struct PlanItem : ModelPlace {
   std::uint64_t row = 0;
   std::string id;
-  std::filesystem::path path;  // of a member of an archive: ARCHIVE/MEMBER
-  PackedFile packed;           // where it is, if it is in an archive
-  bool known_format = true;    // false: the row says unsupported_format
-  MeshFormat format = MeshFormat::off;
+  bool known_format = true;  // false: the row says unsupported_format
   std::int32_t label = -1;
   Split split = Split::none;
   std::uint64_t reserved_bytes = 0;  // from estimate_bytes of a header peek

@@ -7,13 +7,13 @@
 #include <array>
 #include <cctype>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "io/archive/little_endian.h"
 #include "io/archive/tar_headers.h"
 #include "io/archive/zip_directory.h"
 #include "io/file/input_file.h"
+#include "io/file/name_folding.h"
 #include "io/mesh/mesh_reader.h"
 
 namespace meander {
@@ -174,54 +174,46 @@ std::optional<std::size_t> Archive::find(std::string_view name) const {
 
 namespace {
 
-char ascii_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
-
-bool folded_less(std::string_view a, std::string_view b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
-                                      [](char x, char y) { return ascii_lower(x) < ascii_lower(y); });
+std::uint64_t hash_of(std::string_view text) {  // FNV-1a
+  std::uint64_t hash = 0xCBF29CE484222325u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+  return hash;
 }
 
 // Which of two variants of a path is meant: by the first part in which they differ.
 bool is_meant_before(std::string_view a, std::string_view b, std::string_view wanted) {
-  const auto differ =
-      static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin()).first - a.begin());
-  if (differ == a.size()) return false;
-  const std::size_t slash = a.rfind('/', differ), begin = slash == std::string_view::npos ? 0 : slash + 1;
-  const std::size_t length = a.find('/', differ) - begin;
-  const std::string_view part = wanted.substr(begin, length);
-  if (a.substr(begin, length) == part) return true;
-  return b.substr(begin, length) != part && a < b;
+  const auto take_part = [](std::string_view& path) {
+    const std::string_view part = path.substr(0, path.find('/'));
+    path.remove_prefix(std::min(part.size() + 1, path.size()));
+    return part;
+  };
+  while (!a.empty() || !b.empty()) {
+    const std::string_view of_a = take_part(a), of_b = take_part(b), part = take_part(wanted);
+    if (of_a != of_b) return of_a == part || (of_b != part && of_a < of_b);
+  }
+  return false;
 }
 
 }  // namespace
 
-bool same_but_case(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && !folded_less(a, b) && !folded_less(b, a);
-}
-
 std::optional<std::size_t> Archive::find_in_any_case(std::string_view name) const {
   if (const auto exact = find(name)) return exact;
-  const auto name_of_member = [this](std::uint32_t member) -> std::string_view {
-    return members()[member].name;
-  };
   std::call_once(folding_, [&] {
-    by_folded_name_.resize(members().size());
-    std::iota(by_folded_name_.begin(), by_folded_name_.end(), 0u);
-    std::sort(by_folded_name_.begin(), by_folded_name_.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return folded_less(name_of_member(a), name_of_member(b));
-    });
+    for (std::uint32_t i = 0; i < members().size(); ++i)
+      by_folded_name_.emplace_back(hash_of(folded_name(members()[i].name)), i);
+    std::sort(by_folded_name_.begin(), by_folded_name_.end());
   });
   if (!top_.empty() && name.starts_with(top_)) name.remove_prefix(top_.size());
-  const auto begin = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), name,
-                                      [&](std::uint32_t member, std::string_view wanted) {
-                                        return folded_less(name_of_member(member), wanted);
-                                      });
-  auto end = begin;
-  while (end != by_folded_name_.end() && same_but_case(name_of_member(*end), name)) ++end;
-  if (begin == end) return std::nullopt;
-  return *std::min_element(begin, end, [&](std::uint32_t a, std::uint32_t b) {
-    return is_meant_before(name_of_member(a), name_of_member(b), name);
-  });
+  const std::string folded = folded_name(name);
+  const std::uint64_t hash = hash_of(folded);
+  std::optional<std::size_t> found;
+  for (auto at = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), std::pair(hash, 0u));
+       at != by_folded_name_.end() && at->first == hash; ++at) {
+    const std::string& other = members()[at->second].name;
+    if (folded_name(other) != folded) continue;
+    if (!found || is_meant_before(other, members()[*found].name, name)) found = at->second;
+  }
+  return found;
 }
 
 InputFile Archive::open() const {

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "io/archive/archive_member.h"
@@ -52,7 +53,7 @@ class Archive {
   const std::string& problem() const { return listing_.problem; }
   // A member by its path below the folder that the archive stands for, or as it is stored.
   std::optional<std::size_t> find(std::string_view name) const;
-  // The same, or where there is none the member whose path differs in the case of ASCII letters alone: many
+  // The same, or where there is none the member whose path is the same once folded (folded_name): many
   // collections were made where that makes no difference. Of several, part by part of the path, the one that
   // is exact, then the first by bytes. O(log members); once O(members log members).
   std::optional<std::size_t> find_in_any_case(std::string_view name) const;
@@ -86,15 +87,13 @@ class Archive {
   ArchiveListing listing_;
   std::unordered_map<std::string_view, std::size_t> position_;  // of members, by name
   mutable std::once_flag folding_;
-  mutable std::vector<std::uint32_t> by_folded_name_;  // members; see find_in_any_case
+  // Members by the hash of their folded name; see find_in_any_case.
+  mutable std::vector<std::pair<std::uint64_t, std::uint32_t>> by_folded_name_;
   std::string top_;  // the folder that counts once, with a slash; empty: none
   AccessPoints points_;
   std::uint64_t file_bytes_ = 0;
   std::timespec modified_{};
 };
-
-// Whether two names differ at most in the case of ASCII letters.
-bool same_but_case(std::string_view a, std::string_view b);
 
 // A member of an archive as the place of a file; without an archive it is none.
 struct PackedFile {

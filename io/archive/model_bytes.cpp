@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/digest.h"
+#include "io/file/name_folding.h"
 #include "io/image/color_image.h"
 
 namespace meander {
@@ -18,17 +19,41 @@ std::uint64_t packed_bytes_of(const PackedFile& packed) {
 
 bool is_member(const PackedFile& packed) { return packed && packed.archive->kind() != ArchiveKind::gzip; }
 
-// A file that a member of an archive names; none where the archive has no such member.
-PackedFile member_beside(const PackedFile& packed, const std::string& path, bool any_case) {
-  const std::string name = (fs::path(packed.facts().name).parent_path() / path).generic_string();
-  const auto member = any_case ? packed.archive->find_in_any_case(name) : packed.archive->find(name);
-  return member ? PackedFile{packed.archive, *member} : PackedFile{};
+// How many folders a path of a companion leads up, and what follows.
+std::pair<std::uint32_t, std::string_view> split_climb(std::string_view path) {
+  std::uint32_t climb = 0;
+  for (; path.starts_with("../"); path.remove_prefix(3)) ++climb;
+  return {climb, path};
 }
 
-// Of a model that is no member of an archive.
-fs::path folder_of_model(const fs::path& path, const PackedFile& packed) {
-  const fs::path folder = (packed ? packed.archive->path() : path).parent_path();
-  return folder.empty() ? "." : folder;
+// The folder of a model that is no member of an archive, or one above it.
+fs::path folder_above(const ModelPlace& place, std::uint32_t climb) {
+  fs::path folder = (place.packed ? place.packed.archive->path() : place.path).parent_path();
+  if (folder.empty()) folder = ".";
+  if (climb == 0) return folder;
+  folder = fs::absolute(folder).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();  // a slash at its end
+  for (; climb > 0; --climb) folder = folder.parent_path();
+  return folder;
+}
+
+// Of a member of an archive: the name of the member that a path leads to; nothing where it leads out.
+std::optional<std::string> member_beside(const ModelPlace& place, std::string_view path) {
+  const auto [climb, below] = split_climb(path);
+  std::string_view folder = place.packed.facts().name;
+  for (std::uint32_t up = 0; up <= climb; ++up) {
+    if (up > 0 && folder.empty()) return std::nullopt;
+    folder = folder.substr(0, folder.find_last_of('/') == std::string_view::npos ? 0 : folder.rfind('/'));
+  }
+  return (folder.empty() ? std::string() : std::string(folder) + "/") + std::string(below);
+}
+
+// Whether links lead from this file out of that folder.
+bool leads_out(const fs::path& file, const fs::path& folder) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(file, error), root = fs::weakly_canonical(folder, error);
+  if (error) return true;
+  return std::mismatch(root.begin(), root.end(), whole.begin(), whole.end()).first != root.end();
 }
 
 // The file at the end of these names below a folder. Folders are listed only where no exact name leads to it.
@@ -40,14 +65,14 @@ std::optional<fs::path> find_variant(const fs::path& folder, fs::path::const_ite
   std::error_code error;
   if (fs::exists(folder / *name, error))
     if (auto found = find_variant(folder / *name, next, end, names_left)) return found;
-  const std::string wanted = name->string();
+  const std::string wanted = name->string(), folded = folded_name(wanted);
   std::vector<std::string> others;
   std::size_t names = 0;
   for (fs::directory_iterator at(folder, error), last; !error && at != last; at.increment(error)) {
     if (++names > most_searched_names || names_left == 0) return std::nullopt;
     --names_left;
     const std::string other = at->path().filename().string();
-    if (other != wanted && same_but_case(other, wanted)) others.push_back(other);
+    if (other != wanted && folded_name(other) == folded) others.push_back(other);
   }
   std::sort(others.begin(), others.end());
   for (const std::string& other : others)
@@ -61,6 +86,16 @@ fs::path find_in_any_case(const fs::path& folder, const fs::path& path) {
   if (fs::exists(folder / path, error)) return folder / path;
   std::size_t names_left = 16 * most_searched_names;
   return find_variant(folder, path.begin(), path.end(), names_left).value_or(folder / path);
+}
+
+// The file on disk that a path leads to; nothing where it leads out of the input.
+std::optional<fs::path> file_beside(const ModelPlace& place, std::string_view path, bool any_case) {
+  const auto [climb, below] = split_climb(path);
+  if (climb > place.folders_above) return std::nullopt;
+  const fs::path folder = folder_above(place, climb);
+  const fs::path file = any_case ? find_in_any_case(folder, below) : folder / below;
+  if (climb > 0 && leads_out(file, folder_above(place, place.folders_above))) return std::nullopt;
+  return file;
 }
 
 void append_digests(std::span<const CompanionFile> files, std::vector<std::uint8_t>& digests) {
@@ -90,40 +125,52 @@ ModelBytes::File ModelBytes::open(const fs::path& path, const PackedFile& packed
   return file;
 }
 
-ModelBytes::ModelBytes(const fs::path& path, const PackedFile& packed, MeshFormat format,
-                       std::uint64_t most_unpacked, bool colors)
-    : format_(format), may_unpack_(most_unpacked), own_(open(path, packed)), colors_(colors) {
+ModelBytes::ModelBytes(const ModelPlace& place, std::uint64_t most_unpacked, bool colors)
+    : format_(place.format),
+      may_unpack_(most_unpacked),
+      own_(open(place.path, place.packed)),
+      colors_(colors) {
   const auto open_all = [&](std::vector<std::string> names, bool of_colors, bool is_image) {
     const std::size_t first = companions_.size();
-    for (std::string& name : names) companions_.push_back({std::move(name), {}, {}, is_image});
-    for (std::size_t k = first; k < companions_.size(); ++k)
-      open_companion(path, packed, companions_[k], of_colors);
+    for (std::string& name : names) companions_.push_back({.path = std::move(name), .is_image = is_image});
+    for (std::size_t k = first; k < companions_.size(); ++k) open_companion(place, companions_[k], of_colors);
   };
   open_all(companion_paths(own_.bytes(), format_), false, false);
   const std::size_t of_surface = companions_.size();
   if (colors_) {
-    open_all(color_companion_paths(own_.bytes(), format_), true, format_ == MeshFormat::gltf);
+    open_all(color_companion_paths(own_.bytes(), format_), true, format_ != MeshFormat::obj);
     open_all(library_image_paths(own_.bytes(), format_, companions_), true, true);
   }
   color_companions_ = companions_.size() - of_surface;
 }
 
-void ModelBytes::open_companion(const fs::path& path, const PackedFile& packed, CompanionFile& companion,
-                                bool any_case) {
+void ModelBytes::open_companion(const ModelPlace& place, CompanionFile& companion, bool any_case) {
+  using Loss = CompanionFile::Loss;
+  const auto lose = [&](Loss loss, std::string problem) {
+    companion.loss = loss;
+    companion.problem = std::move(problem);
+  };
+  constexpr const char* outside = "leads out of what was given as input";
   try {
-    if (is_member(packed)) {
-      const PackedFile member = member_beside(packed, companion.path, any_case);
-      if (!member) throw ItemError(Status::unreadable, "the archive has no such member");
-      beside_.push_back(open({}, member));
+    if (is_member(place.packed)) {
+      const std::optional<std::string> name = member_beside(place, companion.path);
+      if (!name) return lose(Loss::outside, "leads out of the archive");
+      const Archive& archive = *place.packed.archive;
+      const auto member = any_case ? archive.find_in_any_case(*name) : archive.find(*name);
+      if (!member) return lose(Loss::missing, "the archive has no such member");
+      beside_.push_back(open({}, {place.packed.archive, *member}));
     } else {
-      const fs::path folder = folder_of_model(path, packed);
-      beside_.push_back(
-          open(any_case ? find_in_any_case(folder, companion.path) : folder / companion.path, {}, any_case));
+      const std::optional<fs::path> file = file_beside(place, companion.path, any_case);
+      if (!file) return lose(Loss::outside, outside);
+      std::error_code error;
+      if (!fs::exists(*file, error)) companion.loss = Loss::missing;
+      beside_.push_back(open(*file, {}, any_case));
+      companion.loss = Loss::none;
     }
     companion.bytes = beside_.back().bytes();
   } catch (const ItemError& error) {
     if (error.status() == Status::too_large) throw;
-    companion.problem = error.what();
+    lose(companion.loss == Loss::none ? Loss::unreadable : companion.loss, error.what());
   }
 }
 
@@ -185,21 +232,25 @@ PolygonMesh ModelBytes::mesh(const CancelToken& cancel, const std::function<void
   return mesh;
 }
 
-MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshFormat format) {
+MeshEstimate peek_model(const ModelPlace& place) {
+  const PackedFile& packed = place.packed;
   MeshEstimate estimate;
   if (packed)
     packed.archive->look_at(packed.member,
-                            [&](const ByteSource& content) { estimate = peek_mesh(content, format); });
+                            [&](const ByteSource& content) { estimate = peek_mesh(content, place.format); });
   else
-    estimate = peek_mesh(path, format);
+    estimate = peek_mesh(place.path, place.format);
   estimate.packed_bytes = packed_bytes_of(packed);
   if (is_member(packed))
-    for (const std::string& name : estimate.companions) {
-      const PackedFile member = member_beside(packed, name, false);
-      if (member) estimate.file_bytes += member.facts().bytes;
-      estimate.packed_bytes += packed_bytes_of(member);
+    for (const std::string& path : estimate.companions) {
+      const std::optional<std::string> name = member_beside(place, path);
+      const auto member = name ? packed.archive->find(*name) : std::nullopt;
+      if (!member) continue;
+      const PackedFile beside{packed.archive, *member};
+      estimate.file_bytes += beside.facts().bytes;
+      estimate.packed_bytes += packed_bytes_of(beside);
     }
-  for (const fs::path& file : companion_files(estimate, path, packed)) {
+  for (const fs::path& file : companion_files(estimate, place)) {
     std::error_code error;
     const std::uintmax_t bytes = fs::file_size(file, error);
     if (!error) estimate.file_bytes += bytes;
@@ -207,11 +258,11 @@ MeshEstimate peek_model(const fs::path& path, const PackedFile& packed, MeshForm
   return estimate;
 }
 
-std::vector<fs::path> companion_files(const MeshEstimate& peeked, const fs::path& path,
-                                      const PackedFile& packed) {
+std::vector<fs::path> companion_files(const MeshEstimate& peeked, const ModelPlace& place) {
   std::vector<fs::path> files;
-  if (is_member(packed)) return files;
-  for (const std::string& name : peeked.companions) files.push_back(folder_of_model(path, packed) / name);
+  if (is_member(place.packed)) return files;
+  for (const std::string& name : peeked.companions)
+    if (const auto file = file_beside(place, name, false)) files.push_back(*file);
   return files;
 }
 

@@ -1,6 +1,6 @@
 // The bytes of a model, wherever they are: in a file of its own or in an archive, and in the files that it
-// names (the buffers of glTF), which lie below the model's folder, in the same archive if the model is in
-// one.
+// names (buffers, material libraries, images), which lie below the folder that was given as input, in the
+// same archive if the model is in one.
 #pragma once
 
 #include <array>
@@ -22,6 +22,16 @@ namespace meander {
 
 inline constexpr std::size_t most_searched_names = 4096;
 
+// Where a model is, and how far the names in it may lead.
+struct ModelPlace {
+  std::filesystem::path path;  // of a member of an archive: ARCHIVE/MEMBER
+  PackedFile packed = {};      // where it is, if it is in an archive
+  MeshFormat format = MeshFormat::off;
+  // How many folders above its own the files that it names may lie in: up to the folder that was given as
+  // input; of a file given by itself one. Members of an archive may name all of its members.
+  std::uint32_t folders_above = 1;
+};
+
 // FileBytes where the model has a file of its own (`packed` is none), else unpacked into memory.
 class ModelBytes {
  public:
@@ -29,10 +39,11 @@ class ModelBytes {
   // more than `most_unpacked`. A file that the model names and that cannot be read is kept with the reason:
   // reading the mesh fails where it is needed. With `colors`, the mesh has its colours, and the files that
   // hold them (MTL, images) are opened too; one that cannot be read costs its colours alone. Those are
-  // also found where letters have another case (Archive::find_in_any_case), on disk in folders of up to
-  // most_searched_names.
-  ModelBytes(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format,
-             std::uint64_t most_unpacked = ~std::uint64_t{0}, bool colors = false);
+  // also found under names that differ as folded_name allows, on disk in folders of up to
+  // most_searched_names. A name that leads up (`..`) is followed as far as ModelPlace::folders_above, and not
+  // where a link leads out of that folder.
+  explicit ModelBytes(const ModelPlace& place, std::uint64_t most_unpacked = ~std::uint64_t{0},
+                      bool colors = false);
   ModelBytes(const ModelBytes&) = delete;
   ModelBytes& operator=(const ModelBytes&) = delete;
 
@@ -65,8 +76,7 @@ class ModelBytes {
   void fail_if_cut() const;
   File open(const std::filesystem::path& path, const PackedFile& packed, bool of_colors = false);
   std::span<const CompanionFile> surface_companions() const;
-  void open_companion(const std::filesystem::path& path, const PackedFile& packed, CompanionFile& companion,
-                      bool any_case);
+  void open_companion(const ModelPlace& place, CompanionFile& companion, bool any_case);
 
   MeshFormat format_;
   std::uint64_t packed_bytes_ = 0, may_unpack_ = 0;
@@ -78,12 +88,10 @@ class ModelBytes {
 };
 
 // See peek_mesh; file_bytes counts the other files too. Cost for a member of an archive: its unpacking.
-MeshEstimate peek_model(const std::filesystem::path& path, const PackedFile& packed, MeshFormat format);
+MeshEstimate peek_model(const ModelPlace& place);
 // The files on disk that a peeked model names; none for a member of an archive, which has them in its
 // archive.
-std::vector<std::filesystem::path> companion_files(const MeshEstimate& peeked,
-                                                   const std::filesystem::path& path,
-                                                   const PackedFile& packed);
+std::vector<std::filesystem::path> companion_files(const MeshEstimate& peeked, const ModelPlace& place);
 
 // The archive member that a path names: MESH.gz, or ARCHIVE/MEMBER for a member of an archive; none for every
 // other path, and where there is no such member. Throws ItemError when the archive cannot be read.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,8 @@ PolygonMesh read_obj(std::string_view text, const CancelToken& cancel, const Blo
 PolygonMesh read_ply(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
                      const MeshSurroundings& around = {});
 PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around);
-PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const BlockRule& rule);
+PolygonMesh read_stl(std::string_view text, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around = {});
 
 // read_mesh with block sizes of the caller's choice.
 PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat format,
@@ -40,10 +42,16 @@ MeshEstimate peek_gltf(const ByteSource& file);
 
 // A component of a colour that is not there.
 inline constexpr float no_color = std::numeric_limits<float>::quiet_NaN();
-// Divides colours of which one value is above 1 by 255: files have them in [0, 1] or in [0, 255].
-void scale_colors(std::vector<float>& values);
-// The path as it may be opened below the model's folder, empty with the reason set where it leads elsewhere.
-std::string path_below_model(std::string_view path, std::string& reason);
+// What the numbers of colours are: whole by their declared type or as they are written, or real.
+enum class ColorNumbers : std::uint8_t { whole, real };
+// Brings the colours of all vertices, or of all faces, of a file to [0, 1] (docs/FORMATS.md has the table).
+// Whole numbers are of 255, or where one is larger of 65,535. Real ones are in [0, 1], or of 255 where more
+// than half of those that are not 0 are above 1: one that rounding or a highlight carries above 1 says
+// nothing. Values without a colour are NaN, before and after. O(values).
+void scale_colors(std::vector<float>& values, ColorNumbers numbers);
+// The path from the model's folder (CompanionFile::path), backslashes taken as slashes; empty with the reason
+// set where it is absolute or none.
+std::string path_from_model(std::string_view path, std::string& reason);
 
 // The same for point sets; each throws ItemError as read_points does. Of OFF the vertices and normals are
 // read, the faces are not: the mesh has none.
@@ -73,6 +81,18 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
 
 // "vertex 3 of 10 is not finite".
 std::string not_finite(std::uint64_t vertex, std::uint64_t count);
+
+// The text of a file for those who look for lines in it: without a byte-order mark, and converted where the
+// reader would do so.
+class DecodedText {
+ public:
+  explicit DecodedText(std::span<const std::byte> bytes);
+  std::string_view text() const { return converted_ ? std::string_view(*converted_) : text_; }
+
+ private:
+  std::string_view text_;
+  std::optional<std::string> converted_;
+};
 
 // The text in UTF-8 with LF somewhere, when the file is neither: UTF-16, or line ends of old Macintosh
 // programs. Binary PLY is left alone.

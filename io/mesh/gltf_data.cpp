@@ -108,23 +108,35 @@ std::string companion_path(std::string_view uri, std::string& reason) {
     reason = "is not a file of the model's folder";
     return {};
   }
-  return path_below_model(percent_decoded(uri), reason);
+  return path_from_model(percent_decoded(uri), reason);
 }
 
-std::string path_below_model(std::string_view path, std::string& reason) {
-  std::string kept;
-  bool leads_out = path.empty() || path[0] == '/' || path[0] == '\\' || path.find('\0') != std::string::npos;
-  for (std::size_t begin = 0; begin <= path.size() && !leads_out;) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
+std::string path_from_model(std::string_view path, std::string& reason) {
+  std::vector<std::string_view> names;
+  std::size_t climb = 0;
+  bool names_file = false;
+  const bool is_none =
+      path.empty() || path[0] == '/' || path[0] == '\\' || path.find('\0') != std::string_view::npos;
+  for (std::size_t begin = 0; begin <= path.size() && !is_none;) {
+    const std::size_t end = std::min(path.find_first_of("/\\", begin), path.size());
     const std::string_view name = path.substr(begin, end - begin);
-    leads_out = name == ".." || name.find("..\\") != std::string_view::npos || name.ends_with("\\..");
-    if (!name.empty() && name != ".") kept += (kept.empty() ? "" : "/") + std::string(name);
     begin = end + 1;
+    names_file = !name.empty() && name != "." && name != "..";
+    if (names_file)
+      names.push_back(name);
+    else if (name == ".." && names.empty())
+      ++climb;
+    else if (name == "..")
+      names.pop_back();
   }
-  if (leads_out || kept.empty()) {
-    reason = "leads out of the model's folder";
+  if (!names_file) {
+    reason = "is not a path from the model's folder";
     return {};
   }
+  std::string kept;
+  for (; climb > 0; --climb) kept += "../";
+  for (const std::string_view name : names) kept += std::string(name) + "/";
+  kept.pop_back();
   return kept;
 }
 

@@ -110,7 +110,7 @@ PolygonMesh dispatch(std::string_view content, MeshFormat format, const CancelTo
     case MeshFormat::gltf:
       break;
   }
-  return read_stl(content, cancel, rule);
+  return read_stl(content, cancel, rule, around);
 }
 
 // Whatever numbers the file has: see read_mesh.
@@ -134,6 +134,25 @@ std::optional<std::string> converted(std::string_view content, bool is_ply) {
   std::string copy(content);
   std::replace(copy.begin(), copy.end(), '\r', '\n');
   return copy;
+}
+
+void scale_colors(std::vector<float>& values, ColorNumbers numbers) {
+  std::size_t above = 0, others = 0;
+  const float limit = numbers == ColorNumbers::whole ? 255 : 1;
+  for (const float value : values) {
+    above += value > limit;
+    others += value <= limit && value != 0;
+  }
+  const double largest = numbers == ColorNumbers::whole ? (above > 0 ? 65535 : 255)
+                         : above > others               ? 255
+                                                        : 1;
+  for (float& value : values) value = static_cast<float>(value / largest);
+}
+
+DecodedText::DecodedText(std::span<const std::byte> bytes)
+    : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {
+  if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
+  converted_ = converted(text_, false);
 }
 
 std::string foreign_content(std::string_view content, std::optional<MeshFormat> format) {
@@ -161,14 +180,28 @@ std::string foreign_content(std::string_view content, std::optional<MeshFormat> 
   return {};
 }
 
+namespace {
+
+constexpr std::array<std::pair<std::string_view, MeshFormat>, 6> extensions = {{{".off", MeshFormat::off},
+                                                                                {".obj", MeshFormat::obj},
+                                                                                {".ply", MeshFormat::ply},
+                                                                                {".stl", MeshFormat::stl},
+                                                                                {".gltf", MeshFormat::gltf},
+                                                                                {".glb", MeshFormat::gltf}}};
+
+}  // namespace
+
+std::string mesh_extensions(std::string_view conjunction) {
+  std::string list;
+  for (const auto& [extension, format] : extensions) {
+    const bool is_last = extension == extensions.back().first;
+    if (!list.empty()) list += is_last && !conjunction.empty() ? " " + std::string(conjunction) + " " : ", ";
+    list += extension;
+  }
+  return list;
+}
+
 bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format) {
-  static constexpr std::array<std::pair<std::string_view, MeshFormat>, 6> extensions = {
-      {{".off", MeshFormat::off},
-       {".obj", MeshFormat::obj},
-       {".ply", MeshFormat::ply},
-       {".stl", MeshFormat::stl},
-       {".gltf", MeshFormat::gltf},
-       {".glb", MeshFormat::gltf}}};
   const std::string extension = path.extension().string();
   for (const auto& [name, value] : extensions) {
     if (!text::same_word(extension, name)) continue;
@@ -185,7 +218,8 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   if (bytes.empty()) throw ItemError(Status::empty, "the file is empty");
   std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (format == MeshFormat::gltf) return with_colors_in_range(read_gltf(content, cancel, around));
-  if (format == MeshFormat::stl && is_exact_binary_stl(content)) return read_stl(content, cancel, rule);
+  if (format == MeshFormat::stl && is_exact_binary_stl(content))
+    return with_colors_in_range(read_stl(content, cancel, rule, around));
   if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
   if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
     return with_colors_in_range(dispatch(*copy, format, cancel, rule, around));

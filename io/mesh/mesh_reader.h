@@ -25,6 +25,10 @@ enum class MeshFormat : std::uint8_t { off, obj, ply, stl, gltf };
 // By extension, case-insensitive; false for any other extension.
 bool mesh_format_of(const std::filesystem::path& path, MeshFormat& format);
 
+// The extensions that are read, for messages: ".off, .obj, .ply, .stl, .gltf, .glb", the last one behind
+// `conjunction` where there is one ("or").
+std::string mesh_extensions(std::string_view conjunction = {});
+
 // What a mesh of this format probably holds, from the first (and a few middle) kilobytes: for the memory
 // reservation.
 struct MeshEstimate {
@@ -36,8 +40,8 @@ struct MeshEstimate {
   // What the reader takes beside the file, vertices and faces: decoded streams of glTF, the values of all
   // properties of PLY.
   std::uint64_t decoding_bytes = 0;
-  // The other files that the model consists of: the paths below its own folder, in the order in which it
-  // names them, each once. Their bytes are not in file_bytes.
+  // The other files that the model consists of (CompanionFile::path), in the order in which it names them,
+  // each once. Their bytes are not in file_bytes.
   std::vector<std::string> companions = {};
 };
 // Reads at most 256 KiB of the file, of glTF all JSON up to 16 MiB. Headers are believed only as far as the
@@ -52,12 +56,17 @@ MeshEstimate peek_mesh(const ByteSource& file, MeshFormat format);
 // on the size of the file.
 std::optional<MeshEstimate> most_in_file(std::uint64_t bytes, MeshFormat format);
 
-// A file that a model needs beside its own, by its path below the model's folder.
+// A file that a model names beside its own, by its path from the model's folder: names separated by /, `..`
+// at its beginning alone.
 struct CompanionFile {
+  // Why a file has no bytes: it is not there; it leads out of what was given as input; anything else.
+  enum class Loss : std::uint8_t { none, missing, outside, unreadable };
+
   std::string path;
-  std::span<const std::byte> bytes;
-  std::string problem;    // why it could not be read; empty: it was
-  bool is_image = false;  // a texture: no reader takes it for anything else
+  std::span<const std::byte> bytes = {};
+  std::string problem = {};  // why it could not be read; empty: it was
+  bool is_image = false;     // a texture: no reader takes it for anything else
+  Loss loss = Loss::none;
 };
 
 // What a reader takes up only when it is asked to, beside colours.
@@ -79,8 +88,8 @@ struct MeshSurroundings {
   MeshExtras extras = {};
 };
 
-// The paths of the files that a model needs beside its own, below the model's folder, in the order in which
-// it names them, each once. None for the formats that are one file, and for a file that cannot be read.
+// The paths of the files that a model needs beside its own (CompanionFile::path), in the order in which it
+// names them, each once. None for the formats that are one file, and for a file that cannot be read.
 std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 
 // The same of the files that hold colours alone: the material libraries (MTL) of OBJ, the images of glTF

@@ -1,14 +1,16 @@
 #include "io/mesh/mtl_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "io/mesh/format_readers.h"
 #include "io/mesh/gltf_document.h"
+#include "io/mesh/ply_header.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {
@@ -18,26 +20,21 @@ namespace {
 constexpr std::size_t most_library_bytes = std::size_t{16} << 20, most_materials = 16384;
 constexpr std::size_t most_libraries = 1000, most_images = 4096;
 
-// The rest of the line behind this keyword, or nothing.
-bool is_line_of(std::string_view line, std::string_view keyword) {
-  return line.size() > keyword.size() && line.starts_with(keyword) &&
-         text::is_separator(line[keyword.size()]);
-}
-
-// Programs write the keyword of the diffuse image in both cases.
-bool is_map_line(std::string_view line) {
-  return line.size() > 6 && text::same_word(line.substr(0, 6), "map_kd") && text::is_separator(line[6]);
-}
-
 // Calls use(line) for each line without the blanks at its ends.
 template <class Use>
-void for_each_trimmed_line(std::string_view content, Use use) {
-  const char* const end = content.data() + content.size();
-  for (const char* at = content.data(); at < end;) {
-    const char* const line_end = text::find_line_end(at, end);
-    use(trimmed({at, static_cast<std::size_t>(line_end - at)}));
-    at = line_end < end ? line_end + 1 : end;
+void for_each_trimmed_line(std::string_view content, char line_end, Use use) {
+  while (!content.empty()) {
+    const std::size_t end = std::min(content.find(line_end), content.size());
+    use(trimmed(content.substr(0, end)));
+    content.remove_prefix(std::min(end + 1, content.size()));
   }
+}
+
+// The same of lines that LF or CR ends: libraries are small, and some have both.
+template <class Use>
+void for_each_library_line(std::string_view content, Use use) {
+  for_each_trimmed_line(content, '\n',
+                        [&](std::string_view line) { for_each_trimmed_line(line, '\r', use); });
 }
 
 std::array<float, 3> diffuse_color(std::string_view values) {
@@ -84,23 +81,8 @@ class Options {
   std::string_view rest_;
 };
 
-// The image below the model's folder. People's files name those of the machine that they were made on:
-// of an absolute path what is looked for is a file of this name beside the library.
-std::string image_path(const std::string& library, std::string_view name) {
-  if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
-  std::string path(name);
-  std::replace(path.begin(), path.end(), '\\', '/');
-  const bool has_drive = path.size() >= 2 && path[1] == ':';
-  if (!path.empty() && (path[0] == '/' || has_drive)) path = path.substr(path.find_last_of("/:") + 1);
-  if (path.empty()) return {};
-  std::string reason;
-  const std::filesystem::path below =
-      (std::filesystem::path(library).parent_path() / path).lexically_normal();
-  return path_below_model(below.generic_string(), reason);
-}
-
 // What stands behind map_Kd.
-void read_map(const std::string& library, std::string_view line, MtlMaterial& material) {
+void read_map(std::string_view folder, std::string_view line, MtlMaterial& material) {
   static constexpr std::array<std::string_view, 8> of_one = {"-blendu", "-blendv", "-boost",  "-bm",
                                                              "-cc",     "-type",   "-texres", "-imfchan"};
   std::array<double, 3> scale = {1, 1, 1}, offset{}, turbulence{};
@@ -133,13 +115,19 @@ void read_map(const std::string& library, std::string_view line, MtlMaterial& ma
   texture.base = range[0];
   texture.gain = range[1];
   material.has_image = true;
-  material.image = image_path(library, options.rest());
+  material.image = meant_path(folder, options.rest());
   material.texture = texture;
 }
 
-// Names may hold blanks, and one line may name several files: a name ends at `.mtl` in front of a blank.
+// Names may hold blanks, and one line may name several files: a name ends at `.mtl` in front of a blank, or
+// with its quotation marks.
 std::vector<std::string_view> library_names(std::string_view names) {
   std::vector<std::string_view> found;
+  if (names.starts_with('"')) {
+    const std::size_t close = std::min(names.find('"', 1), names.size());
+    found.push_back(names.substr(0, close + 1));
+    names = trimmed(names.substr(std::min(close + 1, names.size())));
+  }
   for (std::size_t begin = 0, at = 0; at < names.size(); ++at) {
     const bool is_end = at + 1 == names.size();
     if (!is_end && !text::is_separator(names[at + 1])) continue;
@@ -159,78 +147,147 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+std::optional<std::string_view> behind_keyword(std::string_view line, std::string_view lower_case) {
+  const std::size_t length = lower_case.size();
+  if (line.size() <= length || !text::is_separator(line[length]) ||
+      !text::same_word(line.substr(0, length), lower_case))
+    return std::nullopt;
+  return trimmed(line.substr(length));
+}
+
+std::string meant_path(std::string_view folder, std::string_view name) {
+  name = trimmed(name);
+  if (name.size() >= 2 && (name.front() == '"' || name.front() == '\'') && name.back() == name.front())
+    name = name.substr(1, name.size() - 2);
+  std::string path(name);
+  std::replace(path.begin(), path.end(), '\\', '/');
+  const bool has_drive = path.size() >= 2 && path[1] == ':';
+  if (path.starts_with("file:")) path.erase(0, 5);
+  if (!path.empty() && (path[0] == '/' || has_drive)) path.erase(0, path.find_last_of("/:") + 1);
+  if (path.empty()) return {};
+  std::string reason;
+  return path_from_model(folder.empty() ? path : std::string(folder) + "/" + path, reason);
+}
+
+namespace {
+
+std::string_view folder_of(std::string_view path) {
+  const std::size_t slash = path.rfind('/');
+  return path.substr(0, slash == std::string_view::npos ? 0 : slash);
+}
+
+// Why a library has no materials; nothing where it may have some.
+std::optional<std::pair<Note, std::string>> lost_library(const CompanionFile& library) {
+  using Loss = CompanionFile::Loss;
+  const auto sentence = [&](std::string_view what) { return fmt::format("`{}` {}", library.path, what); };
+  switch (library.loss) {
+    case Loss::missing:
+      return std::pair(Note::library_missing, sentence("is not there"));
+    case Loss::outside:
+      return std::pair(Note::library_outside, sentence(library.problem));
+    case Loss::unreadable:
+      return std::pair(Note::library_unreadable, sentence("cannot be read"));
+    case Loss::none:
+      break;
+  }
+  if (library.bytes.size() > most_library_bytes)
+    return std::pair(Note::library_too_large,
+                     sentence(fmt::format("has {} MiB, and {} are read", library.bytes.size() >> 20,
+                                          most_library_bytes >> 20)));
+  return std::nullopt;
+}
+
+void read_library(const CompanionFile& library, MtlMaterials& materials) {
+  const DecodedText content(library.bytes);
+  const std::string_view folder = folder_of(library.path);
+  MtlMaterial* current = nullptr;
+  for_each_library_line(content.text(), [&](std::string_view line) {
+    if (const auto name = behind_keyword(line, "newmtl")) {
+      current = nullptr;
+      if (materials.by_name.size() == most_materials) return;
+      const auto [at, is_new] = materials.by_name.try_emplace(std::string(*name));
+      if (is_new) current = &at->second;
+    } else if (current == nullptr) {
+      return;
+    } else if (const auto color = behind_keyword(line, "kd")) {
+      current->color = diffuse_color(*color);
+    } else if (const auto map = behind_keyword(line, "map_kd")) {
+      read_map(folder, *map, *current);
+    }
+  });
+}
+
+}  // namespace
+
 MtlMaterials read_materials(std::span<const CompanionFile> libraries) {
   MtlMaterials materials;
   for (const CompanionFile& library : libraries) {
-    if (library.is_image || !library.problem.empty() || library.bytes.size() > most_library_bytes) continue;
-    MtlMaterial* current = nullptr;
-    for_each_trimmed_line({reinterpret_cast<const char*>(library.bytes.data()), library.bytes.size()},
-                          [&](std::string_view line) {
-                            if (is_line_of(line, "newmtl")) {
-                              current = nullptr;
-                              if (materials.size() == most_materials) return;
-                              const auto [at, is_new] = materials.try_emplace(trimmed(line.substr(6)));
-                              if (is_new) current = &at->second;
-                            } else if (current != nullptr && is_line_of(line, "Kd")) {
-                              current->color = diffuse_color(line.substr(2));
-                            } else if (current != nullptr && is_map_line(line)) {
-                              read_map(library.path, line.substr(6), *current);
-                            }
-                          });
+    if (library.is_image) continue;
+    if (const auto lost = lost_library(library)) {
+      materials.notes.add(lost->first, lost->second);
+    } else {
+      materials.any_read = true;
+      read_library(library, materials);
+    }
   }
   return materials;
 }
 
-const MtlMaterial& material_of(const MtlMaterials& materials, std::string_view name) {
-  static const MtlMaterial none;
-  const auto at = materials.find(name);
-  return at == materials.end() ? none : at->second;
+namespace {
+
+// Of paths that are named again and again, each once, up to a bound.
+class NamedPaths {
+ public:
+  explicit NamedPaths(std::size_t most) : most_(most) {}
+  void add(std::string path) {
+    if (path.empty() || paths_.size() == most_ || !named_.insert(path).second) return;
+    paths_.push_back(std::move(path));
+  }
+  std::vector<std::string> take() { return std::move(paths_); }
+
+ private:
+  std::size_t most_;
+  std::set<std::string> named_;
+  std::vector<std::string> paths_;
+};
+
+std::vector<std::string> library_paths(std::string_view obj) {
+  NamedPaths paths(most_libraries);
+  for_each_trimmed_line(obj, '\n', [&](std::string_view line) {
+    if (const auto names = behind_keyword(line, "mtllib"))
+      for (const std::string_view name : library_names(*names)) paths.add(meant_path({}, name));
+  });
+  return paths.take();
 }
 
-void scale_colors(std::vector<float>& values) {
-  if (std::none_of(values.begin(), values.end(),
-                   [](float value) { return std::isfinite(value) && value > 1; }))
-    return;
-  for (float& value : values) value /= 255;
-}
+}  // namespace
 
 std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format) {
-  if (format == MeshFormat::gltf)
-    return gltf_image_paths({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  std::vector<std::string> paths;
-  if (format != MeshFormat::obj) return paths;
-  std::set<std::string> named;
-  std::string reason;
-  for_each_trimmed_line({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-                        [&](std::string_view line) {
-                          if (!is_line_of(line, "mtllib")) return;
-                          for (const std::string_view name : library_names(line.substr(6))) {
-                            std::string path(name);
-                            std::replace(path.begin(), path.end(), '\\', '/');
-                            path = path_below_model(path, reason);
-                            if (path.empty() || paths.size() == most_libraries) continue;
-                            if (named.insert(path).second) paths.push_back(path);
-                          }
-                        });
-  return paths;
+  const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (format == MeshFormat::gltf) return gltf_image_paths(content);
+  if (format == MeshFormat::ply) return ply_image_paths(content);
+  if (format == MeshFormat::obj) return library_paths(DecodedText(bytes).text());
+  return {};
 }
 
 std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, MeshFormat format,
                                              std::span<const CompanionFile> libraries) {
-  std::vector<std::string> paths;
-  if (format != MeshFormat::obj) return paths;
+  if (format != MeshFormat::obj) return {};
   const MtlMaterials materials = read_materials(libraries);
-  if (std::none_of(materials.begin(), materials.end(), [](const auto& m) { return m.second.has_image; }))
-    return paths;
-  std::set<std::string> named;
-  for_each_trimmed_line({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-                        [&](std::string_view line) {
-                          if (!is_line_of(line, "usemtl")) return;
-                          const std::string& path = material_of(materials, trimmed(line.substr(6))).image;
-                          if (path.empty() || paths.size() == most_images) return;
-                          if (named.insert(path).second) paths.push_back(path);
-                        });
-  return paths;
+  if (std::none_of(materials.by_name.begin(), materials.by_name.end(),
+                   [](const auto& m) { return m.second.has_image; }))
+    return {};
+  NamedPaths paths(most_images);
+  bool names_any = false;
+  const DecodedText content(bytes);
+  for_each_trimmed_line(content.text(), '\n', [&](std::string_view line) {
+    const auto name = behind_keyword(line, "usemtl");
+    if (!name) return;
+    names_any = true;
+    if (const MtlMaterial* const material = materials.find(*name)) paths.add(material->image);
+  });
+  if (!names_any && materials.only() != nullptr) paths.add(materials.only()->second.image);
+  return paths.take();
 }
 
 }  // namespace meander

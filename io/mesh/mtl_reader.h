@@ -3,12 +3,15 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "io/mesh/mesh_reader.h"
+#include "kernels/core/notes.h"
 #include "kernels/mesh/surface_textures.h"
 
 namespace meander {
@@ -19,26 +22,44 @@ inline constexpr std::array<float, 3> no_material_color = {std::numeric_limits<f
 
 struct MtlMaterial {
   std::array<float, 3> color = no_material_color;  // Kd: red, green, blue as the file has them, in [0, 1]
-  // map_Kd. The image below the model's folder; empty where it leads elsewhere.
+  // map_Kd, and the path of the image from the model's folder; empty where the line names none.
   bool has_image = false;
   std::string image;
   Texture texture;  // without the number of the image
 };
 
-// By name; the names are views of the libraries.
-using MtlMaterials = std::unordered_map<std::string_view, MtlMaterial>;
+struct MtlMaterials {
+  std::unordered_map<std::string, MtlMaterial> by_name;
+  Notes notes;            // on libraries that are lost
+  bool any_read = false;  // a library
 
-// The materials of all libraries; of those of one name the first. `Kd r` means r three times; spectral and
+  const MtlMaterial* find(std::string_view name) const {
+    const auto at = by_name.find(std::string(name));
+    return at == by_name.end() ? nullptr : &at->second;
+  }
+  // The only material there is; null where there are others or none. Faces of an OBJ file that names no
+  // material have it: programs that export scans leave `usemtl` out.
+  const std::pair<const std::string, MtlMaterial>* only() const {
+    return by_name.size() == 1 ? &*by_name.begin() : nullptr;
+  }
+};
+
+// The materials of all libraries; of those of one name the first. Libraries are texts as OBJ files are, with
+// any line ends, in UTF-8 or UTF-16; keywords may be in capitals. `Kd r` means r three times; spectral and
 // CIE XYZ colours are none. Of map_Kd the options -s, -o, -clamp and -mm are honoured; -blendu, -blendv,
 // -boost, -bm, -cc, -imfchan, -t, -texres and -type are read over. Images repeat, are bilinear, and v points
 // up in them. Nothing is an error: a line that cannot be read has no colour, a library with a problem or
-// beyond 16 MiB no materials, and after 16384 materials the rest have none. Images (CompanionFile::is_image)
-// are skipped.
+// beyond 16 MiB no materials, which is noted, and after 16384 materials the rest have none. Images
+// (CompanionFile::is_image) are skipped.
 MtlMaterials read_materials(std::span<const CompanionFile> libraries);
-// Of a name that is not there, one without anything.
-const MtlMaterial& material_of(const MtlMaterials& materials, std::string_view name);
 
 // Without blanks at both ends.
 std::string_view trimmed(std::string_view text);
+// What stands behind this keyword, in any case, on a trimmed line; nothing where the line has another one.
+std::optional<std::string_view> behind_keyword(std::string_view line, std::string_view lower_case);
+// The path from the model's folder that people's files mean by the name of an image or a library: without
+// quotation marks, and of an absolute path, which is one of the machine that the file was made on, the file's
+// name alone. The folder is that of the file which names it, from the model's. Empty where there is no path.
+std::string meant_path(std::string_view folder, std::string_view name);
 
 }  // namespace meander

@@ -4,11 +4,14 @@
 // The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
 // current line depends on how many vertices earlier blocks hold, so it is kept aside and resolved when blocks
 // are joined.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -76,7 +79,7 @@ class ObjBlockReader {
     while (at_ < end_ && part_.bad_vertex == nullptr) {
       while (at_ < end_ && text::is_separator(*at_)) ++at_;
       if (at_ == end_) return;
-      const char first = *at_, second = at_ + 1 < end_ ? at_[1] : '\n';
+      const char first = text::lower(*at_), second = at_ + 1 < end_ ? text::lower(at_[1]) : '\n';
       if (first == 'v' && text::is_separator(second)) {
         ++at_;
         read_vertex();
@@ -164,7 +167,7 @@ class ObjBlockReader {
   void read_material() {
     const char* const line_end = text::find_line_end(at_, end_);
     const std::string_view line(at_, static_cast<std::size_t>(line_end - at_));
-    if (line.starts_with("usemtl") && (line.size() == 6 || text::is_separator(line[6])))
+    if (text::same_word(line.substr(0, 6), "usemtl") && (line.size() == 6 || text::is_separator(line[6])))
       part_.materials.push_back({part_.polygons.count(), trimmed(line.substr(6))});
   }
 
@@ -246,7 +249,7 @@ class ObjBlockReader {
     while (p < end_ && !text::is_separator(*p)) ++p;
     const std::string_view word(at_, static_cast<std::size_t>(p - at_));
     for (const std::string_view known : {"vt", "vp", "l", "p", "o", "g", "s", "mtllib", "usemtl", "v", "vn"})
-      if (word == known) return true;
+      if (text::same_word(word, known)) return true;
     return false;
   }
 
@@ -352,8 +355,8 @@ CornerCoordinates join_coordinates(std::vector<ObjPart>& parts, const std::vecto
 class MaterialTextures {
  public:
   MaterialTextures(std::span<const CompanionFile> companions, const CancelToken& cancel,
-                   SurfaceTextures& textures)
-      : companions_(companions), cancel_(cancel), textures_(textures) {}
+                   SurfaceTextures& textures, Notes& notes)
+      : companions_(companions), cancel_(cancel), textures_(textures), notes_(notes) {}
 
   // no_index for a material without an image.
   std::uint32_t of(const MtlMaterial& material) {
@@ -369,13 +372,17 @@ class MaterialTextures {
  private:
   std::uint32_t image(const std::string& path) {
     const auto [at, is_new] = images_.try_emplace(path, static_cast<std::uint32_t>(textures_.images.size()));
-    if (is_new) textures_.images.push_back(image_of_file(companions_, path, cancel_));
+    if (is_new) {
+      textures_.images.push_back(image_of_file(companions_, path, cancel_));
+      note_lost_image(textures_.images.back(), path, notes_);
+    }
     return at->second;
   }
 
   std::span<const CompanionFile> companions_;
   const CancelToken& cancel_;
   SurfaceTextures& textures_;
+  Notes& notes_;
   std::map<const MtlMaterial*, std::uint32_t> numbers_;
   std::map<std::string, std::uint32_t> images_;
 };
@@ -387,10 +394,45 @@ std::array<float, 3> face_color(const MtlMaterial& material) {
   return material.has_image && is_black ? no_material_color : material.color;
 }
 
+// What stands in front of the faces of an OBJ file: the material of the faces that follow.
+class CurrentMaterial {
+ public:
+  CurrentMaterial(const MtlMaterials& materials, MaterialTextures& images, Notes& notes)
+      : materials_(materials), images_(images), notes_(notes) {}
+
+  void use(std::string_view name) {
+    const MtlMaterial* const material = materials_.find(name);
+    if (material == nullptr && materials_.any_read && missing_.insert(name).second)
+      notes_.add(Note::material_missing, fmt::format("no library has the material `{}`", name));
+    take(material);
+  }
+  // Where a file names no material at all.
+  void assume(const std::pair<const std::string, MtlMaterial>& only) {
+    notes_.add(Note::material_assumed,
+               fmt::format("faces name no material and take `{}`, the only one of the library", only.first));
+    take(&only.second);
+  }
+
+  std::array<float, 3> color = no_material_color;
+  std::uint32_t texture = no_index;
+
+ private:
+  void take(const MtlMaterial* material) {
+    color = material == nullptr ? no_material_color : face_color(*material);
+    texture = material == nullptr ? no_index : images_.of(*material);
+  }
+
+  const MtlMaterials& materials_;
+  MaterialTextures& images_;
+  Notes& notes_;
+  std::set<std::string_view> missing_;
+};
+
 // Colours of vertices, polygons and blocks: a material holds until the next one is named.
 SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
                           const MtlMaterials& materials, ObjExtras extras, CornerCoordinates coordinates,
-                          std::span<const CompanionFile> companions, const CancelToken& cancel) {
+                          std::span<const CompanionFile> companions, const CancelToken& cancel,
+                          Notes& notes) {
   SurfaceColors colors;
   for (ObjPart& part : parts) {
     colors.vertex.insert(colors.vertex.end(), part.colors.begin(), part.colors.end());
@@ -398,37 +440,48 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   }
   if (std::none_of(colors.vertex.begin(), colors.vertex.end(), [](float v) { return v == v; }))
     colors.vertex = {};
-  scale_colors(colors.vertex);
+  scale_colors(colors.vertex, ColorNumbers::real);
   if (companions.empty()) return colors;
   colors.of_materials = true;
   auto textures = std::make_shared<SurfaceTextures>();
   textures->coordinates = std::move(coordinates.values);
   textures->corner = std::move(coordinates.corner);
-  MaterialTextures images(companions, cancel, *textures);
-  std::array<float, 3> current = no_material_color;
-  std::uint32_t texture = no_index;
-  const auto use = [&](std::string_view name) {
-    const MtlMaterial& material = material_of(materials, name);
-    current = face_color(material);
-    texture = images.of(material);
-  };
+  MaterialTextures images(companions, cancel, *textures, notes);
+  CurrentMaterial current(materials, images, notes);
+  const bool names_any =
+      std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.materials.empty(); });
+  if (!names_any && materials.only() != nullptr) current.assume(*materials.only());
   for (std::size_t b = 0; b < parts.size(); ++b) {
+    const std::vector<MaterialUse>& uses = parts[b].materials;
     std::size_t next = 0;
     for (std::size_t p = 0; p < polygons[b]; ++p) {
-      std::string_view name;
-      bool is_named = false;
-      for (; next < parts[b].materials.size() && parts[b].materials[next].polygon <= p; ++next) {
-        name = parts[b].materials[next].name;
-        is_named = true;
+      for (; next < uses.size() && uses[next].polygon <= p; ++next) {
+        const bool is_last = next + 1 == uses.size() || uses[next + 1].polygon > p;
+        if (is_last) current.use(uses[next].name);
       }
-      if (is_named) use(name);
-      colors.face.insert(colors.face.end(), current.begin(), current.end());
-      if (extras.textures) textures->face.push_back(texture);
+      colors.face.insert(colors.face.end(), current.color.begin(), current.color.end());
+      if (extras.textures) textures->face.push_back(current.texture);
     }
-    if (next < parts[b].materials.size()) use(parts[b].materials.back().name);
+    if (next < uses.size()) current.use(uses.back().name);
   }
   if (!textures->textures.empty()) colors.textures = std::move(textures);
   return colors;
+}
+
+// Textured faces of which a corner has no texture coordinates.
+void note_lacking_coordinates(const PolygonMesh& mesh, Notes& notes) {
+  const SurfaceTextures* const textures = mesh.colors.textures.get();
+  if (textures == nullptr) return;
+  std::uint64_t lacking = 0;
+  for (std::size_t p = 0; p < textures->face.size(); ++p) {
+    if (textures->face[p] == no_index) continue;
+    for (std::uint32_t c = mesh.polygon_begin[p]; c < mesh.polygon_begin[p + 1]; ++c)
+      if (textures->corner[c] == no_index) {
+        ++lacking;
+        break;
+      }
+  }
+  notes.add(Note::coordinates_missing, "textured faces without texture coordinates", lacking);
 }
 
 // Errors of the file as a whole, reported at the earliest place whatever the blocks.
@@ -468,7 +521,7 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   std::vector<ObjPart> parts(starts.size() - 1);
   const MtlMaterials materials = around.colors ? read_materials(around.companions) : MtlMaterials();
   const ObjExtras extras = {around.colors,
-                            std::any_of(materials.begin(), materials.end(),
+                            std::any_of(materials.by_name.begin(), materials.by_name.end(),
                                         [](const auto& material) { return material.second.has_image; }),
                             around.extras.coordinates};
   parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
@@ -488,9 +541,12 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   if (extras.coordinates()) coordinates = join_coordinates(parts, offsets);
   if (extras.keeps_coordinates && !coordinates.values.empty()) mesh.coordinates = coordinates;
   if (!extras.textures) coordinates = {};
-  if (around.colors)
-    mesh.colors =
-        join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions, cancel);
+  if (around.colors) {
+    mesh.notes = materials.notes;
+    mesh.colors = join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions,
+                              cancel, mesh.notes);
+    note_lacking_coordinates(mesh, mesh.notes);
+  }
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   return mesh;
 }

@@ -1,6 +1,7 @@
 // OFF as Geomview documents it and as files in the wild have it.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -39,25 +40,42 @@ void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
   if (normals) mesh.normals.resize(3 * count);
 }
 
+// How the colours of the faces of a file are written. Rows may be read at the same time.
+struct ColorTokens {
+  std::atomic<bool> any_real{false};           // one has a point or an exponent
+  std::atomic<std::uint64_t> of_color_map{0};  // faces with the number of an entry in a map of colours
+};
+
 // The colour at the end of a row: three numbers, or four with an opacity. Any other count is none, one number
 // being an index into a map of colours. `behind`: numbers that follow the colour.
-void read_color(TextCursor& cursor, std::size_t behind, float* color) {
+void read_color(TextCursor& cursor, std::size_t behind, float* color, ColorTokens* tokens) {
   std::array<double, 6> values{};
   std::size_t count = 0;
-  while (count < values.size() && cursor.token_on_line() && cursor.number(values[count]) == Token::ok)
+  bool any_real = false;
+  while (count < values.size() && cursor.token_on_line()) {
+    const char* const first = cursor.at;
+    if (cursor.number(values[count]) != Token::ok) break;
+    any_real =
+        any_real || std::any_of(first, cursor.at, [](char c) { return c == '.' || c == 'e' || c == 'E'; });
     ++count;
+  }
   count -= std::min(count, behind);
+  if (tokens != nullptr && count == 1) tokens->of_color_map.fetch_add(1, std::memory_order_relaxed);
   if (count != 3 && count != 4) return;
+  if (tokens != nullptr && any_real) tokens->any_real.store(true, std::memory_order_relaxed);
   for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(values[k]);
 }
 
-void finish_colors(PolygonMesh& mesh) {
+// `faces`: what the numbers of the colours of faces are.
+void finish_colors(PolygonMesh& mesh, ColorNumbers faces, std::uint64_t of_color_map) {
   mesh.colors.face.resize(3 * mesh.polygon_count(), no_color);
-  for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face}) {
+  for (std::vector<float>* const values : {&mesh.colors.vertex, &mesh.colors.face})
     if (std::all_of(values->begin(), values->end(), [](float value) { return std::isnan(value); }))
       *values = {};
-    scale_colors(*values);
-  }
+  scale_colors(mesh.colors.vertex, ColorNumbers::real);
+  scale_colors(mesh.colors.face, faces);
+  mesh.notes.add(Note::color_map_ignored,
+                 "colours of faces are entries of a colour map, which is no part of the file", of_color_map);
 }
 
 // A reader of the rows of one text file. Rows of different vertices may be read at the same time.
@@ -65,8 +83,9 @@ struct OffRows {
   OffVertexLayout layout;
   PolygonMesh& mesh;
   Wanted wanted;
-  bool colors = false;           // into mesh.colors, which has room for all of them
-  std::size_t behind_color = 0;  // numbers of a texture coordinate
+  bool colors = false;            // into mesh.colors, which has room for all of them
+  std::size_t behind_color = 0;   // numbers of a texture coordinate
+  ColorTokens* tokens = nullptr;  // of faces, with colours
 
   bool acceptable(std::size_t v) const {
     return wanted == Wanted::mesh ||
@@ -99,14 +118,14 @@ struct OffRows {
       }
     }
     if (colors && layout.rest_of_line && layout.before_normal == 0)
-      read_color(cursor, behind_color, mesh.colors.vertex.data() + 3 * v);
+      read_color(cursor, behind_color, mesh.colors.vertex.data() + 3 * v, nullptr);
     if (layout.rest_of_line) cursor.skip_line();
     return Token::ok;
   }
 
   // bad: the polygon is there without corners, and its line is skipped. ended: nothing was added.
   // color: three numbers that stay as they are without one, or null.
-  static Token face(TextCursor& cursor, PolygonPart& part, float* color) {
+  Token face(TextCursor& cursor, PolygonPart& part, float* color) const {
     std::int64_t count = 0, number = 0;
     Token token = cursor.length(count);
     for (std::int64_t c = 0; token == Token::ok && c < count; ++c) {
@@ -116,7 +135,7 @@ struct OffRows {
     if (token == Token::ok) part.close_polygon();
     if (token == Token::bad) part.give_up_polygon();
     if (token == Token::ended) part.corners.resize(part.begin.back());
-    if (color != nullptr && token == Token::ok) read_color(cursor, 0, color);
+    if (color != nullptr && token == Token::ok) read_color(cursor, 0, color, tokens);
     cursor.skip_line();
     return token;
   }
@@ -130,9 +149,9 @@ bool read_lines(std::string_view body, const OffHeader& header, const OffRows& r
   const auto row = [&](std::size_t block, std::uint64_t ordinal, TextCursor line) {
     if (ordinal >= header.vertices)
       return rows.wanted == Wanted::points ||
-             OffRows::face(line, parts[block],
-                           rows.colors ? rows.mesh.colors.face.data() + 3 * (ordinal - header.vertices)
-                                       : nullptr) == Token::ok;
+             rows.face(line, parts[block],
+                       rows.colors ? rows.mesh.colors.face.data() + 3 * (ordinal - header.vertices)
+                                   : nullptr) == Token::ok;
     return rows.vertex(line, ordinal) == Token::ok && !line.token_on_line() && rows.acceptable(ordinal);
   };
   if (!text::for_each_line(
@@ -190,7 +209,7 @@ void read_faces(std::string_view content, TextCursor& cursor, const OffHeader& h
     if (!cursor.skip_to_token()) break;
     const char* const start = cursor.at;
     float* const color = rows.colors ? mesh.colors.face.data() + 3 * part.count() : nullptr;
-    const Token token = OffRows::face(cursor, part, color);
+    const Token token = rows.face(cursor, part, color);
     cut = token == Token::ended;
     if (cut) break;
     if (token == Token::bad && bad++ == 0) first_bad = start;
@@ -224,7 +243,8 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
                       const CancelToken& cancel, const BlockRule& rule, bool colors = false) {
   const std::string_view body = content.substr(header.body);
   PolygonMesh mesh;
-  OffRows rows{off_vertex_layout(content, header), mesh, wanted, colors, header.texture ? 2u : 0u};
+  ColorTokens tokens;
+  OffRows rows{off_vertex_layout(content, header), mesh, wanted, colors, header.texture ? 2u : 0u, &tokens};
   // A number and a separator take two bytes.
   const auto numbers = static_cast<std::uint64_t>(rows.layout.positions + (rows.layout.normals ? 3 : 0));
   if (header.vertices > (body.size() + 1) / 2 / numbers)
@@ -238,11 +258,17 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
     // A face takes two bytes.
     mesh.colors.vertex.assign(3 * header.vertices, no_color);
     mesh.colors.face.assign(3 * (std::min<std::uint64_t>(header.faces, body.size()) + 1), no_color);
+    tokens.any_real = false;
+    tokens.of_color_map = 0;
+  };
+  const auto finish = [&] {
+    if (colors)
+      finish_colors(mesh, tokens.any_real ? ColorNumbers::real : ColorNumbers::whole, tokens.of_color_map);
   };
   if (colors) make_room();
   if (body.size() >= rule.parallel_from && header.faces <= body.size() &&
       read_lines(body, header, rows, rule.block_bytes, cancel)) {
-    if (colors) finish_colors(mesh);
+    finish();
     return mesh;
   }
   if (colors) make_room();
@@ -257,7 +283,7 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
     return mesh;
   }
   read_faces(content, cursor, header, rows, cancel);
-  if (colors) finish_colors(mesh);
+  finish();
   return mesh;
 }
 
@@ -283,13 +309,15 @@ bool plausible_counts(BinaryOff file, std::size_t words_per_vertex) {
          static_cast<std::size_t>(vertices) <= file.words_left() / words_per_vertex;
 }
 
-// colors: three numbers for each face that stay as they are without a colour, or null.
-void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, float* colors,
-                       const CancelToken& cancel) {
+// colors: three numbers for each face that stay as they are without a colour, or null. Returns the number of
+// faces whose colour is an entry of a map.
+std::uint64_t read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, float* colors,
+                                const CancelToken& cancel) {
   std::vector<PolygonPart> parts(1);
   PolygonPart& part = parts[0];
   part.begin.reserve(std::min(faces, file.words_left() / 2) + 1);
   part.corners.reserve(std::min(3 * faces, file.words_left()));
+  std::uint64_t of_color_map = 0;
   while (part.count() < faces && file.words_left() >= 2) {
     if (part.count() % rows_between_checks == 0) cancel.check();
     const auto count = file.word<std::int32_t>();
@@ -302,6 +330,7 @@ void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, fl
       file.at = file.content.size();
       break;
     }
+    of_color_map += colours == 1;
     const std::size_t next = file.at + 4 * static_cast<std::size_t>(colours);
     if (colors != nullptr && (colours == 3 || colours == 4))
       for (std::size_t k = 0; k < 3; ++k) colors[3 * (part.count() - 1) + k] = file.word<float>();
@@ -313,6 +342,7 @@ void read_binary_faces(BinaryOff& file, std::size_t faces, PolygonMesh& mesh, fl
   mesh.repairs[Repair::missing_faces] = saturated(faces - part.count());
   if (part.count() == faces) mesh.repairs[Repair::extra_data] = saturated(file.content.size() - file.at);
   join_polygons(parts, mesh);
+  return of_color_map;
 }
 
 PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wanted wanted,
@@ -367,8 +397,9 @@ PolygonMesh read_binary(std::string_view content, const OffHeader& header, Wante
                                               " vertices that the header promises");
     return mesh;
   }
-  read_binary_faces(file, faces, mesh, colors ? mesh.colors.face.data() : nullptr, cancel);
-  if (colors) finish_colors(mesh);
+  const std::uint64_t of_color_map =
+      read_binary_faces(file, faces, mesh, colors ? mesh.colors.face.data() : nullptr, cancel);
+  if (colors) finish_colors(mesh, ColorNumbers::real, of_color_map);
   return mesh;
 }
 

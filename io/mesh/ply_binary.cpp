@@ -58,6 +58,13 @@ void gather(PlyType type, const char* from, std::size_t stride, std::size_t rows
   });
 }
 
+void gather_numbers(PlyType type, const char* from, bool swap, std::size_t length, PlyNumberList& list) {
+  const std::size_t begin = list.values.size();
+  list.values.resize(begin + length);
+  gather(type, from, bytes_of(type), length, swap, list.values.data() + begin, 1);
+  list.begin.push_back(list.values.size());
+}
+
 void gather_indices(PlyType type, const char* from, std::size_t stride, std::size_t rows, bool swap,
                     std::size_t length, std::uint32_t* to) {
   with_type(type, [&](auto sample) {
@@ -188,6 +195,8 @@ PlyProgress read_in_order(std::string_view data, PlyProgress progress, const Ply
                        polygons.corners.data() + polygons.begin.back());
         polygons.close_polygon();
       }
+      if (columns.number_list == static_cast<int>(p))
+        gather_numbers(property.type, from, swap, lengths[p], *columns.numbers);
       from += lengths[p] * bytes_of(property.type);
     }
     progress.bytes += row_bytes;
@@ -214,7 +223,8 @@ PlyProgress read_binary_rows(std::string_view data, const PlyElement& element, b
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
       if (regular.load(std::memory_order_relaxed) && !equal.hold(begin, end)) regular.store(false);
     });
-  if (!regular.load()) return read_in_order(data, {}, element, swap, columns, polygons, cancel);
+  if (!regular.load() || columns.number_list >= 0)
+    return read_in_order(data, {}, element, swap, columns, polygons, cancel);
   if (columns.index_list >= 0) {
     check_count(corners, "corners");
     resize_large(polygons.begin, rows + 1);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
+#include "io/mesh/format_readers.h"
+#include "io/mesh/mtl_reader.h"
 #include "io/mesh/text_cursor.h"
 
 namespace meander {
@@ -75,6 +78,16 @@ PlyProperty parse_property(Line& line) {
   return property;
 }
 
+constexpr std::size_t max_texture_files = 4096;
+
+void take_texture_file(Line& line, PlyHeader& header) {
+  if (!text::same_word(line.next(), "texturefile")) return;
+  std::string_view name(line.words.at, static_cast<std::size_t>(line.words.end - line.words.at));
+  name = trimmed(name);
+  if (!name.empty() && header.texture_files.size() < max_texture_files)
+    header.texture_files.emplace_back(name);
+}
+
 }  // namespace
 
 bool PlyElement::has_lists() const {
@@ -127,18 +140,32 @@ PlyHeader parse_ply_header(std::string_view content) {
     } else if (keyword == "property") {
       if (header.elements.empty()) line.fail("a property before any element");
       header.elements.back().properties.push_back(parse_property(line));
+    } else if (keyword == "comment") {
+      take_texture_file(line, header);
     } else if (keyword == "end_header") {
       if (!format) line.fail("the header states no format");
       header.body = static_cast<std::size_t>(at - content.data());
       return header;
-    } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info" &&
-               !header.elements.empty()) {
+    } else if (!keyword.empty() && keyword != "obj_info" && !header.elements.empty()) {
       // Before the first element nothing can be misread: an exporter of Blender puts its name there as it is.
       // Behind one, a line not understood may be a property whose loss would shift every row.
       line.fail("unknown keyword " + text::quoted(content, keyword.data()) + " in the header");
     }
   }
   text::fail_at(content, end, "the header has no end_header");
+}
+
+std::vector<std::string> ply_image_paths(std::string_view content) {
+  std::vector<std::string> paths;
+  const DecodedText text(std::as_bytes(std::span(content)));
+  try {
+    for (const std::string& name : parse_ply_header(text.text()).texture_files) {
+      const std::string path = meant_path({}, name);
+      if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+    }
+  } catch (const ItemError&) {  // reading it says why
+  }
+  return paths;
 }
 
 }  // namespace meander

@@ -37,6 +37,8 @@ enum class PlyEncoding : std::uint8_t { ascii, little_endian, big_endian };
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::ascii;
   std::vector<PlyElement> elements;
+  // The images that textures show, as `comment TextureFile NAME` gives them (MeshLab, VCG), in order.
+  std::vector<std::string> texture_files;
   std::size_t body = 0;  // the first byte behind the header
 
   const PlyElement* find(std::string_view name) const;
@@ -45,5 +47,8 @@ struct PlyHeader {
 // Line ends may be LF, CRLF or CR. Throws ItemError(unreadable) with the line; the word of a version is not
 // looked at.
 PlyHeader parse_ply_header(std::string_view text);
+
+// The paths of those images from the model's folder, each once; none for a file that cannot be read.
+std::vector<std::string> ply_image_paths(std::string_view content);
 
 }  // namespace meander

@@ -3,14 +3,17 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/mesh/format_readers.h"
 #include "io/mesh/line_blocks.h"
+#include "io/mesh/mtl_reader.h"
 #include "io/mesh/ply_rows.h"
 #include "io/mesh/text_cursor.h"
+#include "io/mesh/texture_images.h"
 
 namespace meander {
 
@@ -26,8 +29,15 @@ enum class Role : std::uint8_t { other, vertices, faces, strips };
 
 class PlyMeshReader {
  public:
-  PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule, bool colors)
-      : content_(content), cancel_(cancel), rule_(rule), colors_(colors), header_(parse_ply_header(content)) {
+  PlyMeshReader(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                const MeshSurroundings& around)
+      : content_(content),
+        cancel_(cancel),
+        rule_(rule),
+        around_(around),
+        header_(parse_ply_header(content)),
+        textured_(around.colors && !header_.texture_files.empty()),
+        wants_coordinates_(textured_ || around.extras.coordinates) {
     std::array<bool, 4> taken{};  // by role
     for (const PlyElement& element : header_.elements) {
       Role role = element.name == "vertex"      ? Role::vertices
@@ -45,12 +55,17 @@ class PlyMeshReader {
     const bool ascii = header_.encoding == PlyEncoding::ascii;
     if (!ascii)
       read_binary(body);
-    else if (body.size() < rule_.parallel_from || !read_lines(body))
+    else if (body.size() < rule_.parallel_from || wants_wedges() || !read_lines(body))
       read_ascii(body);
     finish();
-    if (colors_) {
+    if (around_.colors) {
       mesh_.colors.vertex = colors_of("vertex", mesh_.vertex_attributes, mesh_.vertex_count());
       mesh_.colors.face = colors_of("face", mesh_.face_attributes, mesh_.polygon_count());
+    }
+    if (wants_coordinates_) {
+      CornerCoordinates coordinates = corner_coordinates();
+      if (around_.extras.coordinates && !coordinates.values.empty()) mesh_.coordinates = coordinates;
+      if (textured_) add_textures(std::move(coordinates));
     }
     return std::move(mesh_);
   }
@@ -84,7 +99,8 @@ class PlyMeshReader {
     if (element == nullptr) return {};
     for (const std::array<std::string_view, 3>& names : known) {
       std::vector<float> colors(3 * count);
-      bool is_whole = true, is_scaled = true;
+      bool is_whole = true;
+      ColorNumbers numbers = ColorNumbers::whole;
       for (std::size_t c = 0; c < 3; ++c) {
         const int property = property_named(*element, names[c]);
         const auto attribute = std::find_if(attributes.begin(), attributes.end(),
@@ -92,16 +108,105 @@ class PlyMeshReader {
         is_whole = property >= 0 && attribute != attributes.end() && attribute->values.size() == count;
         if (!is_whole) break;
         const PlyType type = element->properties[static_cast<std::size_t>(property)].type;
-        const double largest = type == PlyType::uint8 ? 255 : type == PlyType::uint16 ? 65535 : 1;
-        is_scaled = is_scaled && largest > 1;
-        for (std::size_t i = 0; i < count; ++i)
-          colors[3 * i + c] = static_cast<float>(attribute->values[i] / largest);
+        if (type == PlyType::float32 || type == PlyType::float64) numbers = ColorNumbers::real;
+        // Programs that have no unsigned bytes write 200 as -56.
+        const bool wraps = type == PlyType::int8;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = attribute->values[i];
+          colors[3 * i + c] = static_cast<float>(wraps && value < 0 ? value + 256 : value);
+        }
       }
       if (!is_whole) continue;
-      if (!is_scaled) scale_colors(colors);
+      scale_colors(colors, numbers);
       return colors;
     }
     return {};
+  }
+
+  // The list of the texture coordinates of the corners of a face, u and v in turn; -1: there is none.
+  static int wedge_list(const PlyElement& element) {
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+      if (element.properties[p].is_list && element.properties[p].name == "texcoord")
+        return static_cast<int>(p);
+    return -1;
+  }
+  bool wants_wedges() const {
+    const PlyElement* const faces = header_.find("face");
+    return wants_coordinates_ && faces != nullptr && wedge_list(*faces) >= 0;
+  }
+
+  static const std::vector<double>* values_of(const std::vector<ScalarAttribute>& attributes,
+                                              std::string_view name) {
+    for (const ScalarAttribute& attribute : attributes)
+      if (attribute.name == name) return &attribute.values;
+    return nullptr;
+  }
+
+  // Texture coordinates of all corners, of the faces or else of the vertices; none where the file has none.
+  CornerCoordinates corner_coordinates() const {
+    CornerCoordinates coordinates;
+    if (wants_wedges()) {
+      coordinates.corner.assign(mesh_.corners.size(), no_index);
+      coordinates.values = wedges_.values;
+      check_count(coordinates.values.size() / 2, "texture coordinates");
+      for (std::size_t p = 0; p + 1 < wedges_.begin.size() && p < mesh_.polygon_count(); ++p) {
+        const std::uint32_t begin = mesh_.polygon_begin[p], end = mesh_.polygon_begin[p + 1];
+        const std::size_t first = wedges_.begin[p];
+        // Lists of an odd length would put all that follow out of step.
+        if (wedges_.begin[p + 1] - first != 2 * std::size_t{end - begin} || first % 2 != 0) continue;
+        for (std::uint32_t c = begin; c < end; ++c)
+          coordinates.corner[c] = static_cast<std::uint32_t>(first / 2 + (c - begin));
+      }
+      return coordinates;
+    }
+    static constexpr std::array<std::array<std::string_view, 2>, 4> known = {
+        {{"texture_u", "texture_v"}, {"s", "t"}, {"u", "v"}, {"texture_s", "texture_t"}}};
+    for (const std::array<std::string_view, 2>& names : known) {
+      const std::vector<double>* const u = values_of(mesh_.vertex_attributes, names[0]);
+      const std::vector<double>* const v = values_of(mesh_.vertex_attributes, names[1]);
+      if (u == nullptr || v == nullptr) continue;
+      for (std::size_t i = 0; i < u->size(); ++i)
+        for (const double value : {(*u)[i], (*v)[i]}) coordinates.values.push_back(static_cast<float>(value));
+      coordinates.corner = mesh_.corners;
+      for (std::uint32_t& corner : coordinates.corner)
+        if (corner >= u->size()) corner = no_index;
+      break;
+    }
+    return coordinates;
+  }
+
+  // The images of the header, on the faces whose corners have coordinates; `texnumber` says which.
+  void add_textures(CornerCoordinates coordinates) {
+    auto textures = std::make_shared<SurfaceTextures>();
+    for (const std::string& name : header_.texture_files) {
+      Texture& texture = textures->textures.emplace_back();
+      texture.placement = {1, 0, 0, 0, -1, 1};  // v points up
+      texture.image = static_cast<std::uint32_t>(textures->images.size());
+      textures->images.push_back(image_of_file(around_.companions, meant_path({}, name), cancel_));
+      note_lost_image(textures->images.back(), name, mesh_.notes);
+    }
+    const std::vector<double>* const number = values_of(mesh_.face_attributes, "texnumber");
+    std::uint64_t lacking = 0, unknown = 0;
+    for (std::size_t p = 0; p < mesh_.polygon_count(); ++p) {
+      const double wanted = number == nullptr ? 0 : (*number)[p];
+      const bool is_known = wanted >= 0 && wanted < static_cast<double>(textures->textures.size());
+      textures->face.push_back(is_known ? static_cast<std::uint32_t>(wanted) : no_index);
+      unknown += !is_known && wanted >= 0;
+      bool has_all = !coordinates.corner.empty();
+      for (std::uint32_t c = mesh_.polygon_begin[p]; has_all && c < mesh_.polygon_begin[p + 1]; ++c)
+        has_all = coordinates.corner[c] != no_index;
+      lacking += is_known && !has_all;
+      // The image says all; the colour of a face would be multiplied with it.
+      if (is_known && !mesh_.colors.face.empty())
+        std::fill_n(mesh_.colors.face.begin() + static_cast<std::ptrdiff_t>(3 * p), 3, no_color);
+    }
+    mesh_.notes.add(Note::coordinates_missing, "textured faces without texture coordinates", lacking);
+    mesh_.notes.add(Note::image_missing, "`texnumber` of faces is the number of no image of the header",
+                    unknown);
+    if (coordinates.corner.empty()) coordinates.corner.assign(mesh_.corners.size(), no_index);
+    textures->coordinates = std::move(coordinates.values);
+    textures->corner = std::move(coordinates.corner);
+    mesh_.colors.textures = std::move(textures);
   }
 
   static int property_named(const PlyElement& element, std::string_view name) {
@@ -117,6 +222,10 @@ class PlyMeshReader {
     columns.columns.resize(element.properties.size());
     const Role role = roles_[e];
     if (role == Role::faces || role == Role::strips) columns.index_list = element.index_list();
+    if (role == Role::faces && wants_wedges()) {
+      columns.number_list = wedge_list(element);
+      columns.numbers = &wedges_;
+    }
     if (role != Role::vertices && role != Role::faces) return columns;
     check_count(rows, role == Role::vertices ? "vertices" : "faces");
     if (rows == 0) return columns;
@@ -208,6 +317,11 @@ class PlyMeshReader {
     Token token = Token::ok;
     for (std::size_t p = 0; p < element.properties.size() && token == Token::ok && !given_up; ++p) {
       const bool is_index_list = columns.index_list == static_cast<int>(p);
+      if (columns.number_list == static_cast<int>(p)) {
+        token = read_numbers(cursor, *columns.numbers);
+        if (token == Token::bad && repairs != nullptr) token = Token::ok;
+        continue;
+      }
       if (element.properties[p].is_list) {
         token = read_list(cursor, is_index_list ? &polygons : nullptr);
         given_up = token == Token::bad;
@@ -228,6 +342,7 @@ class PlyMeshReader {
       if (column.values != nullptr) column.values[row] = value;
       if (column.normals != nullptr) column.normals[3 * row] = static_cast<float>(value);
     }
+    if (columns.numbers != nullptr) close_numbers(*columns.numbers, token == Token::ok);
     if (token == Token::ok) {
       if (columns.index_list >= 0) given_up ? polygons.give_up_polygon() : polygons.close_polygon();
       cursor.skip_line();
@@ -240,6 +355,27 @@ class PlyMeshReader {
   bool is_coordinate(const PlyColumns::Column& column) const {
     return column.values == mesh_.x.data() || column.values == mesh_.y.data() ||
            column.values == mesh_.z.data();
+  }
+
+  // A number that cannot be read is NaN: it costs the coordinates of the face alone.
+  static Token read_numbers(TextCursor& cursor, PlyNumberList& list) {
+    std::int64_t length = 0;
+    if (const Token token = cursor.length(length); token != Token::ok) return token;
+    for (std::int64_t k = 0; k < length; ++k) {
+      double value = nan_value;
+      const Token token = cursor.number(value);
+      if (token == Token::ended) return token;
+      if (token == Token::bad) cursor.word();
+      list.values.push_back(static_cast<float>(value));
+    }
+    return Token::ok;
+  }
+  // Of a row that is not there nothing stays.
+  static void close_numbers(PlyNumberList& list, bool has_row) {
+    if (has_row)
+      list.begin.push_back(list.values.size());
+    else
+      list.values.resize(list.begin.back());
   }
 
   static Token read_list(TextCursor& cursor, PolygonPart* polygons) {
@@ -336,6 +472,10 @@ class PlyMeshReader {
           polygons.begin.pop_back();
           polygons.corners.resize(polygons.begin.back());
         }
+        if (columns.numbers != nullptr) {
+          columns.numbers->begin.pop_back();
+          columns.numbers->values.resize(columns.numbers->begin.back());
+        }
       }
       end_element(e, row);
     }
@@ -364,8 +504,11 @@ class PlyMeshReader {
   std::string_view content_;
   const CancelToken& cancel_;
   const BlockRule& rule_;
-  bool colors_;
+  const MeshSurroundings& around_;
   PlyHeader header_;
+  bool textured_;           // images are asked for and named
+  bool wants_coordinates_;  // texture coordinates, for images or for themselves
+  PlyNumberList wedges_;    // those of faces
   std::vector<Role> roles_;
   PolygonMesh mesh_;
   std::vector<PolygonPart> faces_, strips_;
@@ -378,7 +521,7 @@ class PlyMeshReader {
 
 PolygonMesh read_ply(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
                      const MeshSurroundings& around) {
-  return PlyMeshReader(content, cancel, rule, around.colors).read();
+  return PlyMeshReader(content, cancel, rule, around).read();
 }
 
 }  // namespace meander

@@ -11,6 +11,12 @@
 
 namespace meander {
 
+// The entries of one list of numbers, row by row: those of row r are [begin[r], begin[r + 1]).
+struct PlyNumberList {
+  std::vector<std::size_t> begin = {0};
+  std::vector<float> values;
+};
+
 // Per property of an element: where its values go, one per row, or three apart for the components of normals;
 // both null for a property that is skipped.
 struct PlyColumns {
@@ -19,7 +25,9 @@ struct PlyColumns {
     float* normals = nullptr;
   };
   std::vector<Column> columns;
-  int index_list = -1;  // the property whose entries become the corners of one polygon per row
+  int index_list = -1;               // the property whose entries become the corners of one polygon per row
+  int number_list = -1;              // the property whose entries go
+  PlyNumberList* numbers = nullptr;  // here
 };
 
 // How far the rows of one element could be read.

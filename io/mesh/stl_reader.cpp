@@ -28,7 +28,49 @@ std::uint32_t stated_facets(std::string_view content) {
 // Programs that write while they compute leave 0 or -1 where the count belongs.
 bool is_unknown(std::uint32_t count) { return count == 0 || count == 0xFFFFFFFFu; }
 
-PolygonMesh read_binary(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
+// Colours of facets in the two bytes that the format leaves for attributes: five bits a channel. Programs of
+// Materialise (Magics) announce them by `COLOR=` and four bytes, red, green, blue and opacity of the whole,
+// in the header; the top bit is clear where a facet has a colour of its own, red in the lowest bits. VisCAM
+// and SolidView set the top bit of facets with a colour, blue in the lowest bits. Anything else is no colour.
+void read_colors(std::string_view content, PolygonMesh& mesh) {
+  const std::size_t facets = mesh.polygon_count();
+  const auto attribute = [&](std::size_t f) {
+    return load<std::uint16_t>(content.data() + header_bytes + f * facet_bytes + 48, swap_bytes);
+  };
+  std::size_t marked = 0, unmarked = 0;
+  for (std::size_t f = 0; f < facets; ++f) {
+    marked += (attribute(f) & 0x8000) != 0;
+    unmarked += attribute(f) != 0 && (attribute(f) & 0x8000) == 0;
+  }
+  constexpr std::string_view mark = "COLOR=";
+  const std::size_t stated = content.substr(0, 80 - 4).find(mark);
+  const bool is_magics = stated != std::string_view::npos;
+  if (!is_magics && marked == 0) {
+    mesh.notes.add(Note::colors_ignored, "attributes of facets are no colours: the bit that says so is clear",
+                   unmarked);
+    return;
+  }
+  std::vector<float>& colors = mesh.colors.face;
+  colors.assign(3 * facets, no_color);
+  for (std::size_t f = 0; f < facets; ++f) {
+    const unsigned value = attribute(f);
+    const bool is_marked = (value & 0x8000) != 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const unsigned shift = 5 * (is_magics ? k : 2 - k);
+      const float own = static_cast<float>(value >> shift & 31) / 31;
+      // Where no facet has any attribute, none has a colour of its own.
+      const bool has_own = is_magics ? !is_marked && (marked > 0 || unmarked > 0) : is_marked;
+      if (has_own)
+        colors[3 * f + k] = own;
+      else if (is_magics)
+        colors[3 * f + k] =
+            static_cast<float>(static_cast<unsigned char>(content[stated + mark.size() + k])) / 255;
+    }
+  }
+}
+
+PolygonMesh read_binary(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                        bool colors) {
   const std::size_t there = (content.size() - header_bytes) / facet_bytes;
   const std::uint32_t stated = stated_facets(content);
   const std::size_t facets = is_unknown(stated) ? there : std::min<std::size_t>(there, stated);
@@ -53,6 +95,7 @@ PolygonMesh read_binary(std::string_view content, const CancelToken& cancel, con
                   });
   if (!is_unknown(stated)) mesh.repairs[Repair::missing_faces] = saturated(stated - facets);
   mesh.repairs[Repair::extra_data] = saturated(content.size() - header_bytes - facets * facet_bytes);
+  if (colors) read_colors(content, mesh);
   return mesh;
 }
 
@@ -84,9 +127,13 @@ class AsciiReader {
         in_facet_ = true;
       } else if (text::same_word(word, "endfacet")) {
         end_facet(true);
-      } else if (text::same_word(word, "endsolid") || begins_solid(word)) {
+      } else if (text::same_word(word, "endsolid")) {
         end_facet(true);
         skip_name();
+      } else if (begins_solid(word)) {
+        end_facet(true);
+        skip_name();
+        skip_header();
       }
       // Normals, outer, loop and endloop: nothing in them is needed.
     }
@@ -107,6 +154,24 @@ class AsciiReader {
     const std::string_view name(cursor_.at, static_cast<std::size_t>(line_end_ - cursor_.at));
     const std::size_t facet = name.find("facet normal");
     cursor_.at = facet == std::string_view::npos ? line_end_ : cursor_.at + facet;
+  }
+
+  // Lines between a solid and its first facet: colours of CAE programs, comments.
+  void skip_header() {
+    for (;;) {
+      TextCursor ahead = cursor_;
+      const std::string_view word = ahead.word();
+      if (word.empty() || is_body(word, ahead)) return;
+      cursor_.skip_to_token();
+      cursor_.skip_line();
+    }
+  }
+  // Whether a line that begins with this word is of the facets.
+  static bool is_body(std::string_view word, TextCursor behind) {
+    double x = 0;
+    if (text::same_word(word, "vertex")) return behind.token_on_line() && behind.number(x) == Token::ok;
+    return text::same_word(word, "facet") || text::same_word(word, "outer") ||
+           text::same_word(word, "endsolid") || begins_solid(word);
   }
 
   void read_vertex() {
@@ -211,16 +276,25 @@ bool looks_like_ascii_stl(std::string_view content) {
   // The name may be several words, and some programs put the first facet on its line.
   const std::string_view name(
       cursor.at, static_cast<std::size_t>(text::find_line_end(cursor.at, cursor.end) - cursor.at));
-  cursor.skip_line();
-  const std::string_view next = cursor.word();
-  const bool ends_here = next.empty() && name.size() < 256;
   const bool printable = name.find('\0') == std::string_view::npos;
-  return text::same_word(next, "facet") || text::same_word(next, "endsolid") || (ends_here && printable) ||
-         (printable && name.find("facet normal") != std::string_view::npos);
+  if (printable && name.find("facet normal") != std::string_view::npos) return true;
+  // Other lines may stand before the first facet; binary files have NUL bytes there.
+  bool any_line = false;
+  for (cursor.skip_line(); cursor.skip_to_token(); cursor.skip_line()) {
+    TextCursor ahead = cursor;
+    const std::string_view word = ahead.word();
+    if (text::same_word(word, "facet") || text::same_word(word, "endsolid")) return true;
+    const std::string_view line(
+        cursor.at, static_cast<std::size_t>(text::find_line_end(cursor.at, cursor.end) - cursor.at));
+    if (!printable || line.find('\0') != std::string_view::npos) return false;
+    any_line = true;
+  }
+  return !any_line && printable && name.size() < 256;
 }
 
-PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const BlockRule& rule) {
-  if (is_exact_binary_stl(content)) return read_binary(content, cancel, rule);
+PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const BlockRule& rule,
+                     const MeshSurroundings& around) {
+  if (is_exact_binary_stl(content)) return read_binary(content, cancel, rule, around.colors);
   if (looks_like_ascii_stl(content)) return AsciiReader(content, cancel).read();
   const std::string_view head = content.substr(0, 512);
   if (std::all_of(head.begin(), head.end(), is_text))
@@ -228,7 +302,7 @@ PolygonMesh read_stl(std::string_view content, const CancelToken& cancel, const 
   if (content.size() < header_bytes)
     throw ItemError(Status::unreadable, "byte " + std::to_string(content.size()) +
                                             ": the file ends in the header of a binary STL file");
-  return read_binary(content, cancel, rule);
+  return read_binary(content, cancel, rule, around.colors);
 }
 
 }  // namespace meander

@@ -6,14 +6,22 @@ namespace meander {
 
 ColorImage image_of_file(std::span<const CompanionFile> companions, const std::string& path,
                          const CancelToken& cancel) {
+  using Loss = CompanionFile::Loss;
   ColorImage lost;
-  lost.problem = path.empty() ? "leads out of the model's folder" : "is not there";
+  lost.problem = "it is not there";
+  lost.loss = Note::image_missing;
   for (const CompanionFile& file : companions) {
     if (!file.is_image || file.path != path) continue;
     if (file.problem.empty()) return decode_color_image(file.bytes, cancel);
-    lost.problem = file.problem;
+    if (file.loss == Loss::missing) break;
+    lost.problem = file.loss == Loss::outside ? "it " + file.problem : "it cannot be read";
+    lost.loss = file.loss == Loss::outside ? Note::image_outside : Note::image_unreadable;
   }
   return lost;
+}
+
+void note_lost_image(const ColorImage& image, const std::string& name, Notes& notes) {
+  if (image.is_lost()) notes.add(image.loss, "`" + name + "`: " + image.problem);
 }
 
 }  // namespace meander

@@ -9,8 +9,11 @@
 
 namespace meander {
 
-// The image in this file below the model's folder, or none, with the reason: see decode_color_image.
+// The image in this file (CompanionFile::path), or none, with the reason: see decode_color_image.
 ColorImage image_of_file(std::span<const CompanionFile> companions, const std::string& path,
                          const CancelToken& cancel);
+
+// Takes note of an image that is lost; `name` as the file has it.
+void note_lost_image(const ColorImage& image, const std::string& name, Notes& notes);
 
 }  // namespace meander

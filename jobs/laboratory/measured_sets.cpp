@@ -128,7 +128,7 @@ PreparedMesh MeasuredSurfaces::load_item(const std::string& id) {
   const PlanItem& item = found->second;
   return about_file(item.path.string(), [&] {
     if (!item.known_format) throw UsageError("`" + item.path.string() + "` is no mesh file");
-    return prepare_mesh(ModelBytes(item.path, item.packed, item.format).mesh());
+    return prepare_mesh(ModelBytes(item).mesh());
   });
 }
 
@@ -223,8 +223,8 @@ PolygonMesh read_model_mesh(const std::string& path) {
     const PackedFile packed = find_packed(path);
     MeshFormat format{};
     if (!mesh_format_of(packed ? packed.facts().name : path, format))
-      throw UsageError("`" + path + "` is no .off, .obj, .ply, .stl, .gltf or .glb file");
-    return ModelBytes(path, packed, format).mesh();
+      throw UsageError("`" + path + "` is no " + mesh_extensions("or") + " file");
+    return ModelBytes({path, packed, format}).mesh();
   });
 }
 

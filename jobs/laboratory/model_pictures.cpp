@@ -158,7 +158,7 @@ std::string read_surface(const PicturedModel& model, const Row& row, PolygonMesh
   if (!model.lacking.empty()) return model.lacking;
   if (!model.file) return "no mesh in the INPUT";
   try {
-    const ModelBytes file(model.file->path, model.file->packed, model.file->format);
+    const ModelBytes file(*model.file);
     if (model.in_store && file.content_sha256() != row.report.content_sha256) return "the mesh has changed";
     mesh = file.mesh();
   } catch (const ItemError& error) {
@@ -213,7 +213,7 @@ std::uint64_t picture_bytes(const StoreReader& store, const PicturedModel& model
                         std::uint64_t{store.samples()} * bytes_per_drawn_sample;
   if (!model.file || !model.file->known_format) return bytes;
   try {
-    const MeshEstimate mesh = peek_model(model.file->path, model.file->packed, model.file->format);
+    const MeshEstimate mesh = peek_model(*model.file);
     bytes += mesh.file_bytes + mesh.decoding_bytes + mesh.triangles * bytes_per_triangle;
   } catch (const ItemError&) {  // read_surface says so
   }

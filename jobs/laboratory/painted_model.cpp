@@ -59,7 +59,7 @@ void keep_discs(PaintedModel& painted, const Row& row) {
 std::string read_mesh_of_row(const Row& row, const std::optional<PlanItem>& file, PolygonMesh& mesh) {
   if (!file) return "no mesh in the INPUT";
   try {
-    const ModelBytes bytes(file->path, file->packed, file->format);
+    const ModelBytes bytes(*file);
     if (bytes.content_sha256() != row.report.content_sha256) return "the mesh has changed";
     mesh = bytes.mesh();
   } catch (const ItemError& error) {
@@ -93,7 +93,7 @@ PaintedModel sampled_file(const PlanItem& file, const SampleParameters& paramete
     throw ItemError(Status::unsupported_format, "the extension is not that of a known mesh format");
   Model model;
   {
-    const ModelBytes bytes(file.path, file.packed, file.format);
+    const ModelBytes bytes(file);
     model.key = make_random_key(parameters.seed, bytes.content_sha256());
     model.file = bytes.mesh();
   }

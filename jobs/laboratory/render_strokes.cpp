@@ -233,7 +233,7 @@ class Paintings {
     if (subjects_.stored()) set_samples(sampling, subjects_.samples());
     MeshEstimate mesh;
     if (file && file->known_format) {
-      mesh = peek_model(file->path, file->packed, file->format);
+      mesh = peek_model(*file);
       bytes += estimate_bytes(mesh, sampling, std::max(1, options_.threads));
     }
     bytes += stroke_picture_bytes(sampling.place.samples, look_.width, look_.height);

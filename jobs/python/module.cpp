@@ -101,8 +101,8 @@ SharedMesh read_mesh_file(const std::string& path) {
   MeshFormat format{};
   if (!mesh_format_of(packed ? packed.facts().name : path, format))
     throw ItemError(Status::unsupported_format,
-                    "`" + path + "` is no .off, .obj, .ply, .stl, .gltf or .glb file");
-  const ModelBytes bytes(path, packed, format);
+                    "`" + path + "` is no " + mesh_extensions("or") + " file");
+  const ModelBytes bytes({path, packed, format});
   auto mesh = std::make_shared<ContentMesh>();
   mesh->content = bytes.content_sha256();
   mesh->mesh = bytes.mesh();

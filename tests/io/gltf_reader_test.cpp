@@ -168,7 +168,7 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
   const auto outcome_beside = [&](const std::string& uri) -> std::string {
     write_file(scratch / "in/m.gltf", file.json(plain_cube, uri));
     try {
-      const PolygonMesh mesh = ModelBytes(scratch / "in/m.gltf", {}, MeshFormat::gltf).mesh();
+      const PolygonMesh mesh = ModelBytes({scratch / "in/m.gltf", {}, MeshFormat::gltf, 0}).mesh();
       return same_mesh(mesh, expected) ? "ok" : "another mesh";
     } catch (const ItemError& error) {
       return std::string(name_of(error.status())) + ": " + error.what();
@@ -185,7 +185,8 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
                           "%2Fetc/passwd", "..\\\\out.bin", "b c/d.bin%00"}) {
     INFO(uri);
     CHECK_THAT(outcome_beside(uri),
-               Contains("unreadable: buffers[0]") && Contains("leads out of the model's folder"));
+               Contains("unreadable: buffers[0]") && (Contains("leads out of what was given as input") ||
+                                                      Contains("is not a path from the model's folder")));
   }
   for (const char* uri : {"file:///etc/passwd", "http://x.org/a.bin", "C:/a.bin"})
     CHECK_THAT(outcome_beside(uri), Contains("is not a file of the model's folder"));
@@ -197,7 +198,7 @@ TEST_CASE("glTF: the content of a model covers the files that it names") {
   const ScratchFolder scratch;
   const GltfFile file = cube_file();
   const auto digest = [&](const char* name) {
-    return ModelBytes(scratch / name, {}, MeshFormat::gltf).content_sha256();
+    return ModelBytes({scratch / name, {}, MeshFormat::gltf}).content_sha256();
   };
   write_file(scratch / "m.gltf", file.json(plain_cube, "m.bin"));
   const auto without = digest("m.gltf");
@@ -210,8 +211,8 @@ TEST_CASE("glTF: the content of a model covers the files that it names") {
   CHECK(digest("m.gltf") != first);
   write_file(scratch / "m.bin", file.binary);
   CHECK(digest("m.gltf") == first);
-  CHECK(peek_model(scratch / "m.gltf", {}, MeshFormat::gltf).file_bytes ==
-        ModelBytes(scratch / "m.gltf", {}, MeshFormat::gltf).file_bytes());
+  CHECK(peek_model({scratch / "m.gltf", {}, MeshFormat::gltf}).file_bytes ==
+        ModelBytes({scratch / "m.gltf", {}, MeshFormat::gltf}).file_bytes());
 }
 
 TEST_CASE("glTF: so many sets of joints that looking for them would take their square are refused") {

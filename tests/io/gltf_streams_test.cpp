@@ -331,10 +331,10 @@ TEST_CASE("glTF: the models of a distribution package") {
     const std::string name = entry.path().lexically_relative(folder).generic_string();
     if (name.starts_with("glTF/")) expected[name] = Status::unsupported_format;  // glTF 1.0
     try {
-      const ModelBytes model(entry.path(), {}, format);
+      const ModelBytes model({entry.path(), {}, format});
       PolygonMesh mesh = model.mesh();
       check_consistent(mesh);
-      const MeshEstimate estimate = peek_model(entry.path(), {}, format);
+      const MeshEstimate estimate = peek_model({entry.path(), {}, format});
       CHECK(estimate.file_bytes == model.file_bytes());
       CHECK(estimate.vertices == mesh.vertex_count());
       meshes.emplace(name, std::move(mesh));

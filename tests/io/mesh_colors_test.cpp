@@ -6,11 +6,14 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 #include "gltf_reading.h"
 #include "io/archive/model_bytes.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/mtl_reader.h"
+#include "io/mesh/ply_header.h"
+#include "kernels/mesh/surface_textures.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -39,7 +42,8 @@ bool same(const Values& a, const Values& b) {
 constexpr float none = std::numeric_limits<float>::quiet_NaN();
 
 CompanionFile library(std::string_view text, std::string problem = {}) {
-  return {"m.mtl", std::as_bytes(std::span(text.data(), text.size())), std::move(problem)};
+  const auto loss = problem.empty() ? CompanionFile::Loss::none : CompanionFile::Loss::missing;
+  return {"m.mtl", std::as_bytes(std::span(text.data(), text.size())), std::move(problem), false, loss};
 }
 
 }  // namespace
@@ -195,13 +199,13 @@ TEST_CASE("colours: materials of OBJ, the first of a name, without a Kd, and unk
                                 none, none, none, none}));
 }
 
-TEST_CASE("colours: the material libraries that an OBJ file names, inside its folder only") {
+TEST_CASE("colours: the material libraries that an OBJ file names, absolute ones by their name alone") {
   const std::string text =
       "mtllib a.mtl b.mtl\n# mtllib no.mtl\nmtllib two words.mtl\r\nmtllib tex\\c.MTL ./a.mtl\nmtllib "
       "../up.mtl\n"
       "mtllib /etc/passwd\nmtllib\nv 0 0 0\nmtllib last.mtl";
   CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::obj) ==
-        std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "last.mtl"});
+        std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "../up.mtl", "passwd", "last.mtl"});
   CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::off).empty());
 }
 
@@ -209,7 +213,7 @@ TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that 
   const ScratchFolder scratch;
   write_file(scratch / "a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
   const auto hashes = [&](bool colors) {
-    const ModelBytes file(scratch / "a.obj", {}, MeshFormat::obj, ~std::uint64_t{0}, colors);
+    const ModelBytes file({scratch / "a.obj", {}, MeshFormat::obj}, ~std::uint64_t{0}, colors);
     return std::pair(file.content_sha256(), file.color_sha256());
   };
   const auto plain = hashes(false), without = hashes(true);
@@ -222,7 +226,7 @@ TEST_CASE("colours: ModelBytes keeps the content of an OBJ file apart from that 
   CHECK(red.first == plain.first);
   CHECK(red.second != without.second);
   CHECK(red.second != blue.second);
-  const ModelBytes file(scratch / "a.obj", {}, MeshFormat::obj, ~std::uint64_t{0}, true);
+  const ModelBytes file({scratch / "a.obj", {}, MeshFormat::obj}, ~std::uint64_t{0}, true);
   CHECK(same(file.mesh().colors.face, {0, 0, 1}));
 }
 
@@ -258,4 +262,128 @@ TEST_CASE("colours: glTF materials and COLOR_0, and what is wrong with them cost
     CHECK(std::isnan(mesh.colors.vertex[0]));
     CHECK(std::isnan(mesh.colors.face[0]));
   }
+}
+
+TEST_CASE(
+    "colours: by declared type whole numbers are of 255, real ones fractions, and overshoot is clamped") {
+  const auto vertices = [](const char* type, const std::vector<std::string>& rows) {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+        "property {} red\nproperty {} green\nproperty {} blue\nelement face 1\nproperty list uchar int "
+        "vertex_indices\nend_header\n",
+        rows.size(), type, type, type);
+    for (std::size_t v = 0; v < rows.size(); ++v) text += fmt::format("{} {} 0 {}\n", v, v * v, rows[v]);
+    return read_text(text + "3 0 1 2\n", MeshFormat::ply).colors.vertex;
+  };
+  constexpr float byte = 1 / 255.f;
+  for (const char* const type : {"uchar", "ushort", "int", "uint", "short", "int8", "uint16"})
+    CHECK(same(vertices(type, {"1 0 1", "1 0 1", "1 0 1"}), {byte, 0, byte, byte, 0, byte, byte, 0, byte}));
+  CHECK(same(vertices("ushort", {"256 0 0", "65535 0 0", "0 0 0"}), {256 / 65535.f, 0, 0, 1, 0, 0, 0, 0, 0}));
+  CHECK(same(vertices("char", {"-1 127 -128", "0 0 0", "0 0 0"}),
+             {1, 127 * byte, 128 * byte, 0, 0, 0, 0, 0, 0}));
+  for (const char* const type : {"float", "double"}) {
+    // One ulp or a highlight above 1 among others.
+    CHECK(same(vertices(type, {"1.0000001 .5 .25", "1 .5 .25", "1.5 .5 .25"}),
+               {1, .5f, .25f, 1, .5f, .25f, 1, .5f, .25f}));
+    CHECK(same(vertices(type, {"255 0 51", "0 0 0", "102 1 0"}), {1, 0, .2f, 0, 0, 0, .4f, byte, 0}));
+    CHECK(same(vertices(type, {"0 0 0", "0 0 0", "0 0 0"}), Values(9, 0)));
+  }
+}
+
+TEST_CASE("colours: faces of OFF are bytes where every number of the file is whole") {
+  const auto faces = [](const std::string& first, const std::string& second) {
+    const PolygonMesh mesh =
+        read_text("OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 " + first + "\n3 1 3 2 " + second + "\n",
+                  MeshFormat::off);
+    return std::pair(mesh.colors.face, mesh.notes[Note::color_map_ignored]);
+  };
+  constexpr float byte = 1 / 255.f;
+  CHECK(same(faces("1 1 1", "0 1 0").first, {byte, byte, byte, 0, byte, 0}));
+  CHECK(same(faces("255 0 51 255", "0 1 0 255").first, {1, 0, .2f, 0, byte, 0}));
+  CHECK(same(faces("1 1 1", "0 1.0 0").first, {1, 1, 1, 0, 1, 0}));
+  CHECK(same(faces("1 1 1 0.5", "0 1 0 1").first, {1, 1, 1, 0, 1, 0}));
+  CHECK(same(faces("1e0 0 0", "0 1 0").first, {1, 0, 0, 0, 1, 0}));
+  CHECK(same(faces("1.0000001 0 0", "0 0.5 0").first, {1, 0, 0, 0, .5f, 0}));
+  // One number is an entry of a colour map.
+  CHECK(faces("5", "7").first.empty());
+  CHECK(faces("5", "7").second == 2);
+  CHECK(faces("5", "255 0 0").second == 1);
+}
+
+TEST_CASE("colours: vertices of OBJ and OFF are fractions unless most of their numbers are above 1") {
+  const auto obj = [](const std::string& a, const std::string& b) {
+    return read_text("v 0 0 0 " + a + "\nv 1 0 0 " + b + "\nv 0 1 0 0 0 0\nf 1 2 3\n", MeshFormat::obj)
+        .colors.vertex;
+  };
+  const auto coff = [](const std::string& a, const std::string& b) {
+    return read_text("COFF\n3 1 0\n0 0 0 " + a + "\n1 0 0 " + b + "\n0 1 0 0 0 0\n3 0 1 2\n", MeshFormat::off)
+        .colors.vertex;
+  };
+  for (const auto& vertices : {std::function(obj), std::function(coff)}) {
+    CHECK(same(vertices("1 1 1", "1 0 0"), {1, 1, 1, 1, 0, 0, 0, 0, 0}));
+    CHECK(same(vertices("1.2 .5 .5", "1 0 0"), {1, .5f, .5f, 1, 0, 0, 0, 0, 0}));
+    CHECK(same(vertices("255 51 0", "1 0 0"), {1, .2f, 0, 1 / 255.f, 0, 0, 0, 0, 0}));
+  }
+}
+
+namespace {
+
+CompanionFile image_file(const std::string& name, const std::string& bytes) {
+  return {.path = name, .bytes = std::as_bytes(std::span(bytes)), .is_image = true};
+}
+
+}  // namespace
+
+TEST_CASE("colours: textures of PLY by the coordinates of faces or of vertices, in text and binary") {
+  const std::string head =
+      "ply\nformat {} 1.0\ncomment TextureFile a.png\ncomment TextureFile b.png\n"
+      "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n{}element face 2\n"
+      "property list uchar int vertex_indices\n{}end_header\n";
+  const std::string wedges = "property list uchar float texcoord\nproperty int texnumber\n";
+  const std::string text =
+      fmt::format(fmt::runtime(head), "ascii", "", wedges) +
+      "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 .5 0 .5 1 1\n3 0 2 3 6 0 .25 1 1 0 1 -1\n";
+  std::string binary = fmt::format(fmt::runtime(head), "binary_little_endian", "", wedges);
+  const auto put = [&](const auto& value) {
+    binary.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const float value : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 1.f, 1.f, 0.f, 0.f, 1.f, 0.f}) put(value);
+  const auto face = [&](std::array<std::int32_t, 3> corners, std::array<float, 6> coordinates,
+                        std::int32_t number) {
+    put(std::uint8_t{3});
+    for (const std::int32_t corner : corners) put(corner);
+    put(std::uint8_t{6});
+    for (const float value : coordinates) put(value);
+    put(number);
+  };
+  face({0, 1, 2}, {0, 0, .5f, 0, .5f, 1}, 1);
+  face({0, 2, 3}, {0, .25f, 1, 1, 0, 1}, -1);
+  const std::string not_an_image = "x";
+  const std::vector<CompanionFile> images = {image_file("a.png", not_an_image),
+                                             image_file("b.png", not_an_image)};
+  for (const std::string& file : {text, binary}) {
+    const PolygonMesh mesh = read_text(file, MeshFormat::ply, true, {}, images);
+    REQUIRE(mesh.colors.textures);
+    const SurfaceTextures& textures = *mesh.colors.textures;
+    CHECK(textures.face == std::vector<std::uint32_t>{1, no_index});
+    CHECK(textures.images.size() == 2);
+    CHECK(textures.corner == std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5});
+    CHECK(textures.coordinates == Values{0, 0, .5f, 0, .5f, 1, 0, .25f, 1, 1, 0, 1});
+    CHECK(mesh.polygon_count() == 2);
+  }
+  const PolygonMesh of_vertices = read_text(
+      fmt::format(fmt::runtime(head), "ascii", "property float texture_u\nproperty float texture_v\n", "") +
+          "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n3 0 1 2\n3 0 2 3\n",
+      MeshFormat::ply, true, {}, images);
+  REQUIRE(of_vertices.colors.textures);
+  CHECK(of_vertices.colors.textures->face == std::vector<std::uint32_t>{0, 0});
+  CHECK(of_vertices.colors.textures->corner == std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3});
+  // A list of another length than its face, and images that are lost, are noted.
+  const PolygonMesh odd =
+      read_text(fmt::format(fmt::runtime(head), "ascii", "", wedges) +
+                    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 4 0 0 .5 0 0\n3 0 2 3 6 0 .25 1 1 0 1 2\n",
+                MeshFormat::ply);
+  CHECK(odd.notes[Note::coordinates_missing] == 1);
+  CHECK(odd.notes[Note::image_missing] == 3);  // two files, and the number 2
+  CHECK(ply_image_paths(text) == std::vector<std::string>{"a.png", "b.png"});
 }

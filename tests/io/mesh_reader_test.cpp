@@ -109,7 +109,7 @@ TEST_CASE("file bytes: what is gone of a mapped file are zeros, and the model is
   for (const std::size_t left : {std::size_t{0}, std::size_t{5000}}) {
     write_file(path, text);
     const FileBytes bytes(path);
-    const ModelBytes model(path, {}, MeshFormat::ply);
+    const ModelBytes model({path, {}, MeshFormat::ply});
     REQUIRE_FALSE(bytes.is_cut());
     const auto message_of = [](const auto& work) -> std::string {
       try {
@@ -128,7 +128,7 @@ TEST_CASE("file bytes: what is gone of a mapped file are zeros, and the model is
     CHECK(message_of([&] { model.content_sha256(); }) == expected);
   }
   write_file(path, text);
-  CHECK(ModelBytes(path, {}, MeshFormat::ply).mesh().polygon_count() == icosphere(7).polygon_count());
+  CHECK(ModelBytes({path, {}, MeshFormat::ply}).mesh().polygon_count() == icosphere(7).polygon_count());
 }
 
 TEST_CASE("read_mesh: every format gives back what was written") {

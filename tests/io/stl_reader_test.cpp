@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <span>
 
 #include "io/reading.h"
 #include "support/mesh_files.h"
@@ -203,4 +205,79 @@ TEST_CASE("STL: what cannot be read says where") {
     CAPTURE(content);
     REQUIRE(outcome(content, MeshFormat::stl) == expected);
   }
+}
+
+TEST_CASE("STL: lines of any kind between a solid and its first facet are read over") {
+  const std::string facet =
+      "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n endloop\nendfacet\n";
+  const std::string two = facet + facet;
+  for (const std::string header :
+       {"color 0.9 0.1 0.1\n", "# a comment\n; another\n\n", "units mm\nfacets 12\nvertex count 3\n",
+        "facetting of a part\n", "COLOR 1 0 0\r\n\tmaterial steel \xC3\xA9\n"}) {
+    INFO(header);
+    for (const std::string solid : {"solid\n", "solid part one\n", "SOLID x\n"}) {
+      const PolygonMesh mesh = read(solid + header + two + "endsolid\n", MeshFormat::stl);
+      CHECK(mesh.polygon_count() == 2);
+      CHECK(mesh.x[1] == 1);
+    }
+    const PolygonMesh several =
+        read("solid a\n" + header + facet + "endsolid a\nsolid b\n" + header + facet + "endsolid b\n",
+             MeshFormat::stl);
+    CHECK(several.polygon_count() == 2);
+  }
+  CHECK(outcome("solid a\ncolor 1 0 0\nendsolid\n", MeshFormat::stl) ==
+        "empty: the ascii STL file holds no facet");
+}
+
+namespace {
+
+// A binary file with these attributes of its facets; `color`: of the whole, by Magics.
+std::string colored_stl(const std::vector<std::uint16_t>& attributes, const std::string& header = {}) {
+  std::string bytes = header;
+  bytes.resize(80, ' ');
+  const auto put = [&](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  put(static_cast<std::uint32_t>(attributes.size()));
+  for (std::size_t f = 0; f < attributes.size(); ++f) {
+    for (const float value : {0.f, 0.f, 1.f, 0.f, 0.f, static_cast<float>(f), 1.f, 0.f, static_cast<float>(f),
+                              0.f, 1.f, static_cast<float>(f)})
+      put(value);
+    put(attributes[f]);
+  }
+  return bytes;
+}
+
+PolygonMesh read_colored(const std::string& bytes) {
+  MeshSurroundings around;
+  around.colors = true;
+  return read_mesh_in_blocks(std::as_bytes(std::span(bytes)), MeshFormat::stl, {}, {}, around);
+}
+
+}  // namespace
+
+TEST_CASE("STL: colours of VisCAM and of Magics, each by its own bit, and attributes that are none") {
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  const auto faces = [](const PolygonMesh& mesh) { return mesh.colors.face; };
+  const auto same = [&](const std::vector<float>& a, const std::vector<float>& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (std::isnan(a[i]) != std::isnan(b[i]) || std::abs(a[i] - b[i]) > 1e-6f) return false;
+    return true;
+  };
+  // The top bit is set: blue is lowest.
+  CHECK(
+      same(faces(read_colored(colored_stl({0xFC00, 0x801F, 0x0000}))), {1, 0, 0, 0, 0, 1, none, none, none}));
+  // Magics: the top bit is clear, red is lowest, and others have the colour of the whole.
+  const std::string header = std::string("COLOR=\x00\xFF\x00\xFF", 10);
+  CHECK(
+      same(faces(read_colored(colored_stl({0x001F, 0xFFFF, 0x7C00}, header))), {1, 0, 0, 0, 1, 0, 0, 0, 1}));
+  CHECK(same(faces(read_colored(colored_stl({0, 0}, header))), {0, 1, 0, 0, 1, 0}));
+  // Attributes without the bit that says they are colours.
+  const PolygonMesh others = read_colored(colored_stl({0x1234, 0, 7}));
+  CHECK(others.colors.face.empty());
+  CHECK(others.notes[Note::colors_ignored] == 2);
+  CHECK(read_colored(colored_stl({0, 0})).notes.any() == false);
+  // Nothing of it without colours.
+  CHECK(read(colored_stl({0xFC00}), MeshFormat::stl).colors.face.empty());
 }

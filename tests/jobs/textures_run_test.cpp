@@ -361,7 +361,7 @@ TEST_CASE("run --colors: images that are missing, damaged, too large or outside 
   fs::create_directories(scratch / "in/model");
   const std::string png = png_bytes(colorful(5, 5));
   write_file(scratch / "in/model/Good.PNG", png);
-  write_file(scratch / "in/outside.png", png);
+  write_file(scratch / "outside.png", png);
   write_file(scratch / "in/model/cut.png", png.substr(0, png.size() / 2));
   std::string huge = png;
   huge.replace(16, 8, std::string("\x7F\xFF\xFF\xFF\x7F\xFF\xFF\xFF", 8));
@@ -369,7 +369,7 @@ TEST_CASE("run --colors: images that are missing, damaged, too large or outside 
   write_file(scratch / "in/model/paint.mtl",
              "newmtl good\nmap_Kd .\\good.png\nnewmtl moved\nmap_Kd C:\\Users\\someone\\My Maps\\good.png\n"
              "newmtl missing\nKd 1 0 0\nmap_Kd nowhere.png\nnewmtl cut\nmap_Kd cut.png\n"
-             "newmtl huge\nmap_Kd huge.png\nnewmtl outside\nmap_Kd ../outside.png\n");
+             "newmtl huge\nmap_Kd huge.png\nnewmtl outside\nmap_Kd ../../outside.png\n");
   const std::array<const char*, 6> materials = {"good", "moved", "missing", "cut", "huge", "outside"};
   std::string text = "mtllib paint.mtl\n";
   for (int k = 0; k < 8; ++k) text += fmt::format("v {} {} {}\n", corner(k)[0], corner(k)[1], corner(k)[2]);
