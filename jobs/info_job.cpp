@@ -16,6 +16,7 @@
 #include "jobs/jobs.h"
 #include "jobs/run_summary.h"
 #include "jobs/store_items.h"
+#include "kernels/sample/sample_colors.h"
 
 namespace meander {
 
@@ -83,6 +84,16 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     for (std::size_t i = 0; i < repair_count; ++i)
       if (r.repairs.counts[i] > 0) json.member(repair_names[i], r.repairs.counts[i]);
     json.end_object();
+    json.key("notes");
+    json.begin_object();
+    for (std::size_t n = 0; n < note_count; ++n)
+      if (r.notes[n] > 0) json.member(note_names[n], r.notes[n]);
+    json.end_object();
+    json.member("note_text", r.note_text);
+    if (store.columns().colors) {
+      json.member("color_source", name_of(r.color_source));
+      json.member("color_fills", r.color_fills);
+    }
     json.end_object();
     fmt::print("{}\n", json.text());
     return exit_done;
@@ -113,6 +124,13 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
   for (std::size_t i = 0; i < repair_count; ++i)
     if (r.repairs.counts[i] > 0)
       fmt::print("  repaired          {} {}\n", repair_names[i], r.repairs.counts[i]);
+  for (std::size_t n = 0; n < note_count; ++n)
+    if (r.notes[n] > 0)
+      fmt::print("  note              {} {}: {}\n", note_names[n], r.notes[n],
+                 clause_of(r.note_text, static_cast<Note>(n)));
+  if (store.columns().colors)
+    fmt::print("  colors            {}, {} of {} samples have the fill {}\n", name_of(r.color_source),
+               r.color_fills, store.samples(), color_fill);
   if (r.lacks != 0)
     fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
@@ -148,9 +166,7 @@ void show_counts(const StoreReader& store, const StoreSummary& summary) {
   if (store.columns().are_chosen())
     fmt::print("  columns {}\n", fmt::join(store::column_list(store.columns()), ", "));
   print_lacking(summary);
-  for (std::size_t i = 0; i < repair_count; ++i)
-    if (summary.by_repair[i] > 0)
-      fmt::print("  repaired {:<18}{:>10}\n", repair_names[i], summary.by_repair[i]);
+  print_tallies(summary);
   std::vector<std::uint64_t> members(store.label_names().size(), 0);
   std::array<std::uint64_t, split_names.size()> of_split{};
   for (std::uint64_t row = 0; row < store.rows(); ++row) {
@@ -199,6 +215,7 @@ void show_counts_json(const StoreReader& store, const StoreSummary& summary) {
   }
   write_texts(json, "columns", store::column_list(store.columns()));
   write_lacking(json, summary);
+  write_tallies(json, summary);
   json.key("descriptors");
   json.begin_array();
   for (const DescriptorSchema& descriptor : store.descriptors()) {

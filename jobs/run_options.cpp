@@ -49,6 +49,30 @@ void resolve_density(const std::string& text, DensityParameters& density,
                      "face-attribute:NAME");
 }
 
+// "all", or the names of notes separated by commas, in their order.
+std::string words_of(NoteSet notes) {
+  if (notes == every_note) return "all";
+  std::string words;
+  for (std::size_t n = 0; n < note_count; ++n)
+    if ((notes >> n & 1) != 0) words += (words.empty() ? "" : ",") + std::string(note_names[n]);
+  return words;
+}
+
+NoteSet parse_strict(const std::vector<std::string>& words, std::vector<std::string>& problems) {
+  NoteSet notes = 0;
+  for (const std::string& word : words) {
+    const auto at = std::find(note_names.begin(), note_names.end(), word);
+    if (word == "all")
+      notes = every_note;
+    else if (at != note_names.end())
+      notes |= set_of(static_cast<Note>(at - note_names.begin()));
+    else
+      problems.push_back(
+          fmt::format("--strict: `{}` is neither `all` nor a note ({})", word, fmt::join(note_names, ", ")));
+  }
+  return notes;
+}
+
 // "none" or "d2,geodesic,..."; each once.
 void resolve_descriptors(const RunOptionTexts& texts, DescribeParameters& describe,
                          std::vector<std::string>& problems) {
@@ -80,6 +104,15 @@ void add_collection_options(Command collection, RunOptions& options, RunOptionTe
   table.add(collection, "certify", "--certify", options.certify,
             "Measure the samples of every model: error over rotated boxes, rho (/certificate)");
   add_value_options(collection, options, texts, "Store", "at the points");
+  collection
+      .add_option("--strict", texts.strict,
+                  fmt::format("Fail models with these notes, what a file asks for and does not get, with the "
+                              "status incomplete: all, or one or more of {}",
+                              fmt::join(note_names, ", ")))
+      .separator(',');
+  table.compute(
+      "strict", "--strict", [&options] { return words_of(options.sample.strict); },
+      [&options] { return options.sample.strict != 0; });
   add_store_columns_option(collection, RowKind::meshes, texts.stored);
   table.compute(
       "store", "--store", [&options] { return stored_words(columns_of(options)); },
@@ -374,6 +407,7 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   resolve_sampling(sample, texts);
   resolve_tensor_options(texts.tensor, sample, problems);
   sample.attributes = parse_attributes(texts.attributes, problems);
+  sample.strict = parse_strict(texts.strict, problems);
   options.left_out = parse_left_out(texts.stored, columns_of(options), problems);
   resolve_density(texts.density, sample.density, problems);
   // What the images are is then in the store too: rows of another image are other rows.
@@ -385,6 +419,9 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
     problems.push_back(
         fmt::format("--method {} has no location step: leave --locate out, or name a method with charts",
                     method_of(sample).name));
+  if (!sample.colors && sample.strict != every_note && (sample.strict & color_notes) != 0)
+    problems.push_back(fmt::format("--strict {}: notes on colours are taken with --colors only",
+                                   words_of(sample.strict & color_notes)));
   check_spacing_option(sample.place.sequence, texts.spacing_given, problems);
   for (const std::string& problem : validate(sample)) problems.push_back(problem);
   if (options.certify)

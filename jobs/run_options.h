@@ -61,7 +61,7 @@ struct RunOptionTexts {
   std::string curve, density = "uniform", topology = "full", describe = "none";
   std::string memory = "4G", timeout = "120s";
   std::vector<std::string> retry;
-  std::vector<std::string> attributes, stored;  // --attribute, --store
+  std::vector<std::string> attributes, stored, strict;  // --attribute, --store, --strict
   TensorOptionTexts tensor;
   DescriptorShapeOptions descriptor_shape;
   bool chooses_place = false;   // --place was given

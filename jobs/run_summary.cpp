@@ -105,7 +105,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
   write_counts(json, "status", status_names, summary.by_status);
   write_counts(json, "method", method_names, summary.by_method);
   write_counts(json, "order_reason", order_reason_names, summary.by_order_reason);
-  write_counts(json, "repairs", repair_names, summary.by_repair);
+  write_tallies(json, summary);
   if (summary.has_colors) {
     write_counts(json, "color_source", color_source_names, summary.by_color_source);
     json.member("items_with_color_fills", summary.rows_with_fills);
@@ -192,12 +192,74 @@ StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
       for (std::size_t bit = 0; bit < summary.lacking.size(); ++bit)
         summary.lacking[bit].second += report.lacks >> bit & 1;
     }
-    for (std::size_t r = 0; r < repair_count; ++r) summary.by_repair[r] += report.repairs.counts[r];
+    for (std::size_t r = 0; r < repair_count; ++r)
+      if (report.repairs.counts[r] > 0) summary.by_repair[r].add(report.repairs.counts[r], store.id(row));
+    for (std::size_t n = 0; n < note_count; ++n) {
+      if (report.notes[n] == 0) continue;
+      StoreSummary::Tally& tally = summary.by_note[n];
+      if (tally.models == 0) tally.example_text = clause_of(report.note_text, static_cast<Note>(n));
+      tally.add(report.notes[n], store.id(row));
+    }
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
   }
   if (count_descriptors) summary.undescribed = count_undescribed(store);
   return summary;
+}
+
+void StoreSummary::Tally::add(std::uint64_t more, const std::string& id) {
+  if (models == 0) example = id;
+  count += more;
+  ++models;
+}
+
+std::string_view clause_of(std::string_view note_text, Note note) {
+  const std::string name = std::string(name_of(note)) + " ";
+  std::size_t begin = note_text.starts_with(name) ? 0 : note_text.find("; " + name);
+  if (begin == std::string_view::npos) return {};
+  if (begin > 0) begin += 2;
+  std::string_view clause = note_text.substr(begin);
+  clause.remove_prefix(std::min(clause.find(": "), clause.size()));
+  clause.remove_prefix(std::min<std::size_t>(2, clause.size()));
+  for (const std::string_view next : note_names)
+    clause = clause.substr(0, clause.find("; " + std::string(next) + " "));
+  return clause;
+}
+
+void print_tallies(const StoreSummary& summary) {
+  const auto models = [](std::uint64_t count) {
+    return fmt::format("{} model{}", count, count == 1 ? "" : "s");
+  };
+  for (std::size_t r = 0; r < repair_count; ++r)
+    if (const StoreSummary::Tally& tally = summary.by_repair[r]; tally.models > 0)
+      fmt::print("  repaired: {:<18}{:>12} in {}, as {}\n", repair_names[r], tally.count,
+                 models(tally.models), tally.example);
+  for (std::size_t n = 0; n < note_count; ++n)
+    if (const StoreSummary::Tally& tally = summary.by_note[n]; tally.models > 0)
+      fmt::print("  note: {:<22}{:>12} in {}, as {}: {}\n", note_names[n], tally.count, models(tally.models),
+                 tally.example, tally.example_text);
+}
+
+void write_tallies(JsonWriter& json, const StoreSummary& summary) {
+  json.key("repairs");
+  json.begin_object();
+  for (std::size_t r = 0; r < repair_count; ++r)
+    if (summary.by_repair[r].models > 0) json.member(repair_names[r], summary.by_repair[r].count);
+  json.end_object();
+  json.key("notes");
+  json.begin_object();
+  for (std::size_t n = 0; n < note_count; ++n) {
+    const StoreSummary::Tally& tally = summary.by_note[n];
+    if (tally.models == 0) continue;
+    json.key(note_names[n]);
+    json.begin_object();
+    json.member("count", tally.count);
+    json.member("models", tally.models);
+    json.member("example", tally.example);
+    json.member("text", tally.example_text);
+    json.end_object();
+  }
+  json.end_object();
 }
 
 void print_lacking(const StoreSummary& summary) {
@@ -263,6 +325,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
   print_lacking(summary);
+  print_tallies(summary);
   if (const std::uint64_t rows = untextured(summary, options); rows > 0)
     fmt::print("  {:<20}{:>10}   their density is 1: no image of theirs is there to follow\n", "no texture",
                rows);

@@ -22,7 +22,15 @@ struct StoreSummary {
   std::array<std::uint64_t, status_names.size()> by_status{};
   std::array<std::uint64_t, method_names.size()> by_method{};              // of ok rows
   std::array<std::uint64_t, order_reason_names.size()> by_order_reason{};  // of ok rows
-  std::array<std::uint64_t, repair_names.size()> by_repair{};
+  // Of repairs and of notes: how many in all, in how many models, and the first of these.
+  struct Tally {
+    std::uint64_t count = 0, models = 0;
+    std::string example;       // an id
+    std::string example_text;  // of a note: what it says
+    void add(std::uint64_t more, const std::string& id);
+  };
+  std::array<Tally, repair_count> by_repair;
+  std::array<Tally, note_count> by_note;
   bool has_colors = false;
   std::array<std::uint64_t, color_source_names.size()>
       by_color_source{};              // of ok rows of a store with colours
@@ -49,6 +57,11 @@ std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
 StoreSummary summarise(const StoreReader& store, bool count_descriptors);
 
 class JsonWriter;
+// A line for each kind of repair and of note that there is, and the members "repairs" and "notes".
+void print_tallies(const StoreSummary& summary);
+void write_tallies(JsonWriter& json, const StoreSummary& summary);
+// What the text of the notes of a model (text_of) says of one kind.
+std::string_view clause_of(std::string_view note_text, Note note);
 // A line for each column and descriptor that models lack; the members "items_that_lack" where there are such
 // columns and "items_without_descriptor" where there are descriptors.
 void print_lacking(const StoreSummary& summary);

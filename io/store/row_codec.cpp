@@ -224,23 +224,6 @@ std::size_t payload_head_bytes(const StoreHeader& header) {
   return bytes;
 }
 
-std::string clean_reason(std::string_view reason) {
-  std::string clean;
-  while (!reason.empty()) {
-    const std::size_t length = utf8_sequence_length(reason);
-    const std::size_t step = length == 0 ? 1 : length;
-    if (clean.size() + step > longest_reason) break;
-    if (length == 0)
-      clean += '?';
-    else if (length == 1 && (static_cast<unsigned char>(reason[0]) < 0x20 || reason[0] == 0x7F))
-      clean += ' ';
-    else
-      clean += reason.substr(0, length);
-    reason.remove_prefix(step);
-  }
-  return clean;
-}
-
 namespace {
 
 void check_row(const StoreHeader& header, std::uint64_t row) {
@@ -253,7 +236,8 @@ void append_head(const StoreHeader& header, const ItemReport& report, std::vecto
   out.resize(record_header_bytes + item_record(header.columns).bytes);
   for (const auto& [spec, offset] : item_record(header.columns).columns)
     spec->put_item(report, out.data() + record_header_bytes + offset);
-  const std::string reason = report.status == Status::ok ? std::string() : clean_reason(report.reason);
+  const std::string reason =
+      report.status == Status::ok ? std::string() : clean_line(report.reason, longest_reason);
   append(out, static_cast<std::uint32_t>(reason.size()));
   const auto reason_bytes = std::as_bytes(std::span(reason));
   out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());

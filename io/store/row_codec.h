@@ -81,7 +81,4 @@ class RecordInParts {
   std::uint64_t bytes_ = 0;
 };
 
-// One line of valid UTF-8 of at most longest_reason bytes.
-std::string clean_reason(std::string_view reason);
-
 }  // namespace meander::store

@@ -90,6 +90,35 @@ DatasetSpec item_column(const char* name, ElementType type, std::uint32_t width,
   return spec;
 }
 
+DatasetSpec counts_by_name(DatasetSpec spec, std::span<const std::string_view> names) {
+  spec.width = static_cast<std::uint32_t>(names.size());
+  spec.value_names = names;
+  return spec;
+}
+
+// A text of fixed width, filled up with zero bytes.
+DatasetSpec note_text_column() {
+  DatasetSpec spec{"/items/note_text",
+                   Role::item,
+                   ElementType::text,
+                   note_text_width,
+                   0,
+                   "",
+                   "the notes in words, with an example of each",
+                   ""};
+  spec.put_item = [](const ItemReport& report, std::byte* out) {
+    const std::string text = clean_line(report.note_text, note_text_width);
+    std::memset(out, 0, note_text_width);
+    std::memcpy(out, text.data(), text.size());
+  };
+  spec.get_item = [](const std::byte* in, ItemReport& report) {
+    const auto* text = reinterpret_cast<const char*>(in);
+    report.note_text.assign(text, ::strnlen(text, note_text_width));
+  };
+  spec.since = 5;
+  return spec;
+}
+
 DatasetSpec attribute_array(const AttributeColumn& column, std::size_t number) {
   DatasetSpec spec{"/" + std::string(attribute_prefix) + column.name,
                    Role::samples,
@@ -184,8 +213,14 @@ std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
       item_column<&R::area_scale_range>("area_scale_range", f64, 0, "1",
                                         "largest over smallest area scale, worst chart"),
       item_column<&R::distortion>("distortion", f64, 0, "1", "area-weighted mean quasi-conformal distortion"),
-      item_column<&R::repairs>("repairs", u32, static_cast<std::uint32_t>(repair_count), "1",
-                               "what was repaired, counted by name (attribute `names`)"),
+      counts_by_name(item_column<&R::repairs>("repairs", u32, 0, "1",
+                                              "what was repaired, counted by name (attribute `names`)"),
+                     repair_names),
+      counts_by_name(item_column<&R::notes>(
+                         "notes", u32, 0, "1",
+                         "what the file asks for and did not get, counted by name (attribute `names`)", 0, 5),
+                     note_names),
+      note_text_column(),
       item_column<&R::file_bytes>("file_bytes", u64, 0, "byte",
                                   "length of the input; 0 where it was not read", 0, 2),
       item_column<&R::content_sha256>("content_sha256", u8, 32, "1", "SHA-256 of the bytes of the input"),
@@ -209,6 +244,7 @@ std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
 }
 
 std::string shape_text(const DatasetSpec& spec) {
+  if (spec.type == ElementType::text) return "(M)";
   if (spec.path.ends_with("<name>")) return "(M, N) or (M, N, W)";
   return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
@@ -332,6 +368,23 @@ std::string_view element_name(ElementType type) {
   return names[static_cast<std::size_t>(type)];
 }
 
+std::string clean_line(std::string_view text, std::size_t max_bytes) {
+  std::string clean;
+  while (!text.empty()) {
+    const std::size_t length = utf8_sequence_length(text);
+    const std::size_t step = length == 0 ? 1 : length;
+    if (clean.size() + step > max_bytes) break;
+    if (length == 0)
+      clean += '?';
+    else if (length == 1 && (static_cast<unsigned char>(text[0]) < 0x20 || text[0] == 0x7F))
+      clean += ' ';
+    else
+      clean += text.substr(0, length);
+    text.remove_prefix(step);
+  }
+  return clean;
+}
+
 std::size_t value_bytes(const DatasetSpec& spec) {
   return element_size(spec.type) * std::max<std::size_t>(spec.width, 1);
 }
@@ -426,6 +479,7 @@ StoreLayout make_layout(const StoredColumns& columns, std::uint64_t rows, std::u
                         : ChunkShape{std::clamp<std::uint64_t>(rows, 1, column_chunk_rows), 0, 1};
     dataset.chunk_bytes =
         dataset.chunk.rows * value_bytes(spec) * (per_sample(spec) ? dataset.chunk.samples : 1);
+    if (spec.role == Role::item && spec.type == ElementType::text) set_text_width(dataset, spec.width);
     if (spec.role == Role::id) set_text_width(dataset, id_width);
     if (spec.role == Role::reason) set_text_width(dataset, reason_width);
     layout.datasets.push_back(std::move(dataset));

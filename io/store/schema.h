@@ -17,6 +17,11 @@
 
 namespace meander::store {
 
+// The width of /items/note_text, in bytes: longer texts are cut.
+inline constexpr std::uint32_t note_text_width = 320;
+// One line of valid UTF-8 of at most so many bytes.
+std::string clean_line(std::string_view text, std::size_t max_bytes);
+
 // Little-endian everywhere; status, method, split and reasons of orders are 8-bit enums with the names of
 // kernels/core/status.h and kernels/sample/samples.h; text is UTF-8 of fixed width padded with zero bytes.
 enum class ElementType : std::uint8_t {
@@ -56,6 +61,8 @@ struct DatasetSpec {
   // role item: the value (element_size * max(width, 1) bytes) to and from a report.
   void (*put_item)(const ItemReport&, std::byte*) = nullptr;
   void (*get_item)(const std::byte*, ItemReport&) = nullptr;
+  // What each of the `width` values counts (attribute `names`). The list grows: older stores have fewer.
+  std::span<const std::string_view> value_names = {};
   std::uint32_t since = 1;  // the first format version that has the dataset
 
   std::span<const std::byte> view(const Samples& samples) const { return samples_view(samples, attribute); }
@@ -96,9 +103,6 @@ std::vector<std::string> column_list(const StoredColumns& columns);
 // Bytes of one sample in all columns, before they are compressed.
 std::uint64_t sample_bytes(const StoredColumns& columns);
 inline constexpr std::string_view attribute_prefix = "attributes/";
-inline std::uint32_t format_version_of(const StoreColumns& columns) {
-  return columns.are_chosen() ? chosen_format_version : store_format_version;
-}
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 
@@ -106,6 +110,10 @@ std::size_t element_size(ElementType type);  // bytes; 1 for text
 std::string_view element_name(ElementType type);
 std::size_t value_bytes(const DatasetSpec& spec);  // element_size * max(width, 1)
 bool per_sample(const DatasetSpec& spec);          // shape (M, N, ...) rather than (M, ...)
+// Whether the values of one row, or sample, are along an axis of their own; the bytes of a text are not.
+inline bool has_value_axis(const DatasetSpec& spec) {
+  return spec.width > 0 && spec.type != ElementType::text;
+}
 void write_fill(const DatasetSpec& spec, std::span<std::byte> values);
 std::string fill_text(const DatasetSpec& spec);
 

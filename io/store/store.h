@@ -24,11 +24,10 @@ enum class Compression : std::uint8_t {
   none
 };  // shuffle + deflate(1) + fletcher32; fletcher32 only
 
-// The format version of stores with the columns of a plain run; older ones are read. Stores with columns of
-// the user's choice have the next one, so that programs that would lose these refuse them.
-inline constexpr std::uint32_t store_format_version = 3, chosen_format_version = 4;
+// The format version that stores are written in; older ones are read.
+inline constexpr std::uint32_t store_format_version = 5;
 // Raised whenever the same input gives other points.
-inline constexpr std::uint32_t store_method_version = 15;
+inline constexpr std::uint32_t store_method_version = 16;
 
 // One descriptor dataset: its width and the attributes that explain its bins. `group` is the folder of the
 // file that it stands in: descriptors, anisotropy, or certificate for measures of the samples themselves.

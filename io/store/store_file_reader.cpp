@@ -96,9 +96,9 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
   file_ =
       Hdf5File(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access_without_locks().get()), "open " + path.string());
   read_facts();
-  if (facts_.format_version > chosen_format_version) {
+  if (facts_.format_version > store_format_version) {
     problems_.push_back(fmt::format("{} has format version {}, this program reads up to {}", path.string(),
-                                    facts_.format_version, chosen_format_version));
+                                    facts_.format_version, store_format_version));
     return;
   }
   read_descriptors();
@@ -126,7 +126,7 @@ void StoreFileReader::read_facts() {
   if (compression != "standard" && compression != "none")
     problems_.push_back(fmt::format("attribute compression is \"{}\"", compression));
   facts_.compression = compression == "none" ? Compression::none : Compression::standard;
-  if (facts_.format_version <= chosen_format_version) facts_.columns = read_columns(id);
+  if (facts_.format_version <= store_format_version) facts_.columns = read_columns(id);
   facts_.packs = read_packs(file_.get());
   const Hdf5Dataset points(H5Dopen2(file_.get(), "/points", H5P_DEFAULT), "open /points");
   facts_.order = read_text_attribute(points.get(), "order");
@@ -215,10 +215,11 @@ void StoreFileReader::open_dataset(DatasetLayout& dataset) {
   if (spec.type == ElementType::text) {
     const std::uint32_t width = text_width(types_.back().get());
     if (width == 0) return complain("is not a text of fixed width");
+    if (spec.role == Role::item && width != spec.width) return complain("has another width than the schema");
     set_text_width(dataset, width);
   }
-  if (spec.path == "/items/repairs" && extents.size() == 2 && extents[1] < spec.width) {
-    spec.width = static_cast<std::uint32_t>(extents[1]);  // of a version that knew fewer repairs
+  if (!spec.value_names.empty() && extents.size() == 2 && extents[1] < spec.width) {
+    spec.width = static_cast<std::uint32_t>(extents[1]);  // of a version that knew fewer names
     dataset.row_bytes = value_bytes(spec);
     dataset.chunk_bytes = dataset.chunk.rows * dataset.row_bytes;
   }

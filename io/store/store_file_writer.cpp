@@ -53,7 +53,7 @@ Hdf5Group make_group(const Hdf5File& file, const char* name) {
 void write_root_attributes(hid_t file, const StoreLayout& layout, const StoreHeader& header) {
   const Hdf5Group root(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
   write_attribute(root.get(), "format", "meander");
-  write_attribute(root.get(), "format_version", format_version_of(*header.columns));
+  write_attribute(root.get(), "format_version", store_format_version);
   write_attribute(root.get(), "method_version", header.method_version);
   write_attribute(root.get(), "tool_version",
                   header.tool_version.empty() ? tool_version() : header.tool_version);
@@ -84,8 +84,9 @@ void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const Stor
       names.push_back(header.columns->chosen_name(bit));
     write_attribute(dataset, "names", names);
   }
-  if (spec.path == "/items/repairs")
-    write_attribute(dataset, "names", std::vector<std::string>(repair_names.begin(), repair_names.end()));
+  if (!spec.value_names.empty())
+    write_attribute(dataset, "names",
+                    std::vector<std::string>(spec.value_names.begin(), spec.value_names.end()));
 }
 
 }  // namespace

@@ -80,21 +80,21 @@ Hdf5Type make_type(const DatasetLayout& dataset) {
 std::vector<hsize_t> make_extents(const DatasetLayout& dataset, const StoreLayout& layout) {
   std::vector<hsize_t> extents{layout.rows};
   if (per_sample(dataset.spec)) extents.push_back(layout.samples);
-  if (dataset.spec.width > 0) extents.push_back(dataset.spec.width);
+  if (has_value_axis(dataset.spec)) extents.push_back(dataset.spec.width);
   return extents;
 }
 
 std::vector<hsize_t> make_chunk_extents(const DatasetLayout& dataset) {
   std::vector<hsize_t> extents{dataset.chunk.rows};
   if (per_sample(dataset.spec)) extents.push_back(dataset.chunk.samples);
-  if (dataset.spec.width > 0) extents.push_back(dataset.spec.width);
+  if (has_value_axis(dataset.spec)) extents.push_back(dataset.spec.width);
   return extents;
 }
 
 std::vector<hsize_t> chunk_offset(const DatasetLayout& dataset, std::uint64_t row, std::uint32_t part) {
   std::vector<hsize_t> offset{row};
   if (per_sample(dataset.spec)) offset.push_back(hsize_t{part} * dataset.chunk.samples);
-  if (dataset.spec.width > 0) offset.push_back(0);
+  if (has_value_axis(dataset.spec)) offset.push_back(0);
   return offset;
 }
 

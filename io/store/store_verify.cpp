@@ -358,6 +358,11 @@ class Verifier {
     if (ok != report.reason.empty())
       problems.push_back(
           fmt::format("{} has status {} and the reason \"{}\"", name, name_of(report.status), report.reason));
+    const bool has_notes =
+        std::any_of(report.notes.begin(), report.notes.end(), [](std::uint32_t count) { return count > 0; });
+    if (has_notes == report.note_text.empty())
+      problems.push_back(fmt::format("{} has {} notes and the text \"{}\" of notes", name,
+                                     has_notes ? "some" : "no", report.note_text));
     const std::int32_t label = items_.label(row);
     if (label < -1 || (label >= 0 && static_cast<std::size_t>(label) >= file_.facts().label_names.size()))
       problems.push_back(

@@ -62,4 +62,30 @@ struct Notes {
   }
 };
 
+// A set of kinds of notes, one bit each.
+using NoteSet = std::uint64_t;
+static_assert(note_count <= 64);
+inline constexpr NoteSet every_note = note_count == 64 ? ~NoteSet{0} : (NoteSet{1} << note_count % 64) - 1;
+constexpr NoteSet set_of(Note note) { return NoteSet{1} << static_cast<unsigned>(note); }
+
+// Those that only a reader which was asked for colours takes.
+inline constexpr NoteSet color_notes =
+    set_of(Note::image_missing) | set_of(Note::image_outside) | set_of(Note::image_unreadable) |
+    set_of(Note::image_unsupported) | set_of(Note::image_too_large) | set_of(Note::library_missing) |
+    set_of(Note::library_outside) | set_of(Note::library_unreadable) | set_of(Note::library_too_large) |
+    set_of(Note::material_missing) | set_of(Note::material_assumed) | set_of(Note::coordinates_missing) |
+    set_of(Note::color_map_ignored) | set_of(Note::colors_ignored);
+
+// The notes of these kinds in words, "image_missing 2: `a.png`: it is not there; ...": the kind, how many,
+// and an example; empty where there are none.
+inline std::string text_of(const Notes& notes, NoteSet kinds = ~NoteSet{0}) {
+  std::string text;
+  for (std::size_t n = 0; n < note_count; ++n) {
+    if (notes.counts[n] == 0 || (kinds >> n & 1) == 0) continue;
+    if (!text.empty()) text += "; ";
+    text += std::string(note_names[n]) + " " + std::to_string(notes.counts[n]) + ": " + notes.examples[n];
+  }
+  return text;
+}
+
 }  // namespace meander

@@ -25,8 +25,9 @@ enum class Status : std::uint8_t {
   crashed = 11,            // a process that did nothing but this item died of SEGV, BUS, FPE, ILL or ABRT
   internal = 12,           // a bug in Meander, caught
   missing_attribute = 13,  // the model lacks the attribute that its density or tensors are to be read from
+  incomplete = 14,         // the model has a note that the user does not accept (SampleParameters::strict)
 };
-inline constexpr std::array<std::string_view, 14> status_names = {"ok",
+inline constexpr std::array<std::string_view, 15> status_names = {"ok",
                                                                   "empty",
                                                                   "unreadable",
                                                                   "unsupported_format",
@@ -39,7 +40,8 @@ inline constexpr std::array<std::string_view, 14> status_names = {"ok",
                                                                   "out_of_memory",
                                                                   "crashed",
                                                                   "internal",
-                                                                  "missing_attribute"};
+                                                                  "missing_attribute",
+                                                                  "incomplete"};
 constexpr std::string_view name_of(Status status) { return status_names[static_cast<std::size_t>(status)]; }
 
 // How the curve was laid over the surface. The numbers are part of the store format.

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/core/notes.h"
 #include "kernels/density/density.h"
 #include "kernels/describe/describe_samples.h"
 #include "kernels/flatten/flatten_chart.h"
@@ -87,6 +88,8 @@ struct SampleParameters {
   bool colors = false;  // give the samples the colours of the mesh (sample_colors.h)
   std::vector<AttributeColumn> attributes = {};  // give the samples these (sample_attributes.h)
   bool texcoord = false;                         // and their texture coordinates
+  // Models with a note of these kinds fail with the status incomplete.
+  NoteSet strict = 0;
   DescribeParameters describe;
   TensorParameters tensor;  // of the method anisotropic, as is the next one
   TensorChartParameters tensor_charts;

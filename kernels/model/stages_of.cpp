@@ -19,10 +19,15 @@ namespace {
 
 // ---- up to the charts
 
-void report_file(const PolygonMesh& file, ItemReport& report) {
+// Throws ItemError(incomplete) for notes of the kinds `strict`.
+void report_file(const PolygonMesh& file, NoteSet strict, ItemReport& report) {
   report.vertices = file.vertex_count();
   report.faces = file.polygon_count();
   report.repairs = file.repairs;
+  report.notes = file.notes.counts;
+  report.note_text = text_of(file.notes);
+  if (const std::string text = text_of(file.notes, strict); !text.empty())
+    throw ItemError(Status::incomplete, text);
 }
 
 void report_surface(const PreparedMesh& mesh, ItemReport& report) {
@@ -38,8 +43,18 @@ void report_surface(const PreparedMesh& mesh, ItemReport& report) {
   report.area = file_area(mesh, mesh.total_area);
 }
 
-void prepare_surface(Model& model, const DensityParameters& density, bool topology = true) {
-  report_file(model.file, model.row.report);
+// What the first stage of every method takes of the parameters.
+struct SurfaceParameters {
+  explicit SurfaceParameters(const SampleParameters& p)
+      : density(p.density), strict(p.strict), topology(p.topology) {}
+  DensityParameters density;
+  NoteSet strict;
+  bool topology;
+};
+
+void prepare_surface(Model& model, const SurfaceParameters& parameters) {
+  const auto& [density, strict, topology] = parameters;
+  report_file(model.file, strict, model.row.report);
   model.surface = topology ? prepare_mesh(model.file, model.cancel) : prepare_soup(model.file, model.cancel);
   report_surface(model.surface, model.row.report);
   model.measure.density = make_density(model.file, model.surface, density, model.cancel);
@@ -54,9 +69,9 @@ ModelStages charting_direct(const SampleParameters& p) {
   const Method method = order_of(p) == ElementOrder::balanced ? Method::balanced : Method::direct;
   const bool frees_topology = p.rows_only && p.describe.descriptors.empty();
   const bool frees_polygons = frees_topology && !p.colors && p.attributes.empty() && !p.texcoord;
-  return {{"prepare_mesh", [density = p.density, topology = p.topology, rows_only = p.rows_only,
-                            frees_topology, frees_polygons, method](Model& model) {
-             prepare_surface(model, density, topology);
+  return {{"prepare_mesh", [surface = SurfaceParameters(p), rows_only = p.rows_only, frees_topology,
+                            frees_polygons, method](Model& model) {
+             prepare_surface(model, surface);
              if (frees_topology) model.surface.opposite = std::vector<std::uint32_t>();
              if (frees_polygons) model.file.polygon_begin = std::vector<std::uint32_t>();
              measure_surface(model, !rows_only);
@@ -76,8 +91,8 @@ FlattenParameters flatten_parameters(const Model& model, FlattenParameters param
 }
 
 ModelStages charting_conformal(const SampleParameters& p) {
-  ModelStages stages = {{"prepare_mesh", [density = p.density](Model& model) {
-                           prepare_surface(model, density);
+  ModelStages stages = {{"prepare_mesh", [surface = SurfaceParameters(p)](Model& model) {
+                           prepare_surface(model, surface);
                            measure_surface(model);
                          }}};
   // The first triangle that a ray hits is the sample's own: it is located on the surface itself.
@@ -99,19 +114,20 @@ ModelStages charting_conformal(const SampleParameters& p) {
 }
 
 ModelStages charting_anisotropic(const SampleParameters& p) {
-  return {{"prepare_mesh", [density = p.density](Model& model) { prepare_surface(model, density); }},
-          {"follow_tensor",
-           [wanted = p.tensor_charts, tensor = p.tensor](Model& model) {
-             TensorParameters own = tensor;
-             if (model.tensor_table) own.table = model.tensor_table;
-             model.segments = make_tensor_segments(model.file, model.surface, model.measure.density, own,
-                                                   wanted, model.cancel);
-             model.row.report.measure = model.segments.file_measure;
-           }},
-          {"chart_segments", [p](Model& model) {
-             model.charts = chart_segments(model.segments, p, model.cancel);
-             report_charts(model.segments.mesh.components, model.charts, model.row.report);
-           }}};
+  return {
+      {"prepare_mesh", [surface = SurfaceParameters(p)](Model& model) { prepare_surface(model, surface); }},
+      {"follow_tensor",
+       [wanted = p.tensor_charts, tensor = p.tensor](Model& model) {
+         TensorParameters own = tensor;
+         if (model.tensor_table) own.table = model.tensor_table;
+         model.segments = make_tensor_segments(model.file, model.surface, model.measure.density, own, wanted,
+                                               model.cancel);
+         model.row.report.measure = model.segments.file_measure;
+       }},
+      {"chart_segments", [p](Model& model) {
+         model.charts = chart_segments(model.segments, p, model.cancel);
+         report_charts(model.segments.mesh.components, model.charts, model.row.report);
+       }}};
 }
 
 // ---- from the charts to the samples

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/core/notes.h"
 #include "kernels/core/status.h"
 
 namespace meander {
@@ -71,6 +72,8 @@ struct ItemReport {
   double overlap = 0, area_scale_range = 1;  // area-weighted share; the largest over all charts
   double distortion = 1;                     // area-weighted mean of sigma1/sigma2 over all charts
   RepairCounts repairs;
+  std::array<std::uint32_t, note_count> notes{};  // how many of each kind (core/notes.h),
+  std::string note_text;                          // and what they say (text_of)
   std::uint64_t file_bytes = 0;  // length of the input; 0 when it was not read
   std::array<std::uint8_t, 32> content_sha256{};
   ColorSource color_source = ColorSource::none;  // this and the next two: of samples with colours only

@@ -238,13 +238,13 @@ TEST_CASE("row codec: one changed bit of an encoded row is noticed") {
 }
 
 TEST_CASE("reasons: one line of valid UTF-8 of bounded length") {
-  CHECK(store::clean_reason("face 3: index 9") == "face 3: index 9");
-  CHECK(store::clean_reason(std::string("a\nb\tc\0d\x7F", 8)) == "a b c d ");
-  CHECK(store::clean_reason("\xC3\xA9 \xFF\xC3") == "\xC3\xA9 ??");
-  CHECK(store::clean_reason("\xED\xA0\x80") == "???");
+  CHECK(store::clean_line("face 3: index 9", store::longest_reason) == "face 3: index 9");
+  CHECK(store::clean_line(std::string("a\nb\tc\0d\x7F", 8), store::longest_reason) == "a b c d ");
+  CHECK(store::clean_line("\xC3\xA9 \xFF\xC3", store::longest_reason) == "\xC3\xA9 ??");
+  CHECK(store::clean_line("\xED\xA0\x80", store::longest_reason) == "???");
   std::string lengthy;
   while (lengthy.size() < 2000) lengthy += "\xE2\x82\xAC";
-  const std::string clean = store::clean_reason(lengthy);
+  const std::string clean = store::clean_line(lengthy, store::longest_reason);
   CHECK(clean.size() <= store::longest_reason);
   CHECK(clean.size() > store::longest_reason - 3);
   CHECK(lengthy.starts_with(clean));

@@ -66,7 +66,7 @@ TEST_CASE("columns: attributes and texture coordinates are read back, whatever t
       write_store(folder / "s.h5", header, 5);
       const StoreReader reader(folder / "s.h5");
       CHECK(reader.columns() == with_attributes());
-      CHECK(reader.format_version() == chosen_format_version);
+      CHECK(reader.format_version() == store_format_version);
       for (std::uint64_t row = 0; row < rows; ++row) {
         const Row made = make_row(header, row), read = reader.read_row(row);
         CHECK(same(made, read));

@@ -226,7 +226,7 @@ def check_chosen(load_store, meander, folder):
     subprocess.run([meander, "run", str(folder / "chosen"), "-o", str(store), "-n", "64", "--texcoord", "--attribute",
                     "height,place:2", "--store", "density", "--progress", "none"], check=True)
     with h5py.File(store) as file:
-        assert file.attrs["format_version"] == 4 and "normals" not in file and "face" not in file
+        assert file.attrs["format_version"] == 5 and "normals" not in file and "face" not in file
         assert list(file.attrs["columns"]) == ["points", "density", "texcoord", "attributes/height", "attributes/place"]
         points = file["points"][0]
         assert numpy.allclose(file["attributes/height"][0], points[:, 2], atol=1e-6)
