@@ -1,4 +1,5 @@
-// Reading pictures as colours: PNG and JPEG, by what they contain whatever their name is.
+// Reading pictures as colours: PNG, JPEG, WebP, GIF, BMP and TGA, by what they contain whatever their name
+// is.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +22,16 @@ struct ImageMemory {
 ImageMemory memory_of_image(std::span<const std::byte> bytes);
 
 // Any PNG file: grey of 1, 2, 4, 8 and 16 bits, palette, RGB; 16 bits are rounded to 8. Any JPEG file of 8
-// bits by libjpeg: grey, RGB, YCbCr, CMYK, YCCK; baseline and progressive. Alpha, gamma, colour profiles and
-// the orientation that a camera notes are not applied: values are as stored, taken as sRGB.
+// bits by libjpeg: grey, RGB, YCbCr, CMYK, YCCK; baseline and progressive. WebP by libwebp, lossy and
+// lossless. GIF, with one palette or two, interlaced. BMP of 1, 2, 4, 8, 16, 24 and 32 bits, with masks, and
+// with runs of 4 and 8 bits. TGA of 15, 16, 24 and 32 bits, grey and palettes, with runs, from any corner. Of
+// an animation the first picture; what that leaves out of the whole has the background's colour. Alpha,
+// gamma, colour profiles and the orientation that a camera notes are not applied: values are as stored, taken
+// as sRGB.
 //
-// An image that is neither, is cut or damaged, has more than most_image_pixels, or promises more pixels than
-// its bytes can hold comes back without pixels and with a sentence. Sizes are checked before memory is taken.
-// Throws what `cancel` throws, and bad_alloc. Cost: linear.
+// An image that is none of these, is cut or damaged, has more than most_image_pixels, or promises more pixels
+// than its bytes can hold comes back without pixels, with a sentence and the kind of its loss. Sizes are
+// checked before memory is taken. Throws what `cancel` throws, and bad_alloc. Cost: linear.
 ColorImage decode_color_image(std::span<const std::byte> bytes, const CancelToken& cancel = {});
 
 }  // namespace meander
