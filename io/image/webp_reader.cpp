@@ -21,6 +21,8 @@ namespace {
 
 struct WebpStream {
   std::span<const std::byte> bytes;  // of the pixels
+  std::span<const std::byte>
+      chunk;  // the same with their name and size, without which libwebp takes a part for all
   bool lossless = false;
   std::uint32_t x = 0, y = 0, columns = 0, rows = 0;
   std::uint32_t width = 0, height = 0;  // of the whole
@@ -29,14 +31,17 @@ struct WebpStream {
 
 struct WebpChunk {
   std::string_view name;
-  std::span<const std::byte> bytes;
+  std::span<const std::byte> bytes, whole;
 };
 
 WebpChunk next_webp_chunk(ImageCursor& cursor) {
+  constexpr std::size_t head_bytes = 8;
   WebpChunk chunk;
-  chunk.name = {reinterpret_cast<const char*>(cursor.take(4).data()), 4};
-  const std::uint32_t size = cursor.u32();
-  chunk.bytes = cursor.take(size);
+  ImageCursor head = cursor;
+  chunk.name = {reinterpret_cast<const char*>(head.take(4).data()), 4};
+  const std::uint32_t size = head.u32();
+  chunk.whole = cursor.take(head_bytes + std::size_t{size});
+  chunk.bytes = chunk.whole.subspan(head_bytes);
   if (size % 2 == 1 && cursor.left() > 0) cursor.skip(1);
   return chunk;
 }
@@ -44,6 +49,7 @@ WebpChunk next_webp_chunk(ImageCursor& cursor) {
 // What libwebp would take for another container must not reach it: a stream begins with its own mark.
 void set_webp_stream(WebpStream& stream, const WebpChunk& chunk) {
   stream.bytes = chunk.bytes;
+  stream.chunk = chunk.whole;
   stream.lossless = chunk.name == "VP8L";
   ImageCursor cursor(chunk.bytes, "WebP");
   if (stream.lossless) {
@@ -165,8 +171,8 @@ ColorImage decode_color_webp(std::span<const std::byte> bytes, const CancelToken
   VP8StatusCode status = VP8_STATUS_SUSPENDED;
   for (std::size_t part = 1; part <= parts && status == VP8_STATUS_SUSPENDED; ++part) {
     cancel.check();
-    status = WebPIUpdate(decoder.get(), reinterpret_cast<const std::uint8_t*>(stream.bytes.data()),
-                         stream.bytes.size() * part / parts);
+    status = WebPIUpdate(decoder.get(), reinterpret_cast<const std::uint8_t*>(stream.chunk.data()),
+                         stream.chunk.size() * part / parts);
   }
   if (status == VP8_STATUS_OUT_OF_MEMORY) throw std::bad_alloc();
   if (status == VP8_STATUS_SUSPENDED) fail_webp("ends too early");

@@ -116,12 +116,14 @@ TEST_CASE("campaign: damaged bytes, points, tensors and pictures") {
   run_corpus({"points", "npy", "tensor", "png"});
 }
 
+TEST_CASE("campaign: damaged bytes, images of textures") { run_corpus({"bmp", "gif", "tga", "webp"}); }
+
 TEST_CASE("campaign: damaged bytes, what a run reads of other machines") {
   run_corpus({"plan", "array", "journal", "json", "labels"});
 }
 
 TEST_CASE("campaign: every fuzz target is in a corpus, has seeds and reports a broken promise") {
-  REQUIRE(targets().size() == 18);
+  REQUIRE(targets().size() == 22);
   for (const Target& target : targets()) {
     CAPTURE(target.name);
     std::set<std::string> different;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/image/color_image.h"
 #include "io/image/png_reader.h"
 #include "io/json/json_reader.h"
 #include "io/json/json_tree.h"
@@ -90,6 +91,28 @@ bool is_right_usage(const Read& read) {
     demand(std::string_view(error.what()).size() > 10, "an error is a sentence");
     return false;
   }
+}
+
+constexpr std::uint64_t most_image_memory = std::uint64_t{64} << 20;
+
+// All formats of images, whatever the bytes are: what differs are the seeds.
+void run_color_image(std::string_view text) {
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(text.data(), text.size()));
+  const ImageMemory memory = memory_of_image(bytes);
+  if (memory.kept_bytes + memory.working_bytes > most_image_memory) return;  // as a small budget refuses it
+  const ColorImage image = decode_color_image(bytes);
+  if (image.problem.empty()) {
+    demand(image.width > 0 && image.height > 0, "a picture has pixels");
+    demand(image.rgb.size() == std::size_t{3} * image.width * image.height, "a colour for each pixel");
+    demand(image.rgb.size() == memory.kept_bytes, "memory is known before it is taken");
+    demand(decode_color_image(bytes).rgb == image.rgb, "an image is the same when it is read again");
+    return;
+  }
+  demand(image.is_lost() && image.rgb.empty(), "an image with a problem has no pixels");
+  demand(image.problem.size() > 10, "a problem is a sentence");
+  demand(image.loss == Note::image_unreadable || image.loss == Note::image_unsupported ||
+             image.loss == Note::image_too_large,
+         "a lost image says how it was lost");
 }
 
 }  // namespace
@@ -204,6 +227,14 @@ void run_png(std::string_view bytes) {
     demand(error.status() == Status::unreadable, std::string("PNG: ") + error.what());
   }
 }
+
+void run_bmp(std::string_view bytes) { run_color_image(bytes); }
+
+void run_gif(std::string_view bytes) { run_color_image(bytes); }
+
+void run_tga(std::string_view bytes) { run_color_image(bytes); }
+
+void run_webp(std::string_view bytes) { run_color_image(bytes); }
 
 // As a .cla file and as a CSV file of labels.
 void run_labels(std::string_view bytes) {

@@ -13,6 +13,7 @@
 #include "io/table/npy_header.h"
 #include "support/archive_files.h"
 #include "support/gltf_streams.h"
+#include "support/image_encoders.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -291,6 +292,78 @@ std::vector<std::string> png_seeds() {
           png_of(PNG_COLOR_TYPE_PALETTE, 2, PNG_INTERLACE_NONE)};
 }
 
+// Few colours in an order without symmetry.
+TestImage small_picture(std::uint32_t colors) {
+  return {11, 7, [=](std::uint32_t x, std::uint32_t y) {
+            const std::uint32_t number = (x / 2 * 3 + y * 5) % colors;
+            return std::vector<int>{static_cast<int>(40 * number), static_cast<int>(255 - number), 7};
+          }};
+}
+
+std::vector<std::string> bmp_seeds() {
+  const TestImage image = small_picture(6), two = small_picture(2);
+  return {bmp_bytes(two, {1}),
+          bmp_bytes(image, {4, true}),
+          bmp_bytes(image, {8, false, false, 12}),
+          bmp_bytes(image, {8, false, true}),
+          bmp_bytes(image, {4, false, true}),
+          bmp_bytes(image, {16, false, false, 108, {0xF800, 0x07E0, 0x001F}}),
+          bmp_bytes(image, {24}),
+          bmp_bytes(image, {32, true})};
+}
+
+std::vector<std::string> gif_seeds() {
+  const TestImage image = small_picture(6);
+  return {gif_bytes(image), gif_bytes(image, {true, true, true}),
+          gif_bytes(small_picture(2), {false, false, false, 20, 20, 3, 4, 1, 2})};
+}
+
+std::vector<std::string> tga_seeds() {
+  const TestImage image = small_picture(6);
+  std::vector<std::string> seeds;
+  for (const bool runs : {false, true}) {
+    TgaKind kind;
+    kind.runs = kind.footer = runs;
+    kind.from_right = !runs;
+    for (const unsigned bits : {16u, 24u, 32u}) {
+      kind.bits = bits;
+      seeds.push_back(tga_bytes(image, kind));
+    }
+    kind.bits = 8;
+    kind.grey = true;
+    seeds.push_back(tga_bytes(image, kind));
+    kind.grey = false;
+    kind.palette = true;
+    kind.first_color = 3;
+    seeds.push_back(tga_bytes(image, kind));
+  }
+  return seeds;
+}
+
+// The picture at (2, 4) of 40 x 30 pixels, as the first of an animation.
+std::string webp_animation(const std::string& picture) {
+  const auto chunk = [](const std::string& name, const std::string& content) {
+    std::string bytes = name;
+    append_number(bytes, static_cast<std::uint32_t>(content.size()), 4);
+    return bytes + content + (content.size() % 2 == 1 ? "\0"s : ""s);
+  };
+  return chunk("RIFF", "WEBP" + chunk("VP8X", "\2\0\0\0\x27\0\0\x1D\0\0"s) + chunk("ANIM", "\1\2\3\4\0\0"s) +
+                           chunk("ANMF", "\1\0\0\2\0\0\x0A\0\0\6\0\0\x64\0\0\0"s + picture.substr(12)));
+}
+
+std::vector<std::string> webp_seeds() {
+  const TestImage image = small_picture(6);
+  const TestImage larger(80, 60, [](std::uint32_t x, std::uint32_t y) {
+    return std::vector<int>{static_cast<int>(3 * x), static_cast<int>(x * y % 256), static_cast<int>(4 * y)};
+  });
+  return {webp_bytes(image),
+          webp_bytes(image, {50, false}),
+          webp_bytes(image, {80, false, true}),
+          webp_bytes(larger),
+          webp_bytes(small_picture(2), {0, true, true, 0}),
+          webp_animation(webp_bytes(image))};
+}
+
 std::vector<std::string> label_seeds() {
   return {"PSB 1\n3 3\nanimal 0 0\ndog animal 2\n1 2\ncar 0 1\nm3\n", "PSB 1 2 2 a 0 1 x b 0 1 y",
           "id,class,split\na.off,chair,train\n\"b,1.off\",\"a \"\"b\"\"\",test\r\n\nc.off,table,val\n",
@@ -322,6 +395,10 @@ std::vector<std::string> seeds_of(std::string_view target) {
   if (target == "journal") return journal_seeds();
   if (target == "json") return json_seeds();
   if (target == "png") return png_seeds();
+  if (target == "bmp") return bmp_seeds();
+  if (target == "gif") return gif_seeds();
+  if (target == "tga") return tga_seeds();
+  if (target == "webp") return webp_seeds();
   if (target == "labels") return label_seeds();
   throw std::invalid_argument(fmt::format("no target `{}`", target));
 }
@@ -444,6 +521,9 @@ std::string dictionary_of(std::string_view target) {
   if (target == "json")
     words = {"\\\"a\\\":", "null", "true", "false", "1e308", "1e-400", "\\\\ud800", "\\\\udc00", "[[[["};
   if (target == "png") words = {"IHDR", "PLTE", "IDAT", "IEND", "tRNS", "gAMA", "iCCP"};
+  if (target == "gif") words = {"GIF87a", "GIF89a", "\\x21\\xf9\\x04", "\\x2c"};
+  if (target == "tga") words = {"TRUEVISION-XFILE.\\x00"};
+  if (target == "webp") words = {"RIFF", "WEBP", "VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF", "ICCP"};
   if (target == "labels")
     words = {"PSB 1", "\\\"\\\"", "id,class,split", "train", "test", "val", ",", "\\x0d\\x0a"};
   std::string text;

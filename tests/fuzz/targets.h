@@ -48,6 +48,10 @@ void run_plan(std::string_view bytes);
 void run_journal(std::string_view bytes);
 void run_json(std::string_view bytes);
 void run_png(std::string_view bytes);
+void run_bmp(std::string_view bytes);
+void run_gif(std::string_view bytes);
+void run_tga(std::string_view bytes);
+void run_webp(std::string_view bytes);
 void run_labels(std::string_view bytes);
 
 }  // namespace meander::fuzz

@@ -110,8 +110,9 @@ TEST_CASE("color_image: what is cut, damaged, too large or of another kind has n
       INFO(bytes << " of " << whole.size());
       CHECK(image.is_lost());
       CHECK_FALSE(image.problem.empty());
+      CHECK((image.loss == Note::image_unreadable || bytes < 8));
     }
-  CHECK_THAT(decoded("GIF89a").problem, Contains("neither"));
+  CHECK_THAT(decoded("GIF00a").problem, Contains("neither"));
 
   std::string damaged = png;
   damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x55);
@@ -131,6 +132,7 @@ TEST_CASE("color_image: what is cut, damaged, too large or of another kind has n
   const std::string large_jpeg = with_size(jpeg, frame + 5, 2, 9000, 9000);
   CHECK_THAT(decoded(large_jpeg).problem,
              Contains("9000 x 9000") && Contains(std::to_string(most_image_pixels)));
+  CHECK(decoded(large_jpeg).loss == Note::image_too_large);
   CHECK(memory_of(large_jpeg).kept_bytes == 0);
   for (const std::uint32_t size : {20000u, 8192u}) {
     const std::string large_png = with_size(png, 16, 4, size, size);

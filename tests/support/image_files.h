@@ -1,4 +1,4 @@
-// PNG and JPEG files that tests make. Programs that use it link libpng or libjpeg themselves.
+// PNG, JPEG and WebP files that tests make. Programs that use it link libpng, libjpeg or libwebp themselves.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <vector>
 // Needs stdio.h in front of it.
 #include <jpeglib.h>
+#include <webp/encode.h>
 
 #include "support/png_files.h"
 
@@ -73,6 +74,42 @@ inline std::string jpeg_bytes(const TestImage& image, JpegKind kind = {}) {
   std::string bytes(reinterpret_cast<char*>(data), size);
   jpeg_destroy_compress(&info);
   std::free(data);
+  return bytes;
+}
+
+struct WebpKind {
+  float quality = 100;  // of those that lose something
+  bool lossless = true;
+  bool alpha = false;  // half of it
+  int method = 4;      // how long libwebp looks for short codes: 0 .. 6
+};
+
+inline std::string webp_bytes(const TestImage& image, WebpKind kind = {}) {
+  WebPConfig config;
+  WebPPicture picture;
+  if (WebPConfigInit(&config) == 0 || WebPPictureInit(&picture) == 0) std::abort();
+  config.lossless = kind.lossless ? 1 : 0;
+  config.quality = kind.quality;
+  config.method = kind.method;
+  config.exact = 1;  // transparent pixels keep their colours
+  picture.use_argb = 1;
+  picture.width = static_cast<int>(image.width);
+  picture.height = static_cast<int>(image.height);
+  std::vector<std::uint8_t> rgba;
+  for (std::size_t p = 0; p < image.rgb.size(); ++p) {
+    rgba.push_back(image.rgb[p]);
+    if (p % 3 == 2) rgba.push_back(kind.alpha ? 128 : 255);
+  }
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  picture.writer = WebPMemoryWrite;
+  picture.custom_ptr = &writer;
+  if (WebPPictureImportRGBA(&picture, rgba.data(), 4 * picture.width) == 0 ||
+      WebPEncode(&config, &picture) == 0)
+    std::abort();
+  std::string bytes(reinterpret_cast<const char*>(writer.mem), writer.size);
+  WebPPictureFree(&picture);
+  WebPMemoryWriterClear(&writer);
   return bytes;
 }
 
