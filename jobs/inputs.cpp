@@ -316,7 +316,7 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   };
   const bool prefixed = std::count_if(arguments.begin(), arguments.end(), is_folder) > 1;
   for (const std::string& argument : arguments) add_argument(argument, prefixed, collector);
-  if (collector.has_lists) inputs.root = collector.take_lists();
+  inputs.root = collector.has_lists ? collector.take_lists() : fs::path(options.remembered_root);
   if (!collector.has_lists && (options.null_lists || !options.root.empty()))
     throw UsageError(std::string(options.null_lists ? "--null" : "--root") +
                      " applies to lists (@FILE, or - for standard input), and the input has none");

@@ -46,7 +46,8 @@ struct Inputs {
   std::vector<std::string> label_names;  // class names, ascending; PlanItem::label is a position in it
   InputNotes notes;
   std::uint64_t index_bytes = 0;  // of memory that the access points of .tar.gz archives take
-  // The folder that the ids of lists are relative to, absolute; empty where the arguments name no list.
+  // The folder that the ids of lists are relative to, absolute; where the arguments name no list, the
+  // remembered one, which lists of a later run need.
   std::filesystem::path root;
 };
 

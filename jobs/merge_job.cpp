@@ -146,8 +146,18 @@ class StoreMerge {
     auto since = inputs_read_since(options_.inputs.front());
     for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
     outcome.inputs_read_since_unix_ns = std::chrono::nanoseconds(since.time_since_epoch()).count();
+    outcome.root = common_root();
     write_run_report(options, outcome);
     write_failed_list(options, outcome.summary, [](std::uint64_t) { return fs::path(); });
+  }
+
+  // What the ids of lists are relative to in all of them; empty where they differ.
+  std::string common_root() const {
+    const std::string root = remembered_root(options_.inputs.front());
+    const bool is_common =
+        std::all_of(options_.inputs.begin(), options_.inputs.end(),
+                    [&](const std::string& path) { return remembered_root(path) == root; });
+    return is_common ? root : std::string();
   }
 
   // The rows of all stores, by id, and where each is.

@@ -51,7 +51,7 @@ class RunJob {
                         "`meander status` and `meander merge` do the rest, --fresh discards it",
                         options_.store));
       unfinished = read_run_plan(options_.store);
-      options_.collect.remembered_root = unfinished ? unfinished->root : remembered_root(options_.store);
+      options_.collect.remembered_root = earlier_root(unfinished);
     }
     inputs_ = collect_inputs(options_.inputs, options_.collect);
     print_unread(inputs_.notes);
@@ -86,6 +86,13 @@ class RunJob {
   }
 
  private:
+  // What the ids of the rows that are there are relative to. Versions that wrote no root into the plan of an
+  // update left it to the store.
+  std::string earlier_root(const std::optional<RunPlan>& unfinished) const {
+    if (unfinished && (!unfinished->root.empty() || !retry_of(unfinished->purpose))) return unfinished->root;
+    return remembered_root(options_.store);
+  }
+
   // What is to be done with the store that is there, if any.
   void print_update(const std::optional<RunPlan>& unfinished) {
     if (unfinished) {
@@ -104,8 +111,8 @@ class RunJob {
     const StoreComparison compared =
         compare_with_inputs(store, inputs_.items, header_, inputs_read_since(options_.store));
     std::uint64_t again = 0;
-    const PlannedStore planned = planned_store(plan_update(store, header_, compared, options_.retry),
-                                               inputs_.items, &store, compared, options_.retry);
+    const PlannedStore planned = planned_store(plan_of_update(store, compared, options_.retry), inputs_.items,
+                                               &store, compared, options_.retry);
     for (const std::optional<std::uint64_t>& row : planned.kept) again += !row.has_value();
     again -= compared.added.size();
     fmt::print("the store has {} of these models: {} would be sampled",
@@ -163,6 +170,22 @@ class RunJob {
           fmt::format("`{}.run` was begun with other inputs: its items look like `{}`, those of this "
                       "command like `{}` (give the same INPUT, or --fresh)",
                       options_.store, unfinished.header.ids.front(), inputs_.items.front().id));
+    if (!unfinished.root.empty() && unfinished.root != inputs_.root && !has_new_input_of(unfinished))
+      throw UsageError(
+          fmt::format("`{}.run` was begun with ids relative to `{}`, and none of its new items is in this "
+                      "input, whose ids are relative to `{}` (give the same --root and INPUT, or --fresh)",
+                      options_.store, unfinished.root, inputs_.root.string()));
+  }
+
+  // Under another root the rows of the store may have inputs here by chance, or by an earlier root, while
+  // those that were to join it have none.
+  bool has_new_input_of(const RunPlan& unfinished) const {
+    if (!retry_of(unfinished.purpose)) return true;
+    const StoreReader store(options_.store, StoreCheck::none);
+    RunPlan added;
+    for (const std::string& id : unfinished.header.ids)
+      if (!store.find(id)) added.header.ids.push_back(id);
+    return added.header.ids.empty() || has_input_of(added);
   }
 
   // Rows whose input is gone become `unreadable`, so that a run ends though files vanish meanwhile. Where all
@@ -202,6 +225,7 @@ class RunJob {
     return plan;
   }
 
+  // Continued from another list, it must find the same ids.
   RunPlan plan_of_update(const StoreReader& store, const StoreComparison& compared,
                          const RetryOptions& retry) const {
     RunPlan plan = plan_update(store, header_, compared, retry);
@@ -255,7 +279,7 @@ class RunJob {
       const StoreComparison compared = compare_with_inputs(store, inputs_.items, header_, since);
       const RetryOptions retry = unfinished ? *retry_of(unfinished->purpose) : retry_;
       const PlannedStore planned =
-          planned_store(unfinished ? continued(*unfinished) : plan_update(store, header_, compared, retry),
+          planned_store(unfinished ? continued(*unfinished) : plan_of_update(store, compared, retry),
                         inputs_.items, &store, compared, retry);
       if (!unfinished && is_up_to_date(planned, store, compared)) return report(store, compared);
       if (unfinished) inputs_since_ = std::min(inputs_since_, run_begun(options_.store));
@@ -317,7 +341,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
     if (options->store.empty() && options->inputs.size() == 1 &&
         !store_of_array(options->inputs.front()).empty())
       return run_shards(*options, *texts, *shard, command, laboratory, hook);
-    for (const char* name : {"--shard", "--shard-offset", "--shards-per-task", "--scratch"})
+    for (const char* name : {"--shard", "--task", "--shard-offset", "--shards-per-task", "--scratch"})
       if (command.given(name))
         throw UsageError(fmt::format("{} is for `meander run STORE.run`, after `meander plan`", name));
     if (options->store.empty()) throw UsageError("--output is required");

@@ -291,6 +291,205 @@ TEST_CASE("second run: an update killed at any moment continues, with more input
   CHECK(c.bytes() == c.fresh_bytes());
 }
 
+namespace {
+
+// Models in two folders of the folder "in", and lists of them. A store made from a list over both folders has
+// ids that begin with the name of a folder.
+struct ListedFolders {
+  Collection c;
+
+  ListedFolders() {
+    fs::remove_all(c.in);
+    for (const char* folder : {"a", "b"})
+      for (int i = 0; i < 3; ++i) c.add(std::string(folder) + "/m" + std::to_string(i) + ".off", i);
+  }
+  // Several more in `a`, which an update from a list over `a` alone adds.
+  void add_more() const {
+    for (int i = 0; i < 5; ++i) c.add("a/n" + std::to_string(i) + ".off", 30 + i);
+  }
+  // A list of every model in these folders.
+  std::string list(const std::string& name, const std::vector<std::string>& folders) const {
+    std::string text;
+    for (const std::string& folder : folders)
+      for (const auto& entry : fs::recursive_directory_iterator(c.in / folder))
+        if (entry.is_regular_file()) text += entry.path().string() + "\n";
+    write_file(c.scratch / name, text);
+    return "@" + (c.scratch / name).string();
+  }
+  std::vector<std::string> command(const std::string& store, const std::vector<std::string>& inputs,
+                                   const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = {fault_program, "run"};
+    arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+    const std::vector<std::string> rest = {"-o",    (c.scratch / store).string(), "-n", "64", "--method",
+                                           "direct"};
+    arguments.insert(arguments.end(), rest.begin(), rest.end());
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  ProcessResult run(const std::string& store, const std::vector<std::string>& inputs,
+                    const std::vector<std::string>& more = {}) const {
+    return run_process(command(store, inputs, more));
+  }
+  // The update s.h5, stopped and killed on its way and continued by the same command, has the bytes of one of
+  // a copy of the store that nobody disturbs.
+  void check_continues(const std::vector<std::string>& inputs, std::vector<std::string> more,
+                       const std::vector<std::string>& faults) const {
+    for (const char* end : {".h5", ".h5.run.json"})
+      fs::copy_file(c.scratch / (std::string("s") + end), c.scratch / (std::string("t") + end),
+                    fs::copy_options::overwrite_existing);
+    const ProcessResult undisturbed = run("t.h5", inputs, more);
+    INFO(undisturbed.err);
+    REQUIRE(undisturbed.exit_code != 2);
+    std::vector<std::string> serial = more;
+    serial.insert(serial.end(), {"-j", "1"});
+    for (const std::string& fault : faults) {
+      const ProcessResult stopped = run_process(command("s.h5", inputs, serial), with_fault(fault));
+      INFO(fault << ": " << stopped.err);
+      REQUIRE((stopped.exit_code == 75 || stopped.signal == SIGKILL));
+      CHECK(run("s.h5", inputs, {"--dry-run"}).exit_code == 0);
+    }
+    const ProcessResult last = run("s.h5", inputs, more);
+    INFO(last.err);
+    CHECK(last.exit_code == undisturbed.exit_code);
+    CHECK_FALSE(fs::exists(c.scratch / "s.h5.run"));
+    CHECK((c.bytes() == read_file(c.scratch / "t.h5")));  // not printed: they are binary
+    CHECK(run("s.h5", inputs).exit_code == undisturbed.exit_code);
+    CHECK((c.bytes() == read_file(c.scratch / "t.h5")));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("second run: an update from a list over some of the folders is stopped, killed and continued") {
+  const ListedFolders l;
+  REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
+  l.add_more();
+  l.check_continues({l.list("some", {"a"})}, {}, {"stop:n2", "kill:n3"});
+  const StoreReader store(l.c.store);
+  CHECK(store.find("a/n4.off"));
+  CHECK(store.find("b/m2.off"));
+  CHECK(store.rows() == 11);
+}
+
+TEST_CASE("second run: an update from several lists, or one on standard input, is stopped and continued") {
+  const ListedFolders l;
+  REQUIRE(l.run("s.h5", {l.list("a", {"a"}), l.list("b", {"b"})}).exit_code == 0);
+  l.add_more();
+  l.c.add("c/x.off", 50);
+  l.check_continues({l.list("c", {"c"}), l.list("some", {"a"})}, {"--trust"}, {"stop:n2"});
+  l.c.add("c/y.off", 51);
+  ProcessOptions piped = with_fault("stop:c/y");
+  piped.input = (l.c.in / "c/y.off").string() + "\n";
+  REQUIRE(run_process(l.command("s.h5", {"-"}), piped).exit_code == 75);
+  piped.environment.clear();
+  CHECK(run_process(l.command("s.h5", {"-"}), piped).exit_code == 3);  // all others vanished
+  CHECK(StoreReader(l.c.store).find("c/y.off"));
+  CHECK(StoreReader(l.c.store).rows() == 13);
+}
+
+TEST_CASE("second run: --retry over a list of some of the folders is stopped and continued") {
+  const ListedFolders l;
+  REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}, {"--timeout", no_time}).exit_code == 3);
+  l.check_continues({l.list("some", {"a"})}, {"--retry", "timeout"}, {"stop:a/m1", "kill:a/m2"});
+  CHECK(StoreReader(l.c.store).report(0).status == Status::ok);
+  CHECK(StoreReader(l.c.store).report(3).status == Status::timeout);
+  l.c.add("a/m1.off", 77);
+  make_new(l.c.in / "a/m1.off");
+  l.add_more();
+  l.check_continues({l.list("some", {"a"})}, {"--retry", "changed"}, {"stop:a/m1", "stop:n3"});
+  l.check_continues({l.list("some", {"b"})}, {"--retry", "timeout,vanished"}, {"stop:b/m1"});
+  CHECK(StoreReader(l.c.store).rows() == 3);
+}
+
+TEST_CASE("second run: an update from a list with --reuse is stopped and continued") {
+  const ListedFolders l;
+  REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
+  l.add_more();
+  REQUIRE(l.run("old.h5", {(l.c.in / "a/n0.off").string(), (l.c.in / "a/n4.off").string()}).exit_code == 0);
+  l.check_continues({l.list("some", {"a"})}, {"--reuse", (l.c.scratch / "old.h5").string()}, {"stop:n2"});
+}
+
+TEST_CASE("second run: --root is remembered by a stopped update, and by one from a folder") {
+  const ListedFolders l;
+  const std::string above = l.c.scratch.path().string();
+  REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}, {"--root", above}).exit_code == 0);
+  REQUIRE(StoreReader(l.c.store).find("in/b/m0.off"));
+  l.add_more();
+  l.check_continues({l.list("some", {"a"})}, {}, {"stop:n2"});
+  REQUIRE(StoreReader(l.c.store).find("in/a/n4.off"));
+  // Ids of a folder are relative to it; those of lists stay relative to their root.
+  l.c.add("b/late.off", 60);
+  REQUIRE(l.run("s.h5", {(l.c.in / "b").string()}).exit_code == 3);
+  l.c.add("a/later.off", 61);
+  l.check_continues({l.list("some", {"a"})}, {}, {"stop:later"});
+  CHECK(StoreReader(l.c.store).find("in/a/later.off"));
+}
+
+TEST_CASE("second run: an update stopped under another --root is not ended with ids of the store's root") {
+  const ListedFolders l;
+  const std::string both = l.list("both", {"a", "b"});
+  REQUIRE(l.run("s.h5", {both}).exit_code == 0);
+  const std::string before = l.c.bytes(), in_a = (l.c.in / "a").string();
+  l.add_more();
+  const std::vector<std::string> update = l.command("s.h5", {l.list("some", {"a"})}, {"--root", in_a});
+  REQUIRE(run_process(update, with_fault("stop:n2")).exit_code == 75);
+  const ProcessResult refused = l.run("s.h5", {both}, {"--root", l.c.in.string()});
+  INFO(refused.err);
+  CHECK(refused.exit_code == 2);
+  CHECK(says(refused, "begun with ids relative to `" + in_a + "`"));
+  CHECK(l.c.bytes() == before);
+  CHECK(run_process(update).exit_code == 3);  // those of the first root vanished
+  CHECK(StoreReader(l.c.store).find("n4.off"));
+  CHECK(StoreReader(l.c.store).find("b/m2.off"));
+}
+
+TEST_CASE("second run: the root of lists is that of the store where a plan of an update does not say it") {
+  const ListedFolders l;
+  REQUIRE(l.run("s.h5", {l.list("both", {"a", "b"})}).exit_code == 0);
+  {
+    const StoreReader store(l.c.store);
+    RunDirectory begun(l.c.store, RunPlan{store.header(), "update the store"});
+  }
+  l.add_more();
+  const ProcessResult result = l.run("s.h5", {l.list("some", {"a"})});
+  INFO(result.err);
+  CHECK(result.exit_code == 3);
+  CHECK(StoreReader(l.c.store).find("a/n4.off"));
+  CHECK(StoreReader(l.c.store).rows() == 11);
+}
+
+TEST_CASE("second run: a store that was merged from stores of lists with one root remembers it") {
+  const ListedFolders l;
+  const std::string root = l.c.in.string();
+  REQUIRE(l.run("x.h5", {l.list("a", {"a"})}, {"--root", root}).exit_code == 0);
+  REQUIRE(l.run("y.h5", {l.list("b", {"b"})}, {"--root", root}).exit_code == 0);
+  REQUIRE(run_process({fault_program, "merge", (l.c.scratch / "x.h5").string(),
+                       (l.c.scratch / "y.h5").string(), "-o", l.c.store.string()})
+              .exit_code == 0);
+  l.add_more();
+  l.check_continues({l.list("some", {"a"})}, {}, {"stop:n2"});
+  CHECK(StoreReader(l.c.store).find("a/n4.off"));
+  CHECK(StoreReader(l.c.store).rows() == 11);
+}
+
+TEST_CASE("second run: an update from a list of archives is stopped and continued") {
+  const ListedFolders l;
+  const auto pack = [&](const std::string& folder) {
+    const std::string archive = (l.c.in / (folder + ".tar")).string();
+    REQUIRE(run_process({"/bin/tar", "-cf", archive, "-C", (l.c.in / folder).string(), "."}).exit_code == 0);
+    return archive + "\n";
+  };
+  const std::string a = pack("a"), b = pack("b");
+  write_file(l.c.scratch / "both", a + b);
+  write_file(l.c.scratch / "some", a);
+  REQUIRE(l.run("s.h5", {"@" + (l.c.scratch / "both").string()}).exit_code == 0);
+  REQUIRE(StoreReader(l.c.store).find("b/m0.off"));
+  l.add_more();
+  pack("a");
+  l.check_continues({"@" + (l.c.scratch / "some").string()}, {}, {"stop:n2", "kill:n3"});
+  CHECK(StoreReader(l.c.store).rows() == 11);
+}
+
 TEST_CASE("second run: a --retry that was interrupted is finished, and a second list is not ignored") {
   const Collection c;
   write_file(c.in / "bad.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n");  // unusable until it is corrected
