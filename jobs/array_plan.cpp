@@ -101,16 +101,47 @@ std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int
   return static_cast<std::size_t>(std::clamp(shards, 1.0, std::max(1.0, static_cast<double>(costs.size()))));
 }
 
-std::string array_expression(std::span<const std::size_t> ascending) {
+std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t most_tasks) {
+  return std::max<std::uint64_t>(1, (shards + most_tasks - 1) / most_tasks);
+}
+
+std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
+                                         std::uint64_t shards_per_task, std::int64_t offset) {
+  std::vector<std::size_t> tasks;
+  for (const std::size_t shard : ascending) {
+    const std::int64_t task = static_cast<std::int64_t>(shard / shards_per_task) - offset;
+    if (task >= 0 && (tasks.empty() || tasks.back() != static_cast<std::size_t>(task)))
+      tasks.push_back(static_cast<std::size_t>(task));
+  }
+  return tasks;
+}
+
+namespace {
+
+// Gaps of up to `closed` numbers count as no gap.
+std::string expression_over_gaps(std::span<const std::size_t> ascending, std::size_t closed) {
   std::string text;
   for (std::size_t i = 0; i < ascending.size();) {
     std::size_t end = i + 1;
-    while (end < ascending.size() && ascending[end] == ascending[end - 1] + 1) ++end;
+    while (end < ascending.size() && ascending[end] - ascending[end - 1] <= closed + 1) ++end;
     text += fmt::format("{}{}", text.empty() ? "" : ",", ascending[i]);
     if (end - i > 1) text += fmt::format("-{}", ascending[end - 1]);
     i = end;
   }
   return text;
+}
+
+}  // namespace
+
+std::string array_expression(std::span<const std::size_t> ascending, std::size_t most_bytes) {
+  std::string text = expression_over_gaps(ascending, 0);
+  if (text.size() <= most_bytes) return text;
+  std::size_t too_few = 0, enough = ascending.back() - ascending.front();  // one range
+  while (enough - too_few > 1) {
+    const std::size_t closed = too_few + (enough - too_few) / 2;
+    (expression_over_gaps(ascending, closed).size() <= most_bytes ? enough : too_few) = closed;
+  }
+  return expression_over_gaps(ascending, enough);
 }
 
 std::optional<std::uint64_t> number_in(std::string_view text) {
@@ -126,8 +157,7 @@ StoreShard parse_shard(const std::string& text) {
   const std::string_view all(text);
   const auto index = number_in(all.substr(0, slash));
   const auto count = number_in(slash == std::string::npos ? std::string_view() : all.substr(slash + 1));
-  constexpr std::uint64_t most_shards = 1000000;
-  if (!index || !count || *count < 1 || *count > most_shards)
+  if (!index || !count || *count < 1 || *count > max_shards)
     throw UsageError(fmt::format("--shard: `{}` is not i/n, for example 0/16", text));
   if (*index >= *count)
     throw UsageError(
@@ -203,6 +233,7 @@ RunOptions planned_options(const RunArray& array, const StoreHeader& header, con
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   line.parse(static_cast<int>(pointers.size()), pointers.data());
+  texts.tensor.folder = array.folder;
   resolve_run_options(options.run, texts, laboratory);
   options.run.sample.rows_only = !options.run.certify;
   if (options.run.parameters_json != header.parameters_json || header.method_version != store_method_version)

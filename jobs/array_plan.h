@@ -28,8 +28,17 @@ std::vector<ArrayShard> cut_into_shards(std::span<const double> costs, std::size
 // As many shards as make each take about `minutes` on `threads` processors; at least one.
 std::size_t shards_of_minutes(std::span<const double> costs, double minutes, int threads);
 
-// "3,7-9": numbers in the notation of job arrays.
-std::string array_expression(std::span<const std::size_t> ascending);
+// How many shards each of at most `most_tasks` tasks takes.
+std::uint64_t shards_per_task(std::uint64_t shards, std::uint64_t most_tasks);
+
+// The tasks that work on these shards, each once, ascending; task t on the shards (t + offset) K .. + K - 1.
+// Shards that no such task has are left out.
+std::vector<std::size_t> tasks_of_shards(std::span<const std::size_t> ascending,
+                                         std::uint64_t shards_per_task, std::int64_t offset = 0);
+
+// "3,7-9": numbers in the notation of job arrays. Beyond `most_bytes`, which one argument of a command may
+// take, the shortest gaps are closed: what is done already ends at once when it is started again.
+std::string array_expression(std::span<const std::size_t> ascending, std::size_t most_bytes = 64 << 10);
 
 // The number that the text is, decimal digits alone.
 std::optional<std::uint64_t> number_in(std::string_view text);

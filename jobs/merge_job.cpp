@@ -71,7 +71,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
   const RunArray array = *read_run_array(store);
   if (const std::vector<std::size_t> missing = missing_shards(store, array); !missing.empty()) {
     fmt::print(stderr, "meander: {} of {} shards of {}.run are not done: --array={}\n", missing.size(),
-               array.shards.size(), store, array_expression(missing));
+               array.shards.size(), store, array_expression(tasks_of_shards(missing, array.shards_per_task)));
     return exit_stopped;
   }
   RunPlan plan;

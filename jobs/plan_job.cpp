@@ -10,6 +10,7 @@
 #include "io/archive/model_bytes.h"
 #include "io/json_writer.h"
 #include "jobs/array_plan.h"
+#include "jobs/array_script.h"
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "jobs/jobs.h"
@@ -27,80 +28,6 @@ namespace meander {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The text of a script with the name of the store, as a string in the quotes that stand around it there, and
-// the number of shards.
-std::string filled(std::string text, const std::string& quoted_store, std::size_t shards) {
-  const auto replace = [&](std::string_view word, const std::string& value) {
-    for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += value.size())
-      text.replace(at, word.size(), value);
-  };
-  replace("@STORE@", quoted_store);
-  replace("@SHARDS@", std::to_string(shards));
-  replace("@LAST@", std::to_string(shards - 1));
-  return text;
-}
-
-// For the single quotes of a shell and the double quotes of YAML.
-std::string escaped(const std::string& text, std::string_view special, const std::string& before) {
-  std::string result;
-  for (const char c : text) {
-    if (special.find(c) != std::string_view::npos) result += before;
-    result += c;
-  }
-  return result;
-}
-
-// The signal at the limit goes to the shell, which hands it on; a command in the foreground would be
-// orphaned. Exit code 75: again; everything else is final. A task that somebody cancels gets the same signal,
-// but Slurm no longer counts it as running: it is not put back into the queue.
-constexpr const char* slurm_script = R"script(#!/bin/bash
-#SBATCH --job-name=meander
-#SBATCH --array=0-@LAST@
-#SBATCH --requeue --open-mode=append
-#SBATCH --signal=B:TERM@60
-store='@STORE@'
-trap 'kill -TERM $pid 2>/dev/null' TERM
-meander run "$store.run" --progress plain & pid=$!
-wait $pid; rc=$?
-while [ $rc -gt 128 ] && kill -0 $pid 2>/dev/null; do wait $pid; rc=$?; done
-if [ $rc = 75 ] || [ $rc -gt 128 ]; then
-  [ "${SLURM_RESTART_COUNT:-0}" -lt 3 ] && [ "$(squeue -h -j "$SLURM_JOB_ID" -o %T)" = RUNNING ] &&
-    scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
-fi
-exit $rc
-)script";
-
-constexpr const char* parallel_script = R"(#!/bin/sh
-# One task at a time on each machine; `--sshloginfile hosts.txt` uses several. Run it again to continue.
-store='@STORE@'
-seq 0 @LAST@ | parallel --quote --jobs 1 --retries 3 meander run "$store.run" --shard '{}/@SHARDS@' --progress none &&
-  meander merge "$store.run"
-)";
-
-constexpr const char* kubernetes_script = R"(apiVersion: batch/v1
-kind: Job
-metadata:
-  name: meander
-spec:
-  completions: @SHARDS@
-  parallelism: 16
-  completionMode: Indexed
-  backoffLimit: 100
-  template:
-    spec:
-      restartPolicy: OnFailure
-      terminationGracePeriodSeconds: 60
-      containers:
-        - name: meander
-          image: meander
-          command: ["meander", "run", "@STORE@.run", "--progress", "plain"]
-          volumeMounts:
-            - {name: data, mountPath: /data}
-      volumes:
-        - name: data
-          persistentVolumeClaim: {claimName: data}
-)";
 
 class PlanJob {
  public:
@@ -126,16 +53,24 @@ class PlanJob {
           "`{}.run` is planned already: `meander status` tells how far it is, --fresh discards it",
           run_.store));
     const std::vector<double> costs = costs_of(inputs.items);
-    RunArray array{arguments_, fs::current_path().string(),
-                   std::chrono::nanoseconds(listed.time_since_epoch()).count(), inputs.items.size(),
-                   cut_into_shards(costs, shards(costs))};
+    const std::size_t count = shards(costs);
+    RunArray array{arguments_,
+                   fs::current_path().string(),
+                   std::chrono::nanoseconds(listed.time_since_epoch()).count(),
+                   inputs.items.size(),
+                   cut_into_shards(costs, count),
+                   shards_per_task(count, options_.most_tasks)};
+    const std::string script = script_of(array);
     create_run_array(run_.store, array, {header, purpose_sample, inputs.root.string()},
                      [&](std::size_t s, const fs::path& folder) {
                        write_shard_items(
                            folder,
                            std::span(inputs.items).subspan(array.shards[s].begin, array.shards[s].rows()));
                      });
-    report(array, costs);
+    if (options_.emit.empty())
+      report(array, costs);
+    else
+      fmt::print("{}", script);
     return inputs.notes.unread.empty() ? exit_done : exit_some_failed;
   }
 
@@ -163,24 +98,26 @@ class PlanJob {
 
   std::size_t shards(std::span<const double> costs) const {
     if (options_.shards == "auto")
-      return shards_of_minutes(costs, options_.minutes_per_shard, std::max(1, run_.threads));
+      return std::min(shards_of_minutes(costs, options_.minutes_per_shard, std::max(1, run_.threads)),
+                      static_cast<std::size_t>(max_shards));
     std::size_t count = 0;
     const char* const end = options_.shards.data() + options_.shards.size();
-    if (std::from_chars(options_.shards.data(), end, count).ptr != end || count < 1 || count > 1000000)
-      throw UsageError(
-          fmt::format("--shards: `{}` is neither `auto` nor a number from 1 to 1000000", options_.shards));
+    if (std::from_chars(options_.shards.data(), end, count).ptr != end || count < 1 || count > max_shards)
+      throw UsageError(fmt::format("--shards: `{}` is neither `auto` nor a number from 1 to {}",
+                                   options_.shards, max_shards));
     return count;
+  }
+
+  // Before anything is written: a path may be one that the scheduler cannot name.
+  std::string script_of(const RunArray& array) const {
+    if (options_.emit.empty()) return {};
+    return array_script(options_.emit, {running_program(), fs::absolute(run_.store), array.shards.size(),
+                                        array.shards_per_task});
   }
 
   void report(const RunArray& array, std::span<const double> costs) const {
     const std::size_t count = array.shards.size();
-    const std::string store = fs::absolute(run_.store).string();
-    const std::string in_shell = escaped(store, "'", "'\\'");
-    if (options_.emit == "slurm") fmt::print("{}", filled(slurm_script, in_shell, count));
-    if (options_.emit == "parallel") fmt::print("{}", filled(parallel_script, in_shell, count));
-    if (options_.emit == "kubernetes")
-      fmt::print("{}", filled(kubernetes_script, escaped(store, "\\\"", "\\"), count));
-    if (!options_.emit.empty()) return;
+    const std::uint64_t each = array.shards_per_task, tasks = (count + each - 1) / each;
     const double total = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (run_.json) {
       JsonWriter json;
@@ -188,7 +125,9 @@ class PlanJob {
       json.member("run", run_.store + ".run");
       json.member("rows", array.rows);
       json.member("shards", std::uint64_t{count});
-      json.member("array", fmt::format("0-{}", count - 1));
+      json.member("tasks", tasks);
+      json.member("shards_per_task", each);
+      json.member("array", fmt::format("0-{}", tasks - 1));
       json.member("estimated_processor_seconds", total);
       json.member("largest_shard_seconds", array.shards.front().cost);
       json.end_object();
@@ -197,8 +136,9 @@ class PlanJob {
     }
     fmt::print("{}.run: {} models in {} shards, about {:.0f} processor seconds, the largest shard {:.1f}\n",
                run_.store, array.rows, count, total, array.shards.front().cost);
-    fmt::print("work on shard i:  meander run {}.run --shard i/{}    or as an array of tasks: --array=0-{}\n",
-               run_.store, count, count - 1);
+    fmt::print(
+        "work on shard i:  meander run {}.run --shard i/{}    or as an array of tasks: --array=0-{}{}\n",
+        run_.store, count, tasks - 1, each > 1 ? fmt::format(", {} shards each", each) : "");
     fmt::print("when all have ended with 0:  meander merge {}.run\n", run_.store);
   }
 
@@ -220,8 +160,17 @@ void add_plan_command(Command& program, PlanOptions& options, RunOptionTexts& te
                   "What auto aims at, on the threads of -j (default 1), 0.01 to 10000")
       .show_default()
       .range(0.01, 10000.0);
-  array.add_option("--emit", options.emit, "Print a script that runs the array")
-      .one_of({"slurm", "parallel", "kubernetes"});
+  array
+      .add_option(
+          "--max-array", options.most_tasks,
+          "Tasks that an array may have (Slurm: MaxArraySize); where there are more shards, each task "
+          "does several")
+      .show_default()
+      .range(std::uint64_t{1}, std::uint64_t{4000001});
+  array
+      .add_option("--emit", options.emit,
+                  "Print a script that runs the array with this program, by its absolute path")
+      .one_of(script_schedulers());
   Command running = command.under("Running");
   add_budget_options(running, options.run, texts);
   add_older_store_options(running, options.run);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "io/store/run_array.h"
 #include "jobs/column_options.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
@@ -351,6 +352,18 @@ void add_store_options(Command& command, RunOptions& options, RunOptionTexts& te
   record_constants(options.sample, texts.table);
 }
 
+void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task) {
+  array
+      .add_option("--shard-offset", offset,
+                  "Added to the number of the task: -1 where the tasks of an array are numbered from 1")
+      .show_default()
+      .range(-1000000000, 1000000000);
+  array
+      .add_option("--shards-per-task", shards_a_task,
+                  "Shards of a task, one after the other (default: as many as planned)")
+      .range(std::uint64_t{1}, max_shards);
+}
+
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard) {
   Command command = program.add_subcommand(
       "run", "Sample every model of the input into one store, or a shard of a planned one");
@@ -358,11 +371,10 @@ Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& t
   add_running_options(command.under("Running"), options, texts);
   Command array = command.under("Array (run STORE.run, see `meander plan`)");
   array.add_option("--shard", shard.shard,
-                   "i/n: the shard to work on, 0 to n - 1 (default: what the scheduler's variables say)");
-  array.add_option("--shard-offset", shard.offset, "Added to the number of the task").show_default();
-  array.add_option("--shards-per-task", shard.shards_a_task, "Shards of a task, one after the other")
-      .show_default()
-      .range(std::uint64_t{1}, std::uint64_t{1000000});
+                   "i/n: the shard to work on, 0 to n - 1 (default: those of the task)");
+  array.add_option("--task", shard.task,
+                   "The number of the task (default: what the scheduler's variables say)");
+  add_task_options(array, shard.offset, shard.shards_a_task);
   array.add_option("--scratch", shard.scratch, "A folder of this machine for work that is not finished");
   add_report_options(command.under("Report"), options);
   return command;

@@ -87,11 +87,15 @@ void add_older_store_options(Command running, RunOptions& options);
 
 // Which shard of an array `run STORE.run` works on (shard_run.h).
 struct ShardOptions {
-  std::string shard;                // "i/n"; empty: the variables of the environment say which task it is
-  std::uint64_t offset = 0;         // added to the number of the task
-  std::uint64_t shards_a_task = 1;  // task t works on the shards t K .. t K + K - 1
+  std::string shard;                // "i/n"; empty: that of a task
+  std::string task;                 // its number; empty: the variables of the environment say which it is
+  int offset = 0;                   // added to the number of the task
+  std::uint64_t shards_a_task = 0;  // task t works on the shards t K .. t K + K - 1; 0: as many as planned
   std::string scratch;              // the folder of the work that is not finished; empty: STORE.run
 };
+
+// --shard-offset and --shards-per-task.
+void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task);
 
 // Adds the subcommand with its options.
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard);

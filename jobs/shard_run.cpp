@@ -92,7 +92,7 @@ class ShardRun {
     RunPlan plan = read_shard_plan(task.store, number);
     const std::vector<PlanItem> items = read_shard_items(shard_folder(task.store, number), plan.header);
     options_ = task.options;
-    options_.store = task.scratch.empty() ? result_ : scratch_store(task.scratch);
+    options_.store = store_in_work(task, number);
     options_.model_bytes = memory_for_models(options_.memory_bytes, plan.header, options_.sample,
                                              options_.threads, index_bytes(items));
     planned_ = planned_store(std::move(plan), items, nullptr, {}, {});
@@ -109,11 +109,16 @@ class ShardRun {
       try_suspects(planned_, {options_, task_.stages, {}, nullptr});
   }
 
+  // Whether an earlier process began it and did not end it.
+  static bool was_begun(const ArrayTask& task, std::size_t number) {
+    return fs::exists(store_in_work(task, number) + ".run");
+  }
+
   // False when it was stopped.
   bool run(bool json) {
     if (is_done()) {
       tidy_store(result_);
-      if (!task_.scratch.empty()) remove_scratch_store(scratch_store(task_.scratch));
+      if (!task_.scratch.empty()) remove_scratch_store(store_in_work(task_, number_));
       say(json, read_shard_report(task_.store, number_).value_or(report_of(rows(), 0)), true);
       return true;
     }
@@ -163,12 +168,14 @@ class ShardRun {
     return report;
   }
 
-  // A name that no other array has.
-  std::string scratch_store(const std::string& folder) const {
-    const std::string path = fs::weakly_canonical(result_).string();
+  // Where its rows are gathered: in the scratch folder under a name that no other array has.
+  static std::string store_in_work(const ArrayTask& task, std::size_t number) {
+    const fs::path result = shard_store(task.store, number);
+    if (task.scratch.empty()) return result.string();
+    const std::string path = fs::weakly_canonical(result).string();
     const auto digest = sha256(std::as_bytes(std::span(path)));
     const std::string name = hex_text(std::span(digest).first(8));
-    return (fs::path(folder) / fmt::format("meander-{}-shard-{:06}.h5", name, number_)).string();
+    return (fs::path(task.scratch) / fmt::format("meander-{}-shard-{:06}.h5", name, number)).string();
   }
 
   void say(bool json, const ShardReport& report, bool before) const {
@@ -192,35 +199,50 @@ class ShardRun {
 
 // What a task may be told; everything else the plan has decided.
 void refuse_other_options(const Command& command, const std::string& run_folder) {
-  constexpr std::array<std::string_view, 10> allowed = {
-      "INPUT",    "--shard",    "--shard-offset", "--shards-per-task", "--scratch", "--threads",
-      "--memory", "--progress", "--json",         "--max-failures"};
+  constexpr std::array<std::string_view, 11> allowed = {
+      "INPUT",     "--shard",  "--task",     "--shard-offset", "--shards-per-task", "--scratch",
+      "--threads", "--memory", "--progress", "--json",         "--max-failures"};
   for (const std::string& name : command.all_given())
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
       throw UsageError(fmt::format("{}: the plan of `{}` has decided this: leave it out", name, run_folder));
 }
 
-std::vector<std::size_t> shards_of_task(const ShardOptions& which, std::size_t shards) {
+TaskNumber task_of(const ShardOptions& which, std::size_t shards) {
+  if (which.task.empty()) {
+    const TaskNumber task = task_of_environment();
+    if (task.variable.empty())
+      throw UsageError(fmt::format(
+          "which of the {} shards? Give --shard i/{}, or start this as an array of tasks", shards, shards));
+    return task;
+  }
+  const auto number = number_in(which.task);
+  if (!number) throw UsageError(fmt::format("--task: `{}` is not the number of a task", which.task));
+  return {*number, "--task"};
+}
+
+std::vector<std::size_t> shards_of_task(const ShardOptions& which, const RunArray& array) {
+  const std::size_t shards = array.shards.size();
   if (!which.shard.empty()) {
-    if (which.offset != 0 || which.shards_a_task != 1)
+    if (which.offset != 0 || which.shards_a_task != 0 || !which.task.empty())
       throw UsageError(
-          "--shard names one shard: --shard-offset and --shards-per-task are for arrays of tasks");
+          "--shard names one shard: --task, --shard-offset and --shards-per-task are for arrays of tasks");
     return {shard_in(which.shard, shards)};
   }
-  const TaskNumber task = task_of_environment();
-  if (task.variable.empty())
-    throw UsageError(fmt::format(
-        "which of the {} shards? Give --shard i/{}, or start this as an array of tasks", shards, shards));
-  const std::uint64_t first = (task.number + which.offset) * which.shards_a_task;
-  fmt::print(stderr, "meander: {} is {}: shard{} {}{} of {}\n", task.variable, task.number,
-             which.shards_a_task > 1 ? "s" : "", first,
-             which.shards_a_task > 1 ? fmt::format(" to {}", first + which.shards_a_task - 1) : "", shards);
-  if (first >= shards)
+  const TaskNumber task = task_of(which, shards);
+  const std::uint64_t each = which.shards_a_task == 0 ? array.shards_per_task : which.shards_a_task;
+  // The numbers of schedulers are far below, and products of those above would not be numbers of shards.
+  constexpr std::uint64_t beyond_all = std::uint64_t{1} << 32;
+  const std::int64_t group = static_cast<std::int64_t>(std::min(task.number, beyond_all)) + which.offset;
+  const std::int64_t first = group * static_cast<std::int64_t>(each);
+  if (first < 0 || first >= static_cast<std::int64_t>(shards))
     throw UsageError(fmt::format("{} is {}, but the {} shards are numbered from 0: there is no shard {}",
                                  task.variable, task.number, shards, first));
   std::vector<std::size_t> numbers;
-  for (std::uint64_t s = first; s < std::min<std::uint64_t>(first + which.shards_a_task, shards); ++s)
-    numbers.push_back(static_cast<std::size_t>(s));
+  for (std::size_t s = static_cast<std::size_t>(first); s < std::min<std::size_t>(first + each, shards); ++s)
+    numbers.push_back(s);
+  fmt::print(stderr, "meander: {} is {}: shard{} {}{} of {}\n", task.variable, task.number,
+             numbers.size() > 1 ? "s" : "", first,
+             numbers.size() > 1 ? fmt::format(" to {}", numbers.back()) : "", shards);
   return numbers;
 }
 
@@ -257,7 +279,7 @@ int run_shards(const RunOptions& given, const RunOptionTexts& texts, const Shard
   task.store = store;
   task.array = *read_run_array(store);
   task.scratch = which.scratch;
-  const std::vector<std::size_t> numbers = shards_of_task(which, task.array.shards.size());
+  const std::vector<std::size_t> numbers = shards_of_task(which, task.array);
   task.options = planned_options(task.array, read_shard_plan(store, numbers.front()).header, laboratory);
   task.options.fresh = task.options.json = false;
   task.options.threads = budgets.threads;
@@ -268,11 +290,11 @@ int run_shards(const RunOptions& given, const RunOptionTexts& texts, const Shard
     if (task.options.certify) laboratory->add_certificate_stage(stages);
     if (hook) hook(stages);
   };
-  std::vector<std::unique_ptr<ShardRun>> shards;
-  for (const std::size_t number : numbers) shards.push_back(std::make_unique<ShardRun>(task, number));
-  for (const auto& shard : shards) shard->try_earlier_suspects();
-  for (const auto& shard : shards)
-    if (!shard->run(given.json)) return exit_stopped;
+  // One after the other: a task may have more shards than a process may have files open.
+  for (const std::size_t number : numbers)
+    if (ShardRun::was_begun(task, number)) ShardRun(task, number).try_earlier_suspects();
+  for (const std::size_t number : numbers)
+    if (!ShardRun(task, number).run(given.json)) return exit_stopped;
   return exit_done;
 }
 

@@ -14,6 +14,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/run_options.h"
 
 namespace meander {
 
@@ -24,6 +25,8 @@ namespace fs = std::filesystem;
 struct StatusOptions {
   std::string run;
   bool array = false, json = false;
+  int offset = 0;                   // as the tasks were given them
+  std::uint64_t shards_a_task = 0;  // 0: as planned
 };
 
 enum class ShardState { done, in_work, interrupted, waiting };
@@ -82,7 +85,13 @@ double seconds_left(const ArrayStatus& status) {
   return (status.cost - status.cost_done) * status.seconds / status.reported_cost / tasks;
 }
 
-void print_json(const RunArray& array, const ArrayStatus& status) {
+// The tasks that have to be started again.
+std::string missing_tasks(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
+  const std::uint64_t each = options.shards_a_task == 0 ? array.shards_per_task : options.shards_a_task;
+  return array_expression(tasks_of_shards(status.missing, each, options.offset));
+}
+
+void print_json(const StatusOptions& options, const RunArray& array, const ArrayStatus& status) {
   JsonWriter json;
   json.begin_object();
   json.member("rows", array.rows);
@@ -92,13 +101,15 @@ void print_json(const RunArray& array, const ArrayStatus& status) {
   json.member("shards_done", std::uint64_t{status.done.size()});
   json.member("shards_in_work", std::uint64_t{status.in_work.size()});
   json.member("shards_interrupted", std::uint64_t{status.interrupted.size()});
-  json.member("array", array_expression(status.missing));
+  json.member("shards_per_task", array.shards_per_task);
+  json.member("array", missing_tasks(options, array, status));
   if (const double left = seconds_left(status); left >= 0) json.member("seconds_left", left);
   json.end_object();
   fmt::print("{}\n", json.text());
 }
 
-void print_status(const std::string& store, const RunArray& array, const ArrayStatus& status) {
+void print_status(const std::string& store, const StatusOptions& options, const RunArray& array,
+                  const ArrayStatus& status) {
   fmt::print("{}.run: {} of {} shards done, {} of {} models, {} failed\n", store, status.done.size(),
              array.shards.size(), status.rows_done, array.rows, status.failed);
   const auto list = [](const char* what, const std::vector<std::size_t>& shards) {
@@ -107,6 +118,9 @@ void print_status(const std::string& store, const RunArray& array, const ArraySt
   list("in work", status.in_work);
   list("interrupted", status.interrupted);
   list("waiting", status.waiting);
+  if (array.shards_per_task > 1 && !status.missing.empty())
+    fmt::print("  tasks of {} shards each to start again: {}\n", array.shards_per_task,
+               missing_tasks(options, array, status));
   if (status.missing.empty()) {
     fmt::print("  next: meander merge {}.run\n", store);
   } else if (const double left = seconds_left(status); left >= 0) {
@@ -116,16 +130,18 @@ void print_status(const std::string& store, const RunArray& array, const ArraySt
 }
 
 int print(const StatusOptions& options) {
+  if (!options.array && !options.json && (options.offset != 0 || options.shards_a_task != 0))
+    throw UsageError("--shard-offset and --shards-per-task say what --array and --json count");
   const std::string store = store_of_array(options.run);
   if (store.empty()) throw UsageError(fmt::format("`{}` is no run that `meander plan` made", options.run));
   const RunArray array = *read_run_array(store);
   const ArrayStatus status = status_of(store, array);
   if (options.array)
-    fmt::print("{}\n", array_expression(status.missing));
+    fmt::print("{}\n", missing_tasks(options, array, status));
   else if (options.json)
-    print_json(array, status);
+    print_json(options, array, status);
   else
-    print_status(store, array, status);
+    print_status(store, options, array, status);
   return status.missing.empty() ? exit_done : exit_stopped;
 }
 
@@ -135,7 +151,8 @@ JobFunction add_status_job(Command& program) {
   Command command = program.add_subcommand("status", "How far an array of `meander plan` is");
   auto options = std::make_shared<StatusOptions>();
   command.add_option("STORE.run", options->run, "The folder that `meander plan` made").required();
-  command.add_flag("--array", options->array, "Print the shards that are missing, as 3,7-9");
+  command.add_flag("--array", options->array, "Print the tasks to start again, as 3,7-9");
+  add_task_options(command, options->offset, options->shards_a_task);
   command.add_flag("--json", options->json, "The status as JSON");
   return [options] { return print(*options); };
 }

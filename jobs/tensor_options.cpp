@@ -31,7 +31,9 @@ bool parse_six(std::string_view text, std::array<double, 6>& numbers) {
   return false;
 }
 
-void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector<std::string>& problems) {
+void resolve_kind(const TensorOptionTexts& texts, TensorParameters& tensor,
+                  std::vector<std::string>& problems) {
+  const std::string& text = texts.tensor;
   constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:",
                              file = "file:";
   if (text == "curvature") {
@@ -53,7 +55,7 @@ void resolve_kind(const std::string& text, TensorParameters& tensor, std::vector
   } else if (text.starts_with(file)) {
     tensor.kind = TensorKind::table;
     tensor.attribute = text.substr(file.size());
-    if (!std::filesystem::exists(tensor.attribute))
+    if (!std::filesystem::exists(std::filesystem::path(texts.folder) / tensor.attribute))
       problems.push_back("--tensor: no such file or folder: `" + tensor.attribute + "`");
   } else {
     problems.push_back(fmt::format("--tensor: `{}` is not one of {}", text, kinds));
@@ -118,7 +120,7 @@ void resolve_tensor_options(const TensorOptionTexts& texts, SampleParameters& pa
     return;
   }
   TensorParameters& tensor = parameters.tensor;
-  resolve_kind(texts.tensor, tensor, problems);
+  resolve_kind(texts, tensor, problems);
   if (!texts.chooses_segments && parameters.tensor_charts.form == AlignmentForm::gradient)
     parameters.tensor_charts.segment.count = 16;
   const bool curved = tensor.kind == TensorKind::curvature;

@@ -13,7 +13,8 @@ namespace meander {
 struct TensorOptionTexts {
   std::string tensor = "curvature";
   bool chooses_segments = false;
-  std::string given;  // the first of these options that was given; empty: none
+  std::string given;   // the first of these options that was given; empty: none
+  std::string folder;  // that a relative path of file:PATH begins in; empty: the working folder
 };
 
 // Adds the options under the heading "Anisotropic". `table` gets what the store of an anisotropic run

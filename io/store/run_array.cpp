@@ -80,6 +80,7 @@ std::string json_of(const RunArray& array) {
   json.member("rows", array.rows);
   json.member("folder", escape_id(array.folder));
   json.member("inputs_listed_unix_ns", array.inputs_listed_unix_ns);
+  json.member("shards_per_task", array.shards_per_task);
   write_list<std::string>(json, "arguments", array.arguments,
                           [&](const std::string& argument) { json.value(escape_id(argument)); });
   write_list<ArrayShard>(json, "shards", array.shards, [&](const ArrayShard& shard) {
@@ -175,6 +176,11 @@ std::optional<RunArray> read_run_array(const fs::path& store) {
   array.rows = static_cast<std::uint64_t>(integer_of(json, "rows", source));
   array.folder = unescape_id(json.text("folder").value_or(""));
   array.inputs_listed_unix_ns = integer_of(json, "inputs_listed_unix_ns", source);
+  const std::int64_t shards_per_task = json.integer("shards_per_task").value_or(1);  // not in older ones
+  if (shards_per_task < 1 || shards_per_task > static_cast<std::int64_t>(max_shards))
+    throw RunError(RunError::Kind::unusable,
+                   fmt::format("{} is damaged: {} shards a task", source, shards_per_task));
+  array.shards_per_task = static_cast<std::uint64_t>(shards_per_task);
   array.arguments =
       read_list<std::string>(json, "arguments", source, [](const JsonObject& list, const std::string& name) {
         return unescape_id(list.text(name).value_or(""));

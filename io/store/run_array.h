@@ -31,7 +31,11 @@ struct RunArray {
   std::int64_t inputs_listed_unix_ns = 0;
   std::uint64_t rows = 0;
   std::vector<ArrayShard> shards;  // by number: those that cost most come first
+  // Task t of an array works on the shards t K .. t K + K - 1, unless it is told another K.
+  std::uint64_t shards_per_task = 1;
 };
+
+inline constexpr std::uint64_t max_shards = 1000000;
 
 std::filesystem::path array_folder(const std::filesystem::path& store);  // STORE.run
 std::filesystem::path shard_folder(const std::filesystem::path& store, std::size_t shard);

@@ -148,6 +148,7 @@ void run_array(std::string_view bytes) {
   std::optional<RunArray> array;
   if (!is_usable([&] { array = read_run_array(store); })) return;
   demand(array.has_value(), "what is there is read");
+  demand(array->shards_per_task >= 1 && array->shards_per_task <= max_shards, "a task has shards");
   std::vector<std::pair<std::uint64_t, std::uint64_t>> parts;
   for (const ArrayShard& shard : array->shards) {
     demand(shard.begin <= shard.end && shard.end <= array->rows, "a shard has rows of the store");

@@ -1,4 +1,7 @@
 // Many processes, one store: meander plan, run --shard, status, merge, as a scheduler calls them.
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -12,8 +15,11 @@
 
 #include "io/file/folder_lock.h"
 #include "io/json/json_reader.h"
+#include "io/json/json_tree.h"
 #include "io/store/run_array.h"
 #include "jobs/array_plan.h"
+#include "jobs/array_script.h"
+#include "jobs/inputs.h"
 #include "jobs/shard_run.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
@@ -528,27 +534,322 @@ TEST_CASE("merge: finished stores of the same parameters") {
                  "holds the shards of an array"));
 }
 
-TEST_CASE("array: the script for GNU parallel makes the store") {
-  if (std::system("command -v parallel >/dev/null 2>&1") != 0) {
+namespace {
+
+// As a scheduler starts a task: in a folder of its own, with an empty PATH.
+ProcessOptions far_away(std::vector<std::pair<std::string, std::string>> more = {}) {
+  ProcessOptions options;
+  options.environment = std::move(more);
+  options.environment.emplace_back("PATH", "");
+  options.in_child = [] {
+    if (::chdir("/") != 0) std::abort();
+  };
+  return options;
+}
+
+// Names that a shell, GNU parallel, YAML and Kubernetes could each take for something else.
+constexpr const char* awkward = "it's $HOME \"x\" `y` {} {#} $(z) \\ @LAST@ #\n\xc3\xa4; ";
+
+// The tasks that a script says its array has.
+int tasks_of(const std::string& script, const std::string& before) {
+  const std::size_t at = script.find(before);
+  return at == std::string::npos ? -1 : std::atoi(script.c_str() + at + before.size());
+}
+
+// The words of the command of a script for Kubernetes, as a container gets them.
+std::vector<std::string> container_command(const std::string& script) {
+  const std::size_t begin = script.find("command: ") + 9;
+  const JsonTree tree(script.substr(begin, script.find('\n', begin) - begin));
+  std::vector<std::string> words;
+  for (const JsonValue& value : tree.root().items()) {
+    std::string& word = words.emplace_back(value.text().value_or(""));
+    for (std::size_t at = 0; (at = word.find("$$", at)) != std::string::npos; ++at) word.erase(at, 1);
+  }
+  return words;
+}
+
+// A scene whose program and store have awkward names; the store is given by a relative path.
+struct AwkwardScene : Scene {
+  fs::path folder, copy;
+
+  AwkwardScene() {
+    folder = scratch / awkward;
+    fs::create_directories(folder / "bin");
+    copy = folder / "bin" / "meander";
+    fs::copy_file(program, copy);
+    store = folder / (std::string(awkward) + ".h5");
+    run = store.string() + ".run";
+  }
+  std::string script(const std::string& scheduler, int shards, int most_tasks) const {
+    ProcessOptions here;
+    here.in_child = [this] {
+      if (::chdir(folder.c_str()) != 0) std::abort();
+    };
+    const ProcessResult planned = run_process(
+        {"bin/meander", "plan", models.string(), "-o", store.filename().string(), "-n", "40", "--shards",
+         std::to_string(shards), "--max-array", std::to_string(most_tasks), "--emit", scheduler, "--fresh"},
+        here);
+    INFO(planned.err);
+    REQUIRE(planned.exit_code == 0);
+    return planned.out;
+  }
+};
+
+bool is_executable_script(const fs::path& file, const std::string& text) {
+  write_file(file, text);
+  fs::permissions(file, fs::perms::owner_all);
+  return text.starts_with("#!/bin/");
+}
+
+}  // namespace
+
+TEST_CASE("array: the script for Slurm runs from another folder with an empty PATH, whatever the names are") {
+  const AwkwardScene scene;
+  const std::string text = scene.script("slurm", 7, 3);
+  CHECK(tasks_of(text, "--array=0-") == 2);
+  const fs::path file = scene.scratch / "job.sh";
+  REQUIRE(is_executable_script(file, text));
+  for (const char* task : {"2", "0", "1"}) {
+    const ProcessResult ended = run_process({file.string()}, far_away({{"SLURM_ARRAY_TASK_ID", task}}));
+    INFO(ended.err);
+    CHECK(ended.exit_code == 0);
+  }
+  REQUIRE(meander_with({"merge", scene.run}).exit_code == 3);
+  CHECK(scene.is_as_one_process_makes_it());
+}
+
+TEST_CASE("array: the script for Kubernetes runs from another folder with an empty PATH") {
+  const AwkwardScene scene;
+  const std::string text = scene.script("kubernetes", 5, 4);
+  REQUIRE(tasks_of(text, "completions: ") == 3);
+  for (const char* task : {"0", "1", "2"}) {
+    const ProcessResult ended =
+        run_process(container_command(text), far_away({{"JOB_COMPLETION_INDEX", task}}));
+    INFO(ended.err);
+    CHECK(ended.exit_code == 0);
+  }
+  REQUIRE(meander_with({"merge", scene.run}).exit_code == 3);
+  CHECK(scene.is_as_one_process_makes_it());
+  // A name that is not UTF-8 has no place there; nothing is planned then.
+  const fs::path other = scene.scratch / "\xff.h5";
+  const ProcessResult refused =
+      meander_with({"plan", scene.models.string(), "-o", other.string(), "--emit", "kubernetes"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "not UTF-8"));
+  CHECK_FALSE(fs::exists(other.string() + ".run"));
+}
+
+TEST_CASE("array: the script for GNU parallel runs from another folder with an empty PATH") {
+  if (std::system("parallel --version 2>/dev/null | grep -q GNU") != 0) {
     WARN("skipped: no GNU parallel here");
     return;
   }
-  Scene scene;
-  scene.store = scene.scratch / "it's.h5";
-  scene.run = scene.store.string() + ".run";
-  const ProcessResult planned = scene.plan(5, {"--emit", "parallel"});
+  const AwkwardScene scene;
+  const fs::path file = scene.scratch / "run.sh";
+  for (const int most_tasks : {100, 2}) {
+    REQUIRE(is_executable_script(file, scene.script("parallel", 5, most_tasks)));
+    const ProcessResult made =
+        run_process({file.string()}, far_away({{"PARALLEL_HOME", (scene.scratch / "home").string()},
+                                               {"SLURM_ARRAY_TASK_ID", "3"}}));  // of a job around it
+    INFO(made.err << made.out);
+    REQUIRE(made.exit_code == 3);  // that of merge: some models are broken
+    CHECK(scene.is_as_one_process_makes_it());
+  }
+}
+
+TEST_CASE("array: scripts name the program by the path it runs by, however it was started") {
+  const ScratchFolder scratch;
+  write_mesh(scratch / "a.off", cube());
+  fs::create_directories(scratch / "bin");
+  fs::create_symlink(fs::relative(program, scratch / "bin"), scratch / "bin" / "meander");
+  fs::create_symlink("bin/meander", scratch / "link");
+  ProcessOptions here;
+  here.environment = {{"PATH", (scratch / "bin").string()}};
+  here.in_child = [&] {
+    if (::chdir(scratch.path().c_str()) != 0) std::abort();
+  };
+  const std::string rest = " plan a.off -o s.h5 --fresh --emit slurm";
+  for (const char* start : {"meander", "bin/meander", "./link", "bin/../link"}) {
+    INFO(start);
+    const ProcessResult planned = run_process({"/bin/sh", "-c", start + rest}, here);
+    INFO(planned.err);
+    REQUIRE(planned.exit_code == 0);
+    CHECK(contains(planned.out, "\nprogram=" + shell_word(fs::canonical(program).string()) + "\n"));
+    CHECK(contains(planned.out,
+                   "\nstore=" + shell_word(fs::canonical(scratch / "s.h5.run").replace_extension())));
+  }
+}
+
+TEST_CASE("array: words of scripts are the text itself for the shell, for YAML and for Kubernetes") {
+  CHECK(shell_word("/a/b-1.h5") == "/a/b-1.h5");
+  CHECK(shell_word("") == "''");
+  for (const std::string& text :
+       {std::string(awkward), std::string("'"), std::string("''a'"), std::string("~"), std::string("-n *"),
+        std::string("a=b"), std::string("\xff\x01\t\r\n\\n")}) {
+    const ProcessResult said = run_process({"/bin/sh", "-c", "printf %s " + shell_word(text)});
+    CHECK(said.out == text);
+  }
+  CHECK(kubernetes_word("/a b") == "\"/a b\"");
+  CHECK(kubernetes_word("a\"\\$(X)$") == "\"a\\\"\\\\$$(X)$$\"");
+  CHECK(kubernetes_word("\n\x7f\xc2\x85\xe2\x80\xa8\xc3\xa4") == "\"\\u000A\\u007F\\u0085\\u2028\xc3\xa4\"");
+  CHECK_THROWS_AS(kubernetes_word("\xc3"), UsageError);
+}
+
+TEST_CASE("array: it keeps within --max-array, and what is missing is named in tasks") {
+  const Scene scene;
+  const ProcessResult planned = scene.plan(23, {"--max-array", "10", "--json"});
   REQUIRE(planned.exit_code == 0);
-  const fs::path script = scene.scratch / "run.sh";
-  write_file(script, planned.out);
-  // The program of the test under the name that scripts call.
-  fs::create_symlink(program, scene.scratch / "meander");
-  ProcessOptions options;
-  options.environment = {{"PATH", scene.scratch.path().string() + ":" + std::getenv("PATH")},
-                         {"PARALLEL_HOME", (scene.scratch / "home").string()}};
-  const ProcessResult made = run_process({"/bin/sh", script.string()}, options);
-  INFO(made.err);
-  REQUIRE(made.exit_code == 3);  // that of merge: some models are broken
+  const JsonObject plan(planned.out, "plan");
+  CHECK(plan.integer("shards") == 23);
+  CHECK(plan.integer("tasks") == 8);
+  CHECK(plan.integer("shards_per_task") == 3);
+  CHECK(plan.text("array") == "0-7");
+  const auto task = [&](int number, std::vector<std::string> more = {}) {
+    std::vector<std::string> command = {"run",        scene.run, "--task", std::to_string(number),
+                                        "--progress", "none"};
+    command.insert(command.end(), more.begin(), more.end());
+    return meander_with(command);
+  };
+  CHECK(contains(task(7).err, "--task is 7: shards 21 to 22 of 23"));
+  REQUIRE(task(0).exit_code == 0);
+  REQUIRE(scene.shard("3/23").exit_code == 0);  // of task 1, which has others
+  CHECK(meander_with({"status", scene.run, "--array"}).out == "1-6\n");
+  REQUIRE(task(2).exit_code == 0);
+  REQUIRE(task(4).exit_code == 0);
+  CHECK(meander_with({"status", scene.run, "--array"}).out == "1,3,5-6\n");
+  CHECK(contains(meander_with({"merge", scene.run}).err,
+                 "11 of 23 shards of " + scene.run + " are not done: --array=1,3,5-6\n"));
+  CHECK(contains(meander_with({"status", scene.run}).out, "tasks of 3 shards each to start again: 1,3,5-6"));
+  // Tasks of another size, and numbered otherwise, as they were given it.
+  CHECK(meander_with({"status", scene.run, "--array", "--shards-per-task", "1"}).out == "4-5,9-11,15-20\n");
+  CHECK(meander_with({"status", scene.run, "--array", "--shard-offset", "-1"}).out == "2,4,6-7\n");
+  CHECK(meander_with({"status", scene.run, "--array", "--shard-offset", "3"}).out == "0,2-3\n");
+  CHECK(meander_with({"status", scene.run, "--shard-offset", "3"}).exit_code == 2);
+  REQUIRE(task(2, {"--shard-offset", "-1"}).exit_code == 0);  // the second of an array that begins with 1
+  const ProcessResult before = task(0, {"--shard-offset", "-1"});
+  CHECK(before.exit_code == 2);
+  CHECK(contains(before.err, "there is no shard -3"));
+  REQUIRE(task(9, {"--shards-per-task", "1"}).exit_code == 0);
+  CHECK(meander_with({"status", scene.run, "--array"}).out == "3,5-6\n");
+  for (const int number : {3, 5, 6}) REQUIRE(task(number).exit_code == 0);
+  CHECK(meander_with({"status", scene.run, "--array"}).out == "\n");
+  CHECK(task(8).exit_code == 2);
+  CHECK(contains(task(0, {"--shard", "0/23"}).err, "--shard names one shard"));
+  const ProcessResult none = meander_with({"run", scene.run, "--task", "-1"});
+  CHECK(none.exit_code == 2);
+  CHECK(contains(none.err, "--task"));
+  CHECK(contains(meander_with({"run", scene.run, "--task", "99999999999999999999"}).err, "--task"));
+  CHECK(
+      contains(meander_with({"run", scene.run, "--task", "18446744073709551615"}).err, "there is no shard"));
+  REQUIRE(meander_with({"merge", scene.run}).exit_code == 3);
   CHECK(scene.is_as_one_process_makes_it());
+}
+
+TEST_CASE("array: a task of many shards opens few files, and goes on where it was killed") {
+  const Scene scene;
+  REQUIRE(scene.plan(100, {"--max-array", "1"}).exit_code == 0);
+  const std::vector<std::string> command = {fault_program, "run",  scene.run, "--task", "0",
+                                            "--progress",  "none", "-j",      "1"};
+  ProcessOptions few_files;
+  few_files.environment = {{"MEANDER_TEST_FAULT", "segv:spheres/7"}};
+  few_files.in_child = [] {
+    const rlimit files = {60, 60};
+    if (::setrlimit(RLIMIT_NOFILE, &files) != 0) std::abort();
+  };
+  const ProcessResult died = run_process(command, few_files);
+  INFO(died.err);
+  REQUIRE(died.signal == SIGSEGV);
+  const ProcessResult ended = run_process(command, few_files);
+  INFO(ended.err);
+  REQUIRE(ended.exit_code == 0);  // the model that crashed it was found out
+  REQUIRE(meander_with({"merge", scene.run}).exit_code == 3);
+  const StoreReader store(scene.store);
+  CHECK(store.report(*store.find("spheres/7.off")).status == Status::crashed);
+}
+
+TEST_CASE("array: shards are divided among at most so many tasks, and what is missing has a short name") {
+  CHECK(shards_per_task(5000, 1001) == 5);
+  CHECK(shards_per_task(1001, 1001) == 1);
+  CHECK(shards_per_task(1002, 1001) == 2);
+  CHECK(shards_per_task(1, 1001) == 1);
+  CHECK(shards_per_task(1000000, 1) == 1000000);
+  ArrayScript script{"/p", "/s.h5", 5000, 5};
+  CHECK(contains(array_script("slurm", script), "--array=0-999\n"));
+  script.shards = 5001;
+  CHECK(contains(array_script("slurm", script), "--array=0-1000\n"));
+  CHECK(contains(array_script("kubernetes", script), "completions: 1001\n"));
+  std::vector<std::size_t> odd;
+  for (std::size_t i = 1; i < 200000; i += 2) odd.push_back(i);
+  odd.push_back(300000);
+  CHECK(array_expression(odd) == "1-199999,300000");
+  CHECK(array_expression(std::span(odd).first(500), 64 << 10).size() > 1500);  // all, one by one
+  CHECK(array_expression(odd, 10) == "1-300000");
+  const std::array<std::size_t, 5> gaps = {1, 5, 7, 100, 102};
+  CHECK(array_expression(gaps, 12) == "1-7,100-102");
+  CHECK(tasks_of_shards(gaps, 5) == std::vector<std::size_t>{0, 1, 20});
+  CHECK(tasks_of_shards({}, 5).empty());
+}
+
+TEST_CASE("array: paths that the plan was given relative to its folder hold for tasks in another") {
+  const Scene scene;
+  const fs::path in = scene.scratch / "cwd";
+  fs::create_directories(in / "set");
+  fs::create_directories(in / "tensors" / "set");
+  for (int i = 0; i < 3; ++i) write_mesh(in / "set" / (std::to_string(i) + ".off"), icosphere(1));
+  write_file(in / "labels.csv", "id,class\nset/0.off,ball\n");
+  write_file(in / "list.txt", "set/0.off\nset/1.off\nset/2.off\n");
+  for (int i = 0; i < 3; ++i)
+    write_file(in / "tensors" / "set" / (std::to_string(i) + ".txt"), "1 0 0 1 0 1\n");
+  const auto from = [](const fs::path& folder) {
+    ProcessOptions options;
+    options.in_child = [folder] {
+      if (::chdir(folder.c_str()) != 0) std::abort();
+    };
+    return options;
+  };
+  const std::vector<std::vector<std::string>> forms = {
+      {"@list.txt", "--root", ".", "-n", "40", "--labels", "labels.csv"},
+      {"@list.txt", "--root", ".", "-n", "30", "--method", "anisotropic", "--tensor", "file:tensors"},
+      {"@list.txt", "--root", ".", "-n", "40", "--reuse", "first.h5"}};
+  for (const std::vector<std::string>& form : forms) {
+    INFO(form.back());
+    std::vector<std::string> whole = {"run", "-o", form == forms.front() ? "first.h5" : "whole.h5",
+                                      "--fresh"},
+                             plan = {"plan", "-o", "s.h5", "--shards", "2", "--fresh"};
+    whole.insert(whole.end(), form.begin(), form.end());
+    plan.insert(plan.end(), form.begin(), form.end());
+    const ProcessResult one = meander_with(whole, from(in));
+    INFO(one.err);
+    REQUIRE((one.exit_code == 0 || one.exit_code == 3));
+    const ProcessResult planned = meander_with(plan, from(in));
+    INFO(planned.err);
+    REQUIRE(planned.exit_code == 0);
+    for (const char* task : {"0", "1"}) {
+      const ProcessResult ended =
+          meander_with({"run", (in / "s.h5.run").string(), "--task", task}, from("/"));
+      INFO(ended.err);
+      CHECK(ended.exit_code == 0);
+    }
+    CHECK(meander_with({"merge", (in / "s.h5.run").string()}, from("/")).exit_code == one.exit_code);
+    CHECK((read_file(in / "s.h5") == read_file(in / whole[2])));
+  }
+}
+
+TEST_CASE("array: a plan of an impossible number of shards a task is damaged, one without has one") {
+  const Scene scene;
+  REQUIRE(scene.plan(4, {"--max-array", "2"}).exit_code == 0);
+  const fs::path file = array_folder(scene.store) / "array.json";
+  const std::string text = read_file(file), member = "\"shards_per_task\":2,";
+  const std::size_t at = text.find(member);
+  REQUIRE(at != std::string::npos);
+  for (const char* number : {"0", "-1", "1000001"}) {
+    write_file(file, std::string(text).replace(at, member.size(),
+                                               "\"shards_per_task\":" + std::string(number) + ","));
+    CHECK(contains(meander_with({"status", scene.run}).err,
+                   "is damaged: " + std::string(number) + " shards a task"));
+  }
+  write_file(file, std::string(text).erase(at, member.size()));
+  CHECK(meander_with({"status", scene.run, "--array"}).out == "0-3\n");
 }
 
 TEST_CASE("array: rows are cut into shards of about equal cost, the largest first") {
