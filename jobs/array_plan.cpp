@@ -40,20 +40,38 @@ class OpenArchives {
  public:
   // Empty where the archive, or the member, is gone: the item is then read as a file, and its row says that
   // there is none.
-  PackedFile find(const std::string& path, const std::string& member) {
-    auto& archive = archives_[path];
-    try {
-      if (!archive) archive = std::make_shared<const Archive>(path);
-    } catch (const ItemError&) {
-      return {};
-    }
+  // `inner`: the name of the archive in the archive that the member is in; empty: of none.
+  PackedFile find(const std::string& path, const std::string& inner, const std::string& member) {
+    const std::shared_ptr<const Archive> archive = inner.empty() ? open(path) : open(path, inner);
+    if (!archive) return {};
     for (std::size_t m = 0; m < archive->members().size(); ++m)
       if (archive->members()[m].name == member) return {archive, m};
     return {};
   }
 
  private:
+  std::shared_ptr<const Archive> open(const std::string& path) {
+    auto& archive = archives_[path];
+    try {
+      if (!archive) archive = std::make_shared<const Archive>(path);
+    } catch (const ItemError&) {
+    }
+    return archive;
+  }
+  std::shared_ptr<const Archive> open(const std::string& path, const std::string& name) {
+    auto& archive = inner_archives_[{path, name}];
+    if (archive) return archive;
+    const std::shared_ptr<const Archive> outer = open(path);
+    const auto member = outer ? outer->find(name) : std::nullopt;
+    try {
+      if (member) archive = std::make_shared<const Archive>(outer, *member);
+    } catch (const ItemError&) {
+    }
+    return archive;
+  }
+
   std::map<std::string, std::shared_ptr<const Archive>> archives_;
+  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Archive>> inner_archives_;
 };
 
 }  // namespace
@@ -174,6 +192,7 @@ void write_shard_items(const fs::path& folder, std::span<const PlanItem> items) 
     json.member("path", escape_id(fs::absolute(item.path).string()));
     if (item.packed) {
       json.member("archive", escape_id(fs::absolute(item.packed.archive->path()).string()));
+      if (item.packed.archive->outer()) json.member("inner", escape_id(item.packed.archive->name_in_outer()));
       json.member("member", escape_id(item.packed.facts().name));
     }
     json.member("known_format", item.known_format);
@@ -204,7 +223,8 @@ std::vector<PlanItem> read_shard_items(const fs::path& folder, const StoreHeader
       refuse_items(path, fmt::format("line {} is not of the item that the plan has", items.size()));
     item.path = unescape_id(json.text("path").value_or(""));
     if (const auto archive = json.text("archive"))
-      item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("member").value_or("")));
+      item.packed = archives.find(unescape_id(*archive), unescape_id(json.text("inner").value_or("")),
+                                  unescape_id(json.text("member").value_or("")));
     const auto known = json.members().find("known_format");
     item.known_format = known == json.members().end() || known->second != "false";
     const std::int64_t format = json.integer("format").value_or(0);

@@ -29,6 +29,54 @@ void keep_indexes_small(FolderSearch& search) {
     }))->thin_index();
 }
 
+std::shared_ptr<const Archive> note_archive(std::shared_ptr<Archive> archive, FolderSearch& search) {
+  if (!archive->problem().empty()) search.unread.push_back({archive->shown(), archive->problem(), true});
+  if (archive->index_bytes() > 0) {
+    search.indexed.push_back(archive);
+    keep_indexes_small(search);
+  }
+  return archive;
+}
+
+void take_inner_archive(const std::shared_ptr<const Archive>& outer, std::size_t member,
+                        const fs::path& folder, FolderSearch& search);
+
+// Of an archive that stands for `folder`.
+void take_members(const std::shared_ptr<const Archive>& archive, const fs::path& folder,
+                  FolderSearch& search) {
+  for (std::size_t i = 0; i < archive->members().size(); ++i) {
+    const fs::path name = archive->members()[i].name;
+    MeshFormat format;
+    if (std::any_of(name.begin(), name.end(), [](const fs::path& part) { return is_hidden(part.string()); }))
+      ++search.hidden;
+    else if (mesh_format_of(name, format))
+      search.files.push_back({folder / name, {archive, i}});
+    else if (const auto kind = archive_kind_of(name); kind && kind != ArchiveKind::gzip)
+      take_inner_archive(archive, i, folder / unpacked_path(name), search);
+    else
+      ++search.skipped[escape_id(name.extension().string())];
+  }
+}
+
+void take_inner_archive(const std::shared_ptr<const Archive>& outer, std::size_t member,
+                        const fs::path& folder, FolderSearch& search) {
+  const fs::path shown = outer->shown() / outer->members()[member].name;
+  if (outer->outer()) {
+    search.unread.push_back(
+        {shown,
+         "it is in an archive that is in an archive itself, and one level is opened: unpack the outer one"});
+    return;
+  }
+  std::shared_ptr<const Archive> archive;
+  try {
+    archive = open_inner_archive(outer, member, search);
+  } catch (const ItemError& error) {
+    search.unread.push_back({shown, error.what()});
+    return;
+  }
+  take_members(archive, folder, search);
+}
+
 class Walk {
  public:
   explicit Walk(FolderSearch& search) : search_(search) {}
@@ -103,7 +151,7 @@ class Walk {
 fs::path FoundFile::shown() const {
   if (!packed) return path;
   const Archive& archive = *packed.archive;
-  return archive.kind() == ArchiveKind::gzip ? archive.path() : archive.path() / packed.facts().name;
+  return archive.kind() == ArchiveKind::gzip ? archive.path() : archive.shown() / packed.facts().name;
 }
 
 fs::path unpacked_path(const fs::path& archive) {
@@ -116,34 +164,24 @@ std::uint64_t FolderSearch::index_bytes() const {
 }
 
 std::shared_ptr<const Archive> open_archive(const fs::path& path, FolderSearch& search) {
-  auto archive = std::make_shared<Archive>(path);
-  if (!archive->problem().empty()) search.unread.push_back({path, archive->problem(), true});
-  if (archive->kind() == ArchiveKind::tar_gzip) {
-    search.indexed.push_back(archive);
-    keep_indexes_small(search);
-  }
-  return archive;
+  return note_archive(std::make_shared<Archive>(path), search);
 }
 
-void search_archive(const fs::path& path, FolderSearch& search) {
+std::shared_ptr<const Archive> open_inner_archive(const std::shared_ptr<const Archive>& outer,
+                                                  std::size_t member, FolderSearch& search) {
+  return note_archive(std::make_shared<Archive>(outer, member), search);
+}
+
+std::shared_ptr<const Archive> search_archive(const fs::path& path, FolderSearch& search) {
   std::shared_ptr<const Archive> archive;
   try {
     archive = open_archive(path, search);
   } catch (const ItemError& error) {
     search.unread.push_back({path, error.what()});
-    return;
+    return nullptr;
   }
-  const fs::path folder = unpacked_path(path);
-  for (std::size_t i = 0; i < archive->members().size(); ++i) {
-    const fs::path name = archive->members()[i].name;
-    MeshFormat format;
-    if (std::any_of(name.begin(), name.end(), [](const fs::path& part) { return is_hidden(part.string()); }))
-      ++search.hidden;
-    else if (mesh_format_of(name, format))
-      search.files.push_back({folder / name, {archive, i}});
-    else
-      ++search.skipped[escape_id(name.extension().string())];
-  }
+  take_members(archive, unpacked_path(path), search);
+  return archive;
 }
 
 void search_folder(const fs::path& root, FolderSearch& search) { Walk(search).enter(root); }

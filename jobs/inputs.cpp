@@ -77,9 +77,7 @@ class Collector {
 
   void add_archive(const fs::path& archive, bool prefixed) {
     search.files.clear();
-    const std::size_t unread = search.unread.size();
-    search_archive(archive, search);
-    if (search.unread.size() > unread && !search.unread.back().partly)
+    if (!search_archive(archive, search))
       throw UsageError("cannot read the archive `" + archive.string() + "`: " + search.unread.back().reason);
     take_files(unpacked_path(archive), prefixed);
   }
@@ -163,17 +161,35 @@ class Collector {
       return {unpacked_path(path), {std::make_shared<const Archive>(path), 0}};
     const fs::path archive = archive_in_path(path);
     if (archive.empty()) return {path, {}};
-    std::shared_ptr<const Archive>& opened = opened_[archive];
-    try {
-      if (!opened) opened = open_archive(archive, search);
-    } catch (const ItemError& error) {
-      throw UsageError("cannot read the archive `" + archive.string() + "`: " + error.what());
+    std::shared_ptr<const Archive> opened = opened_at(archive, [&] { return open_archive(archive, search); });
+    fs::path folder = unpacked_path(archive), name = path.lexically_relative(archive);
+    if (const auto inner = inner_archive_in_path(*opened, name)) {
+      const fs::path inner_name = opened->members()[inner->member].name;
+      opened =
+          opened_at(archive / inner_name, [&] { return open_inner_archive(opened, inner->member, search); });
+      folder /= unpacked_path(inner_name);
+      name = inner->rest;
     }
-    const fs::path name = path.lexically_relative(archive);
     const auto member = opened->find(name.generic_string());
     if (!member)
-      throw UsageError("the archive `" + archive.string() + "` has no member `" + name.string() + "`");
-    return {unpacked_path(archive) / opened->members()[*member].name, {opened, *member}};
+      throw UsageError("the archive `" + opened->shown().string() + "` has no member `" + name.string() +
+                       "`");
+    const auto kind = archive_kind_of(name);
+    if (kind && kind != ArchiveKind::gzip)
+      throw UsageError("`" + path.string() + "` is an archive in an archive: give `" + archive.string() +
+                       "`, with which it is searched, or a mesh in it");
+    return {folder / opened->members()[*member].name, {opened, *member}};
+  }
+
+  template <class Open>
+  std::shared_ptr<const Archive> opened_at(const fs::path& path, const Open& open) {
+    std::shared_ptr<const Archive>& opened = opened_[path];
+    try {
+      if (!opened) opened = open();
+    } catch (const ItemError& error) {
+      throw UsageError("cannot read the archive `" + path.string() + "`: " + error.what());
+    }
+    return opened;
   }
 
   static Found model_of(const fs::path& folder, const std::string& number, const std::string& label) {

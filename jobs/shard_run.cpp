@@ -74,7 +74,7 @@ struct ArrayTask {
 std::uint64_t index_bytes(std::span<const PlanItem> items) {
   std::set<const Archive*> archives;
   for (const PlanItem& item : items)
-    if (item.packed) archives.insert(item.packed.archive.get());
+    for (const Archive* a = item.packed.archive.get(); a != nullptr; a = a->outer().get()) archives.insert(a);
   std::uint64_t bytes = 0;
   for (const Archive* archive : archives) bytes += archive->index_bytes();
   return bytes;

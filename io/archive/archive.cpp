@@ -24,6 +24,9 @@ namespace {
 
 // Members up to this size are unpacked whole, even to look at parts of them.
 constexpr std::uint64_t small_bytes = std::uint64_t{1} << 20;
+constexpr std::uint64_t most_index_bytes = std::uint64_t{32} << 20;  // of the access points of one pass
+// Of a zip archive in an archive, that may be packed: its bytes are not there before they are unpacked.
+constexpr std::uint64_t most_inner_directory = std::uint64_t{256} << 20;
 
 constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
     {{".zip", ArchiveKind::zip},
@@ -61,6 +64,22 @@ class PartSource final : public ByteSource {
  private:
   const ByteSource& file_;
   std::uint64_t begin_, bytes_;
+};
+
+// Keeps the access points few while they are made.
+class Thinned final : public ByteSource {
+ public:
+  Thinned(const InflateSource& source, AccessPoints& points) : source_(source), points_(points) {}
+  std::uint64_t bytes() const override { return source_.bytes(); }
+  std::string read(std::uint64_t offset, std::size_t count) const override {
+    std::string bytes = source_.read(offset, count);
+    while (points_.memory_bytes() > most_index_bytes) points_.thin();
+    return bytes;
+  }
+
+ private:
+  const InflateSource& source_;
+  AccessPoints& points_;
 };
 
 [[noreturn]] void throw_too_large(std::uint64_t most) {
@@ -104,15 +123,64 @@ Archive::Archive(fs::path path)
   file_bytes_ = file.bytes();
   modified_ = file.modified();
   list(file);
-  enter_top_folder();
+  enter_top_folder(name_without_packing(path_));
+  enter_positions();
+}
+
+Archive::Archive(std::shared_ptr<const Archive> outer, std::size_t member)
+    : path_(outer->path()), outer_(std::move(outer)), member_in_outer_(member) {
+  const fs::path name(outer_->readable(member).name);
+  kind_ = archive_kind_of(name).value_or(ArchiveKind::zip);
+  unpack_once();
+  look_at_archive([this](const ByteSource& bytes) { list(bytes); });
+  enter_top_folder(name_without_packing(name));
+  enter_positions();
+}
+
+// Makes the access points of a packed member, and checks that it is whole.
+void Archive::unpack_once() {
+  const ArchiveMember& facts = outer_->readable(member_in_outer_);
+  if (!facts.deflated || facts.bytes <= small_bytes) return;
+  outer_->look_at_archive([&](const ByteSource& file) {
+    const std::uint64_t begin = zip_data_offset(file, facts);
+    InflateSource source(file, {begin, begin + facts.packed_bytes}, Wrapping::raw, facts.bytes);
+    source.record(outer_points_);
+    const Thinned thinned(source, outer_points_);
+    constexpr std::size_t piece = std::size_t{1} << 18;
+    std::uint32_t crc = 0;
+    for (std::uint64_t at = 0;;) {
+      const std::string bytes = thinned.read(at, piece);
+      at += bytes.size();
+      crc = libdeflate_crc32(crc, bytes.data(), bytes.size());
+      if (at > facts.bytes || (bytes.size() < piece && at < facts.bytes))
+        throw ItemError(Status::unreadable,
+                        "damaged: it does not unpack to the size that the archive states");
+      if (bytes.size() < piece) break;
+    }
+    if (facts.crc32 && crc != *facts.crc32)
+      throw ItemError(Status::unreadable, "damaged: its checksum differs from that in the archive");
+  });
+}
+
+void Archive::enter_positions() {
   refuse_duplicates(listing_.members);
   for (std::size_t i = 0; i < members().size(); ++i) position_.emplace(members()[i].name, i);
 }
 
-void Archive::list(const InputFile& file) {
+std::string_view Archive::name_in_outer() const {
+  return outer_ ? std::string_view(outer_->members()[member_in_outer_].name) : std::string_view();
+}
+
+fs::path Archive::shown() const { return outer_ ? path_ / name_in_outer() : path_; }
+
+void Archive::thin_index() {
+  (outer_points_.memory_bytes() > points_.memory_bytes() ? outer_points_ : points_).thin();
+}
+
+void Archive::list(const ByteSource& file) {
   if (file.bytes() == 0) throw ItemError(Status::unreadable, "the file is empty");
   if (kind_ == ArchiveKind::zip) {
-    listing_ = read_zip_directory(file);
+    listing_ = read_zip_directory(file, outer_ ? most_inner_directory : ~std::uint64_t{0});
     return;
   }
   // Many a .tar.gz file is none, and the other way round.
@@ -123,22 +191,7 @@ void Archive::list(const InputFile& file) {
     listing_ = read_tar_headers(file);
 }
 
-void Archive::list_tar_gzip(const InputFile& file) {
-  constexpr std::uint64_t most_index_bytes = std::uint64_t{32} << 20;
-  class Thinned final : public ByteSource {  // keeps the index small while it is made
-   public:
-    Thinned(const InflateSource& source, AccessPoints& points) : source_(source), points_(points) {}
-    std::uint64_t bytes() const override { return source_.bytes(); }
-    std::string read(std::uint64_t offset, std::size_t count) const override {
-      std::string bytes = source_.read(offset, count);
-      while (points_.memory_bytes() > most_index_bytes) points_.thin();
-      return bytes;
-    }
-
-   private:
-    const InflateSource& source_;
-    AccessPoints& points_;
-  };
+void Archive::list_tar_gzip(const ByteSource& file) {
   InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0},
                        most_unpacked(file.bytes()));
   source.record(points_);
@@ -151,8 +204,8 @@ void Archive::list_tar_gzip(const InputFile& file) {
   }
 }
 
-void Archive::enter_top_folder() {
-  const std::string top = name_without_packing(path_) + "/";
+void Archive::enter_top_folder(const std::string& own_name) {
+  const std::string top = own_name + "/";
   const auto is_hidden = [](const ArchiveMember& m) {
     return m.name.starts_with('.') || m.name.starts_with("__MACOSX/");
   };
@@ -225,13 +278,20 @@ InputFile Archive::open() const {
   return file;
 }
 
+void Archive::look_at_archive(const Look& look) const {
+  if (outer_)
+    outer_->look_at(member_in_outer_, look, &outer_points_);
+  else
+    look(open());
+}
+
 const ArchiveMember& Archive::readable(std::size_t member) const {
   const ArchiveMember& facts = members()[member];
   if (facts.status != Status::ok) throw ItemError(facts.status, facts.reason);
   return facts;
 }
 
-std::string Archive::unpack_deflated(const InputFile& file, const ArchiveMember& member) const {
+std::string Archive::unpack_deflated(const ByteSource& file, const ArchiveMember& member) const {
   const std::string packed =
       file.read(zip_data_offset(file, member), static_cast<std::size_t>(member.packed_bytes));
   if (packed.size() < member.packed_bytes) throw_cut();
@@ -254,7 +314,7 @@ std::string Archive::unpack_deflated(const InputFile& file, const ArchiveMember&
 
 // A gzip file ends with its unpacked size, modulo 2^32 and of its last part alone: a hint, believed as far as
 // meshes are packed.
-std::string Archive::gunzip(const InputFile& file, std::uint64_t most) const {
+std::string Archive::gunzip(const ByteSource& file, std::uint64_t most) const {
   constexpr std::uint64_t usual_ratio = 16;
   const InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, 0, most_unpacked(file.bytes()));
   const std::string stated = file.read(file.bytes() - std::min<std::uint64_t>(4, file.bytes()), 4);
@@ -275,8 +335,14 @@ std::string Archive::gunzip(const InputFile& file, std::uint64_t most) const {
 }
 
 std::string Archive::unpack(std::size_t member, std::uint64_t most) const {
-  const ArchiveMember& facts = readable(member);
-  const InputFile file = open();
+  readable(member);
+  std::string bytes;
+  look_at_archive([&](const ByteSource& file) { bytes = unpack_from(file, member, most); });
+  return bytes;
+}
+
+std::string Archive::unpack_from(const ByteSource& file, std::size_t member, std::uint64_t most) const {
+  const ArchiveMember& facts = members()[member];
   if (kind_ == ArchiveKind::gzip) return gunzip(file, most);
   if (facts.bytes > most) throw_too_large(most);
   std::string bytes;
@@ -297,28 +363,46 @@ std::string Archive::unpack(std::size_t member, std::uint64_t most) const {
 }
 
 void Archive::look_at(std::size_t member, const std::function<void(const ByteSource&)>& look) const {
+  look_at(member, look, nullptr);
+}
+
+void Archive::look_at(std::size_t member, const Look& look, const AccessPoints* points) const {
   const ArchiveMember& facts = readable(member);
-  const InputFile file = open();
-  const InflateSource::Part whole{0, file.bytes()};
-  if (kind_ == ArchiveKind::gzip) {
-    std::string head(small_bytes, '\0');
-    const InflateSource source(file, whole, Wrapping::gzip, 0, most_unpacked(file.bytes()));
-    const std::size_t there = source.next(head);
-    if (there < head.size()) return look(MemorySource(std::string_view(head).substr(0, there)));
-    return look(InflateSource(file, whole, Wrapping::gzip, source.count_rest()));
+  look_at_archive([&](const ByteSource& file) {
+    const InflateSource::Part whole{0, file.bytes()};
+    if (kind_ == ArchiveKind::gzip) {
+      std::string head(small_bytes, '\0');
+      const InflateSource source(file, whole, Wrapping::gzip, 0, most_unpacked(file.bytes()));
+      const std::size_t there = source.next(head);
+      if (there < head.size()) return look(MemorySource(std::string_view(head).substr(0, there)));
+      return look(InflateSource(file, whole, Wrapping::gzip, source.count_rest()));
+    }
+    if (kind_ == ArchiveKind::tar_gzip) {
+      InflateSource source(file, whole, Wrapping::gzip, ~std::uint64_t{0});
+      source.use(points_);
+      return look(PartSource(source, facts.offset, facts.bytes));
+    }
+    if (facts.deflated && facts.bytes <= small_bytes) {
+      const std::string bytes = unpack_deflated(file, facts);
+      return look(MemorySource(bytes));
+    }
+    const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;
+    if (!facts.deflated) return look(PartSource(file, begin, facts.bytes));
+    InflateSource source(file, {begin, begin + facts.packed_bytes}, Wrapping::raw, facts.bytes);
+    if (points != nullptr) source.use(*points);
+    look(source);
+  });
+}
+
+std::optional<InnerPath> inner_archive_in_path(const Archive& archive, const fs::path& name) {
+  for (fs::path above = name.parent_path(); !above.empty() && above != above.parent_path();
+       above = above.parent_path()) {
+    const auto kind = archive_kind_of(above);
+    if (!kind || *kind == ArchiveKind::gzip) continue;
+    if (const auto member = archive.find(above.generic_string()))
+      return InnerPath{*member, name.lexically_relative(above)};
   }
-  if (kind_ == ArchiveKind::tar_gzip) {
-    InflateSource source(file, whole, Wrapping::gzip, ~std::uint64_t{0});
-    source.use(points_);
-    return look(PartSource(source, facts.offset, facts.bytes));
-  }
-  if (facts.deflated && facts.bytes <= small_bytes) {
-    const std::string bytes = unpack_deflated(file, facts);
-    return look(MemorySource(bytes));
-  }
-  const std::uint64_t begin = kind_ == ArchiveKind::zip ? zip_data_offset(file, facts) : facts.offset;
-  if (!facts.deflated) return look(PartSource(file, begin, facts.bytes));
-  look(InflateSource(file, {begin, begin + facts.packed_bytes}, Wrapping::raw, facts.bytes));
+  return std::nullopt;
 }
 
 }  // namespace meander

@@ -37,16 +37,28 @@ std::string name_without_packing(const std::filesystem::path& path);
 // for every half MiB at first and at most 32 MiB in all: a member is then unpacked from the point before it.
 // So no disk is needed, and nothing is left behind by a process that dies; a scratch file would be faster for
 // archives beyond a few GiB, whose points are far apart.
+//
+// A member may be an archive itself, and is opened as one where it lies: in place where it is stored, from
+// access points of its own where it is packed (a member of up to 1 MiB is unpacked instead). One level:
+// members of such an archive are no archives.
 class Archive {
  public:
   // Throws ItemError(unreadable) when the file cannot be read, or is no archive of its kind. Cost: the
   // directory of a zip file, one look at every header of a tar file, the unpacking of a .tar.gz file (about
   // 0.3 GB/s), nothing for a .gz file, which has one member.
   explicit Archive(std::filesystem::path path);
+  // The archive (zip, tar or tar_gzip by its name) that a member of `outer` is. Throws as above, the status
+  // of a refused member, and too_large where the directory of a zip has more than 256 MiB. Cost: besides, the
+  // unpacking of a packed member.
+  Archive(std::shared_ptr<const Archive> outer, std::size_t member);
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return path_; }  // of the file on disk
+  // The archive that this one is a member of, and the name it has there; null and empty: of none.
+  const std::shared_ptr<const Archive>& outer() const { return outer_; }
+  std::string_view name_in_outer() const;
+  std::filesystem::path shown() const;  // path(), or path()/name_in_outer()
   ArchiveKind kind() const { return kind_; }
   // Names are unique; those of which there are several are refused.
   const std::vector<ArchiveMember>& members() const { return listing_.members; }
@@ -67,22 +79,33 @@ class Archive {
   // unpack() does, as far as is read.
   void look_at(std::size_t member, const std::function<void(const ByteSource&)>& look) const;
 
-  // The access points.
-  std::uint64_t index_bytes() const { return points_.memory_bytes(); }
+  // The access points, of the archive and of the member that it is.
+  std::uint64_t index_bytes() const { return points_.memory_bytes() + outer_points_.memory_bytes(); }
   std::uint64_t point_spacing() const { return points_.spacing(); }
-  void thin_index() { points_.thin(); }
+  void thin_index();
 
  private:
-  void list(const InputFile& file);
-  void list_tar_gzip(const InputFile& file);
-  void enter_top_folder();
+  using Look = std::function<void(const ByteSource&)>;
+
+  void list(const ByteSource& file);
+  void list_tar_gzip(const ByteSource& file);
+  void unpack_once();
+  void enter_top_folder(const std::string& own_name);
+  void enter_positions();
   // The file, if it is the one that was listed.
   InputFile open() const;
+  // Calls `look` with the bytes of the archive, if it is the one that was listed.
+  void look_at_archive(const Look& look) const;
+  // See look_at; `points` are those of the packed member, or null.
+  void look_at(std::size_t member, const Look& look, const AccessPoints* points) const;
   const ArchiveMember& readable(std::size_t member) const;
-  std::string gunzip(const InputFile& file, std::uint64_t most) const;
-  std::string unpack_deflated(const InputFile& file, const ArchiveMember& member) const;
+  std::string unpack_from(const ByteSource& file, std::size_t member, std::uint64_t most) const;
+  std::string gunzip(const ByteSource& file, std::uint64_t most) const;
+  std::string unpack_deflated(const ByteSource& file, const ArchiveMember& member) const;
 
   std::filesystem::path path_;
+  std::shared_ptr<const Archive> outer_;
+  std::size_t member_in_outer_ = 0;
   ArchiveKind kind_;
   ArchiveListing listing_;
   std::unordered_map<std::string_view, std::size_t> position_;  // of members, by name
@@ -91,6 +114,7 @@ class Archive {
   mutable std::vector<std::pair<std::uint64_t, std::uint32_t>> by_folded_name_;
   std::string top_;  // the folder that counts once, with a slash; empty: none
   AccessPoints points_;
+  AccessPoints outer_points_;  // of the packed member of `outer_`
   std::uint64_t file_bytes_ = 0;
   std::timespec modified_{};
 };
@@ -103,5 +127,12 @@ struct PackedFile {
   explicit operator bool() const { return archive != nullptr; }
   const ArchiveMember& facts() const { return archive->members()[member]; }
 };
+
+// Where a path below an archive leads into a member that is an archive itself (not .gz).
+struct InnerPath {
+  std::size_t member = 0;      // `a/set.zip` of `a/set.zip/x.off`
+  std::filesystem::path rest;  // `x.off`
+};
+std::optional<InnerPath> inner_archive_in_path(const Archive& archive, const std::filesystem::path& name);
 
 }  // namespace meander

@@ -282,7 +282,12 @@ PackedFile find_packed(const fs::path& path) {
   const fs::path archive = archive_in_path(path);
   if (archive.empty()) return {};
   PackedFile packed{std::make_shared<const Archive>(archive), 0};
-  const auto member = packed.archive->find(path.lexically_relative(archive).generic_string());
+  fs::path name = path.lexically_relative(archive);
+  if (const auto inner = inner_archive_in_path(*packed.archive, name)) {
+    packed.archive = std::make_shared<const Archive>(packed.archive, inner->member);
+    name = inner->rest;
+  }
+  const auto member = packed.archive->find(name.generic_string());
   if (!member) return {};
   packed.member = *member;
   return packed;

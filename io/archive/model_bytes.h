@@ -93,8 +93,9 @@ MeshEstimate peek_model(const ModelPlace& place);
 // archive.
 std::vector<std::filesystem::path> companion_files(const MeshEstimate& peeked, const ModelPlace& place);
 
-// The archive member that a path names: MESH.gz, or ARCHIVE/MEMBER for a member of an archive; none for every
-// other path, and where there is no such member. Throws ItemError when the archive cannot be read.
+// The archive member that a path names: MESH.gz, ARCHIVE/MEMBER for a member of an archive, or
+// ARCHIVE/ARCHIVE/MEMBER for one of an archive in an archive; none for every other path, and where there is
+// no such member. Throws ItemError when the archive cannot be read.
 PackedFile find_packed(const std::filesystem::path& path);
 // The archive in front of the member in such a path; empty where there is none.
 std::filesystem::path archive_in_path(const std::filesystem::path& path);

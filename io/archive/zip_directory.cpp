@@ -196,8 +196,11 @@ void refuse_overlaps(std::vector<ArchiveMember>& members) {
 
 }  // namespace
 
-ArchiveListing read_zip_directory(const ByteSource& archive) {
+ArchiveListing read_zip_directory(const ByteSource& archive, std::uint64_t most_bytes) {
   const Directory directory = find_directory(archive);
+  if (directory.bytes > most_bytes)
+    throw ItemError(Status::too_large, fmt::format("its directory has {} MiB, at most {} MiB are taken",
+                                                   directory.bytes >> 20, most_bytes >> 20));
   const std::string bytes =
       archive.read(directory.shift + directory.offset, static_cast<std::size_t>(directory.bytes));
   ArchiveListing listing;

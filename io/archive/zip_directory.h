@@ -11,8 +11,9 @@ namespace meander {
 // where the directory ends too early the members before stay, with a problem. Refused members: encrypted ones
 // and methods other than stored and deflate (unsupported_format); links, names that lead out of the archive,
 // data that overlap those of another member or lie outside the archive, and sizes as those of decompression
-// bombs (unreadable). Throws ItemError(unreadable) where the source cannot be read. Memory: the directory.
-ArchiveListing read_zip_directory(const ByteSource& archive);
+// bombs (unreadable). Throws ItemError(unreadable) where the source cannot be read, and too_large where the
+// directory has more than `most_bytes`, before they are taken. Memory: the directory.
+ArchiveListing read_zip_directory(const ByteSource& archive, std::uint64_t most_bytes = ~std::uint64_t{0});
 
 // Where the bytes of a member begin, from its local header. Throws ItemError(unreadable) where there is none,
 // or the bytes would not lie in the archive.

@@ -85,16 +85,32 @@ void unpack_member(const Archive& archive, std::size_t number) {
   }
 }
 
+// A member that is an archive itself by its name.
+void open_inner(const std::shared_ptr<const Archive>& outer, std::size_t member) {
+  const auto kind = archive_kind_of(outer->members()[member].name);
+  if (!kind || *kind == ArchiveKind::gzip) return;
+  try {
+    const Archive archive(outer, member);
+    for (std::size_t k = 0; k < std::min(archive.members().size(), most_members_unpacked); ++k)
+      unpack_member(archive, k);
+  } catch (const ItemError&) {
+    // The reason of the member, or of its listing.
+  }
+}
+
 void run_archive(std::string_view name, std::string_view bytes) {
   const std::filesystem::path path = scratch_file(name, bytes);
   try {
-    const Archive archive(path);
+    const auto opened = std::make_shared<const Archive>(path);
+    const Archive& archive = *opened;
     std::set<std::string_view> names;
     for (std::size_t k = 0; k < archive.members().size(); ++k) {
       const ArchiveMember& member = archive.members()[k];
       demand(names.insert(member.name).second, "names are unique");
       demand(archive.find(member.name).has_value(), "a member is found by its name");
-      if (k < most_members_unpacked) unpack_member(archive, k);
+      if (k >= most_members_unpacked) continue;
+      unpack_member(archive, k);
+      open_inner(opened, k);
     }
     demand(!archive.find("no such name").has_value() || names.contains("no such name"),
            "what is not there is not found");
@@ -119,7 +135,8 @@ ArchiveListing listing_of(std::string_view bytes, const Read& read) {
 }  // namespace
 
 void run_zip(std::string_view bytes) {
-  const ArchiveListing listing = listing_of(bytes, read_zip_directory);
+  const ArchiveListing listing =
+      listing_of(bytes, [](const ByteSource& source) { return read_zip_directory(source); });
   demand_apart(listing, bytes.size());
   for (const ArchiveMember& member : listing.members) {
     if (member.status != Status::ok) continue;

@@ -417,6 +417,82 @@ TEST_CASE("archives: one that is replaced while it is in use is not read, and pa
   CHECK_THAT(outcome_of(archive).front(), Contains("the archive was changed while it was in use"));
 }
 
+TEST_CASE("archives in archives: every kind in every kind gives every member, whole and in parts") {
+  const std::vector<ArchiveEntry> entries = {entry("in/a.off", text_of(400)),
+                                             entry("in/b.off", text_of(3 << 20, 2)), entry("in/d/c.off", "")};
+  const std::pair<const char*, std::string> inner[] = {{"in.zip", zip_bytes(entries)},
+                                                       {"in.tar", tar_bytes(entries)},
+                                                       {"in.tar.gz", gzip_bytes(tar_bytes(entries))}};
+  std::vector<ArchiveEntry> members = {entry("first.txt", text_of(100))};
+  for (const auto& [name, bytes] : inner) members.push_back(entry(std::string("sets/") + name, bytes));
+  std::vector<ArchiveEntry> stored = members;
+  for (ArchiveEntry& member : stored) member.deflate = false;
+  const std::pair<const char*, std::string> outer[] = {{"x.zip", zip_bytes(members)},
+                                                       {"y.zip", zip_bytes(stored)},
+                                                       {"x.tar", tar_bytes(members)},
+                                                       {"x.tgz", gzip_bytes(tar_bytes(members))}};
+  const ScratchFolder scratch;
+  const Lines expected = {"a.off=" + text_of(400), "b.off=" + text_of(3 << 20, 2), "d/c.off="};
+  for (const auto& [name, bytes] : outer) {
+    write_file(scratch / name, bytes);
+    const auto archive = std::make_shared<const Archive>(scratch / name);
+    for (const auto& [inner_name, inner_bytes] : inner) {
+      INFO(name << " " << inner_name);
+      const auto member = archive->find(std::string("sets/") + inner_name);
+      REQUIRE(member);
+      Archive opened(archive, *member);
+      CHECK(opened.problem().empty());
+      CHECK(opened.outer() == archive);
+      CHECK(opened.path() == scratch / name);
+      CHECK(opened.shown() == scratch / name / "sets" / inner_name);
+      CHECK(outcome_of(opened) == expected);
+      check_looks(opened);
+      opened.thin_index();
+      CHECK(outcome_of(opened) == expected);
+      const PackedFile found = find_packed(scratch / name / "sets" / inner_name / "d/c.off");
+      REQUIRE(found);
+      CHECK(found.facts().name == "d/c.off");
+      CHECK_FALSE(find_packed(scratch / name / "sets" / inner_name / "d/none.off"));
+    }
+  }
+}
+
+TEST_CASE("archives in archives: what cannot be opened is refused with its reason") {
+  const ScratchFolder scratch;
+  const std::string good = zip_bytes({entry("a.off", text_of(3 << 20))});
+  std::vector<ArchiveEntry> members(5);
+  const char* names[] = {"locked.zip", "crc.zip", "none.zip", "longer.zip", "cut.tar"};
+  for (std::size_t i = 0; i < members.size(); ++i) members[i] = entry(names[i], good);
+  members[0].flags = 1;
+  members[1].stated_crc = 1;
+  members[2].content = text_of(5000);
+  members[3].stated_bytes = good.size() - 1;
+  members[4].content =
+      tar_bytes({entry("a.off", text_of(300)), entry("b.off", text_of(9000))}).substr(0, 3000);
+  write_file(scratch / "x.zip", zip_bytes(members));
+  const auto archive = std::make_shared<const Archive>(scratch / "x.zip");
+  const auto reason = [&](std::size_t member) -> std::string {
+    try {
+      return Archive(archive, member).problem();
+    } catch (const ItemError& error) {
+      return error.what();
+    }
+  };
+  CHECK_THAT(reason(0), Contains("encrypted"));
+  CHECK_THAT(reason(1), Contains("its checksum differs"));
+  CHECK_THAT(reason(2), Contains("this is no zip archive"));
+  CHECK_THAT(reason(3), Contains("does not unpack to the size"));
+  CHECK_THAT(reason(4), Contains("it ends within a member"));
+  CHECK(outcome_of(Archive(archive, 4)).front() == "a.off=" + text_of(300));
+  // A directory of its own that is too large is not taken.
+  CHECK_THROWS_WITH(read_zip_directory(MemorySource(good), 10), Contains("directory has"));
+  // The file is looked at again whenever it is read.
+  write_file(scratch / "y.zip", zip_bytes({entry("in.zip", good)}));
+  const Archive opened(std::make_shared<const Archive>(scratch / "y.zip"), 0);
+  write_file(scratch / "y.zip", zip_bytes({entry("in.zip", good), entry("more", "")}));
+  CHECK_THAT(outcome_of(opened).front(), Contains("the archive was changed while it was in use"));
+}
+
 TEST_CASE("archives as outputs: members come back as they were written, the same bytes every time") {
   const std::vector<std::pair<std::string, std::string>> members = {
       {"a.txt", ""},

@@ -124,6 +124,74 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
   CHECK_THAT(changed.out, Contains("\"changed\":[\"chair/train/a.off\"]"));
 }
 
+TEST_CASE("run: archives in archives stand for folders too, one level deep, and deeper ones are named") {
+  const ScratchFolder scratch;
+  put_all_kinds(scratch.path());
+  put_models(scratch / "wide/set/folder/inner");
+  REQUIRE(run_models({scratch / "wide/set"}, scratch / "folder.h5").exit_code == 3);
+  const std::string expected = read_file(scratch / "folder.h5");
+  std::vector<ArchiveEntry> entries = entries_of(scratch / "folder/set");
+  const std::pair<const char*, std::string> inner[] = {
+      {"folder/inner.zip", zip_bytes(entries)},
+      {"folder/inner.tgz", gzip_bytes(tar_bytes(entries_of(scratch / "folder/set", "inner/")))},
+      {"./set/folder/inner.tar", tar_bytes(entries)}};
+  for (const char* kind : {"a", "b", "c"}) fs::create_directories(scratch / kind);
+  const auto entry = [](const std::string& name, const std::string& content) {
+    ArchiveEntry made;
+    made.name = name;
+    made.content = content;
+    made.deflate = name.ends_with(".zip");
+    return made;
+  };
+  Ids outer;
+  for (const auto& [name, bytes] : inner) {
+    outer.push_back((scratch / "a" / ("set" + std::to_string(outer.size()) + ".zip")).string());
+    std::string member(name);
+    if (member.starts_with("./set/")) member.replace(2, 3, "set2");
+    write_file(outer.back(), zip_bytes({entry(member, bytes)}));
+  }
+  write_file(scratch / "b/set.tar.gz", gzip_bytes(tar_bytes({entry("folder/inner.zip", inner[0].second)})));
+  outer.push_back((scratch / "b/set.tar.gz").string());
+  for (const std::string& archive : outer) {
+    const fs::path store = scratch / (fs::path(archive).filename().string() + ".h5");
+    const ProcessResult result = run_models({archive}, store);
+    INFO(archive << result.err << result.out);
+    CHECK(result.exit_code == 3);  // of the one that is no mesh
+    CHECK(read_file(store) == expected);
+    CHECK_THAT(read_file(store.string() + ".failed.txt"), Contains("/lamp/test/e.off\n"));
+    const ProcessResult again = run_models({archive}, scratch / "folder.h5", {"--json"});
+    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK(read_file(scratch / "folder.h5") == expected);
+  }
+  // The paths that are named for failed items, and those of any member, can be given.
+  CHECK(run_models({"@" + (scratch / "set0.zip.h5.failed.txt").string()}, scratch / "f.h5").exit_code == 3);
+  CHECK(ids_of(scratch / "f.h5") == Ids{"e.off"});
+  CHECK(run_models({outer[1] + "/folder/inner.tgz/chair/train/a.off"}, scratch / "one.h5").exit_code == 0);
+  const ProcessResult alone = run_models({outer[0] + "/folder/inner.zip"}, scratch / "alone.h5");
+  CHECK(alone.exit_code == 2);
+  CHECK_THAT(alone.err, Contains("is an archive in an archive: give `" + outer[0] + "`"));
+  CHECK(meander_with({"measure", outer[0] + "/folder/inner.zip/chair/train/a.off"}).exit_code != 1);
+
+  // Hidden ones stay closed; an unreadable one, and one a level deeper, are named and change the exit code.
+  ArchiveEntry good = entry("x/a.off", mesh_bytes(cube(), MeshFile::off));
+  const std::string one = zip_bytes({good});
+  write_file(scratch / "c/ok.zip", zip_bytes({entry("__MACOSX/y.zip", one), entry("y.zip", one)}));
+  const ProcessResult ok = run_models({scratch / "c"}, scratch / "ok.h5");
+  CHECK(ok.exit_code == 0);
+  CHECK(ids_of(scratch / "ok.h5") == Ids{"ok/y/x/a.off"});
+  CHECK_THAT(ok.out, Contains("hidden files and folders skipped: 1"));
+  write_file(scratch / "c/ok.zip", zip_bytes({entry("y.zip", zip_bytes({good, entry("deep/z.zip", one)})),
+                                              entry("none.tar", "no archive")}));
+  const ProcessResult named = run_models({scratch / "c"}, scratch / "named.h5");
+  INFO(named.err);
+  CHECK(named.exit_code == 3);
+  CHECK(ids_of(scratch / "named.h5") == Ids{"ok/y/x/a.off"});
+  CHECK_THAT(named.err, Contains("/c/ok.zip/y.zip/deep/z.zip`: it is in an archive that is in an archive") &&
+                            Contains("/c/ok.zip/none.tar`: this is no tar archive"));
+  CHECK_THAT(named.out, Contains("unread folders               2"));
+  CHECK(run_models({scratch / "c/ok.zip"}, scratch / "as_argument.h5").exit_code == 3);
+}
+
 TEST_CASE("run: members that cannot be read are rows, archives that cannot be read are named") {
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in");
