@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <set>
 #include <vector>
 
 namespace meander {
@@ -38,11 +40,6 @@ ItemPlace shapenet_place(const std::vector<std::string_view>& parts) {
   return {folders >= above ? std::string(parts[folders - above]) : std::string(), Split::none};
 }
 
-bool is_synset(std::string_view name) {
-  return name.size() == 8 &&
-         std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
 bool fits_shapenet(const std::vector<std::string_view>& parts) {
   const std::size_t folders = parts.size() - 1;
   if (folders >= 3 && parts[folders - 1] == "models") return is_synset(parts[folders - 3]);
@@ -54,6 +51,21 @@ Split split_at(const std::vector<std::string_view>& parts, std::size_t from_end)
   return parts.size() >= 3 ? split_of_word(parts[parts.size() - 1 - from_end]) : Split::none;
 }
 
+// Whether the folders of SPLIT/FOLDER/FILE hold one model each (train/UID/model.obj): none is in two splits,
+// and they have fewer names of files than they are. A class has several models, or names of its own for them.
+bool are_models(std::span<const std::string> ids) {
+  std::map<std::string_view, Split> folders;
+  std::set<std::string_view> files;
+  for (const std::string& id : ids) {
+    const std::vector<std::string_view> parts = parts_of(id);
+    const Split split = split_at(parts, 2);
+    const auto [at, is_new] = folders.emplace(parts[parts.size() - 2], split);
+    if (at->second != split) return false;
+    files.insert(parts.back());
+  }
+  return files.size() < folders.size();
+}
+
 bool fits_modelnet(std::span<const std::string> ids, std::size_t from_end) {
   bool train = false, test = false;
   for (const std::string& id : ids) {
@@ -62,7 +74,7 @@ bool fits_modelnet(std::span<const std::string> ids, std::size_t from_end) {
     train = train || split == Split::train;
     test = test || split == Split::test;
   }
-  return train && test;
+  return train && test && (from_end == 1 || !are_models(ids));
 }
 
 }  // namespace
@@ -77,6 +89,11 @@ Split split_of_word(std::string_view word) {
   if (lower == "test" || lower == "testing") return Split::test;
   if (lower == "val" || lower == "valid" || lower == "validation") return Split::validation;
   return Split::none;
+}
+
+bool is_synset(std::string_view name) {
+  return name.size() == 8 &&
+         std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 ItemPlace place_of(std::string_view id, FolderLayout layout) {

@@ -24,6 +24,9 @@ struct ItemPlace {
 // none for any other word.
 Split split_of_word(std::string_view word);
 
+// Whether a folder is named like a synset of WordNet: eight digits.
+bool is_synset(std::string_view name);
+
 // The place of an item, by its id, in a layout other than automatic:
 //   flat      no class, no split
 //   modelnet  the last folder with the name of a split is the split; the class is the folder before it where
@@ -33,9 +36,10 @@ Split split_of_word(std::string_view word);
 ItemPlace place_of(std::string_view id, FolderLayout layout);
 
 // The layout that a set of ids has as a whole: modelnet where every item stands in CLASS/SPLIT/FILE (or every
-// one in SPLIT/CLASS/FILE) and items for training and for tests are both there; shapenet where every item
-// stands in SYNSET/ID/models/FILE or SYNSET/ID/model.EXTENSION, the name of the synset being eight digits;
-// else flat. Never automatic.
+// one in SPLIT/CLASS/FILE) and items for training and for tests are both there, but for SPLIT/MODEL/FILE,
+// where folders are models: none is in two splits, and several have files of one name; shapenet where every
+// item stands in SYNSET/ID/models/FILE or SYNSET/ID/model.EXTENSION, the name of the synset being eight
+// digits; else flat. Never automatic.
 FolderLayout recognise_layout(std::span<const std::string> ids);
 
 }  // namespace meander

@@ -35,8 +35,12 @@ void add_label_options(Command& command, InputOptions& options) {
           "flat")
       .show_default("auto")
       .one_of(all_words(layout_words));
-  command.add_option("--labels", options.labels,
-                     "CSV file of classes and splits: id,class[,split] (train, test, validation)");
+  command
+      .add_option(
+          "--labels", options.labels,
+          "File of classes and splits: a table id,class[,split], ShapeNet's all.csv or taxonomy.json, a "
+          "list of ids (its split from train=FILE or its name), other JSON; may be given several times")
+      .one_at_a_time();
   command.add_flag("--label-from-folder", options.label_from_folder,
                    "Class = name of the parent folder, for items that have none yet");
 }
@@ -62,9 +66,21 @@ void print_notes(const InputNotes& notes) {
   if (notes.links_back > 0) fmt::print("  links to an enclosing folder skipped: {}\n", notes.links_back);
   if (notes.layout != FolderLayout::flat)
     fmt::print("  classes and splits of the folders: layout {}\n", name_of(notes.layout));
-  if (notes.has_label_file)
-    fmt::print("  labels: {} items without a line, {} lines without an item\n", notes.items_without_line,
-               notes.lines_without_item);
+  for (const std::string& file : notes.unused_label_files)
+    fmt::print("  classes and splits of `{0}` are not used: --labels {0}\n", escape_id(file));
+  if (!notes.has_label_file) return;
+  fmt::print("  labels: {} items without a line, {} lines without an item\n", notes.items_without_line,
+             notes.lines_without_item);
+  if (notes.items_without_line > 0) fmt::print("    no line: `{}`\n", notes.item_without_line);
+  if (notes.lines_without_item > 0) fmt::print("    no item: {}\n", escape_id(notes.line_without_item));
+  if (notes.ambiguous_lines > 0)
+    fmt::print(
+        "  labels: {} lines name several items and are left out (give more of the path)\n    several: {}\n",
+        notes.ambiguous_lines, escape_id(notes.ambiguous_line));
+  if (!notes.class_names.empty())
+    fmt::print(
+        "  names of classes: {} items from `{}`{}\n", notes.named_items, escape_id(notes.class_names),
+        notes.named_items == 0 ? ", none has the number of a synset as its class (--layout shapenet?)" : "");
 }
 
 void write_notes(JsonWriter& json, const InputNotes& notes) {
@@ -84,9 +100,24 @@ void write_notes(JsonWriter& json, const InputNotes& notes) {
   }
   json.end_array();
   json.member("layout", name_of(notes.layout));
+  if (!notes.unused_label_files.empty()) {
+    json.key("unused_label_files");
+    json.begin_array();
+    for (const std::string& file : notes.unused_label_files) json.value(escape_id(file));
+    json.end_array();
+  }
   if (!notes.has_label_file) return;
   json.member("items_without_label_line", notes.items_without_line);
   json.member("label_lines_without_item", notes.lines_without_item);
+  json.member("ambiguous_label_lines", notes.ambiguous_lines);
+  if (notes.items_without_line > 0) json.member("item_without_label_line", notes.item_without_line);
+  if (notes.lines_without_item > 0)
+    json.member("label_line_without_item", escape_id(notes.line_without_item));
+  if (notes.ambiguous_lines > 0) json.member("ambiguous_label_line", escape_id(notes.ambiguous_line));
+  if (!notes.class_names.empty()) {
+    json.member("class_names", escape_id(notes.class_names));
+    json.member("items_with_class_names", notes.named_items);
+  }
 }
 
 }  // namespace meander

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <istream>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -11,6 +12,7 @@
 #include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "jobs/classification.h"
+#include "jobs/item_names.h"
 #include "jobs/label_file.h"
 
 namespace meander {
@@ -59,10 +61,31 @@ fs::path common_folder(const std::vector<fs::path>& paths) {
   return common;
 }
 
+// A folder or an archive among the arguments.
+struct InputRoot {
+  fs::path path;
+  std::shared_ptr<const Archive> archive;
+
+  // Whether it has a file of this name in it, which is then at path / name.
+  bool has(const char* name) const {
+    std::error_code error;
+    return archive ? archive->find(name).has_value() : fs::is_regular_file(path / name, error);
+  }
+  std::string content(const char* name) const {
+    if (!archive) return content_of_labels(path / name);
+    try {
+      return archive->unpack(*archive->find(name));
+    } catch (const ItemError& error) {
+      throw UsageError("--labels: cannot read `" + (path / name).string() + "`: " + error.what());
+    }
+  }
+};
+
 class Collector {
  public:
   explicit Collector(const InputOptions& options) : options_(options) {}
   std::vector<Found> found;
+  std::vector<InputRoot> roots;
   FolderSearch search;
   bool has_lists = false;
 
@@ -71,13 +94,15 @@ class Collector {
     fs::directory_iterator(root, error);
     if (error) throw UsageError("cannot search `" + root.string() + "`: " + error.message());
     search.files.clear();
+    roots.push_back({root, nullptr});
     search_folder(root, search);
     take_files(root, prefixed);
   }
 
   void add_archive(const fs::path& archive, bool prefixed) {
     search.files.clear();
-    if (!search_archive(archive, search))
+    roots.push_back({archive, search_archive(archive, search)});
+    if (!roots.back().archive)
       throw UsageError("cannot read the archive `" + archive.string() + "`: " + search.unread.back().reason);
     take_files(unpacked_path(archive), prefixed);
   }
@@ -264,35 +289,119 @@ void place_in_layout(std::vector<Found>& found, FolderLayout wanted, InputNotes&
   }
 }
 
-// The position of the item with this id, or with the id derived from this path.
-std::size_t position_of(const std::vector<Found>& found, const std::string& name) {
-  for (const std::string& id : {name, escape_id(name)}) {
-    const auto at = std::lower_bound(found.begin(), found.end(), id,
-                                     [](const Found& f, const std::string& wanted) { return f.id < wanted; });
-    if (at != found.end() && at->id == id) return static_cast<std::size_t>(at - found.begin());
+// What the files of labels say of the items.
+class Labels {
+ public:
+  Labels(std::vector<Found>& found, InputNotes& notes) : found_(found), notes_(notes), stated_(found.size()) {
+    for (const Found& f : found) names_.add(f.id, f.file.path);
+    names_.finish();
+    notes_.has_label_file = true;
   }
-  return found.size();
+
+  void take(const LabelFile& file) {
+    // A file with ids is one of ids: what is no id in it is one of another item.
+    const bool has_ids = std::any_of(file.lines.begin(), file.lines.end(), [this](const LabelLine& line) {
+      const ItemNames::Items found = names_.find_id(line);
+      return found.begin != found.end;
+    });
+    for (const LabelLine& line : file.lines) {
+      const ItemNames::Items items = has_ids ? names_.find_id(line) : names_.find(line);
+      if (items.is_ambiguous)
+        count(notes_.ambiguous_lines, notes_.ambiguous_line, line, file);
+      else if (items.begin == items.end)
+        count(notes_.lines_without_item, notes_.line_without_item, line, file);
+      else
+        for (std::size_t item = items.begin; item < items.end; ++item) state(item, line, file);
+    }
+    for (const auto& [number, name] : file.class_names)
+      if (!class_names_.emplace(number, name).second && class_names_[number] != name)
+        throw UsageError("--labels: `" + file.name + "` has another name of the synset " + number +
+                         " than a file before it");
+    if (!file.class_names.empty()) notes_.class_names = file.name;
+  }
+
+  bool has_class_names() const { return !class_names_.empty(); }
+
+  void finish() {
+    for (std::size_t item = 0; item < found_.size(); ++item) {
+      const Stated& stated = stated_[item];
+      if (!stated.line) {
+        if (notes_.items_without_line++ == 0) notes_.item_without_line = found_[item].id;
+        continue;
+      }
+      if (stated.label) found_[item].label = escape_id(stated.label->label);
+      if (stated.split) found_[item].split = stated.split->split;
+    }
+  }
+
+  // Behind all that gives classes.
+  void name_classes() {
+    for (Found& f : found_) {
+      const auto name = class_names_.find(f.label);
+      if (name == class_names_.end()) continue;
+      f.label = escape_id(name->second);
+      ++notes_.named_items;
+    }
+  }
+
+ private:
+  // The lines that say something of an item, and where they stand.
+  struct Stated {
+    const LabelLine *line = nullptr, *label = nullptr, *split = nullptr;
+    const LabelFile *label_file = nullptr, *split_file = nullptr;
+  };
+
+  static void count(std::uint64_t& counted, std::string& first, const LabelLine& line,
+                    const LabelFile& file) {
+    if (counted++ == 0) first = "`" + line.names.front() + "`, " + file.place_of(line);
+  }
+
+  void state(std::size_t item, const LabelLine& line, const LabelFile& file) {
+    Stated& stated = stated_[item];
+    stated.line = &line;
+    const auto refuse = [&](const char* what, const LabelFile& other_file, const LabelLine& other) {
+      throw UsageError("--labels: " + file.place_of(line) + " says another " + what + " of `" +
+                       found_[item].id + "` than " + other_file.place_of(other));
+    };
+    if (!line.label.empty()) {
+      if (stated.label && stated.label->label != line.label)
+        refuse("class", *stated.label_file, *stated.label);
+      if (!stated.label) stated.label = &line, stated.label_file = &file;
+    }
+    if (line.split != Split::none) {
+      if (stated.split && stated.split->split != line.split)
+        refuse("split", *stated.split_file, *stated.split);
+      if (!stated.split) stated.split = &line, stated.split_file = &file;
+    }
+  }
+
+  std::vector<Found>& found_;
+  InputNotes& notes_;
+  std::vector<Stated> stated_;
+  ItemNames names_;
+  std::map<std::string, std::string> class_names_;  // of synsets
+};
+
+// The taxonomy.json beside one of the files, else the one in a folder or an archive of the input.
+std::optional<LabelFile> find_taxonomy(const std::vector<LabelFile>& files,
+                                       const std::vector<InputRoot>& roots) {
+  std::vector<InputRoot> places;
+  for (const LabelFile& file : files)
+    if (file.is_shapenet) places.push_back({fs::path(file.name).parent_path(), nullptr});
+  if (places.empty()) return std::nullopt;
+  places.insert(places.end(), roots.begin(), roots.end());
+  constexpr const char* name = "taxonomy.json";
+  for (const InputRoot& place : places)
+    if (place.has(name)) return read_taxonomy(place.content(name), (place.path / name).string());
+  return std::nullopt;
 }
 
-void read_labels(const std::string& file, std::vector<Found>& found, InputNotes& notes) {
-  notes.has_label_file = true;
-  notes.items_without_line = found.size();
-  std::vector<std::uint64_t> line_of(found.size(), 0);
-  for (const auto& [name, line] : read_label_file(file)) {
-    const std::size_t at = position_of(found, name);
-    if (at == found.size()) {
-      ++notes.lines_without_item;
-      continue;
-    }
-    if (line_of[at] != 0)
-      throw UsageError("--labels: `" + file + "` names `" + found[at].id + "` in line " +
-                       std::to_string(line_of[at]) + " and, spelt differently, in line " +
-                       std::to_string(line.line));
-    line_of[at] = line.line;
-    --notes.items_without_line;
-    if (!line.label.empty()) found[at].label = escape_id(line.label);
-    if (line.split != Split::none) found[at].split = line.split;
-  }
+// ShapeNet has them in its root.
+void note_unused_labels(const std::vector<InputRoot>& roots, InputNotes& notes) {
+  if (notes.layout != FolderLayout::shapenet) return;
+  for (const InputRoot& root : roots)
+    for (const char* name : {"all.csv", "taxonomy.json"})
+      if (root.has(name)) notes.unused_label_files.push_back((root.path / name).string());
 }
 
 void label_by_folder(std::vector<Found>& found) {
@@ -341,8 +450,21 @@ Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOpti
   inputs.index_bytes = collector.search.index_bytes();
   take_notes(collector.search, inputs.notes);
   place_in_layout(found, options.layout, inputs.notes);
-  if (!options.labels.empty()) read_labels(options.labels, found, inputs.notes);
+  std::vector<LabelFile> label_files;
+  for (const std::string& file : options.labels) label_files.push_back(read_label_file(file));
+  std::optional<Labels> labels;
+  if (!label_files.empty()) {
+    labels.emplace(found, inputs.notes);
+    for (const LabelFile& file : label_files) labels->take(file);
+    labels->finish();
+    if (!labels->has_class_names())
+      if (const auto taxonomy = find_taxonomy(label_files, collector.roots)) labels->take(*taxonomy);
+  }
   if (options.label_from_folder) label_by_folder(found);
+  if (labels)
+    labels->name_classes();
+  else
+    note_unused_labels(collector.roots, inputs.notes);
   inputs.items.resize(found.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     PlanItem& item = inputs.items[i];

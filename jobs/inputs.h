@@ -27,7 +27,7 @@ struct InputOptions {
   std::string remembered_root;     // stands in where no root is given: that of the run that made the store
   bool label_from_folder = false;  // --label-from-folder
   FolderLayout layout = FolderLayout::automatic;  // --layout
-  std::string labels;                             // --labels: a CSV file, see label_file.h; empty: none
+  std::vector<std::string> labels;                // --labels: files, see label_file.h
 };
 
 // What happened on the way from the arguments to the items, for the summary.
@@ -37,8 +37,14 @@ struct InputNotes {
   std::uint64_t links_back = 0;                  // links to a folder around them, not followed
   std::vector<UnreadFolder> unread;              // ascending; the run must not end with success
   FolderLayout layout = FolderLayout::flat;      // that gave classes and splits; never automatic
+  // Of the files of labels: how many lines name no item, or several, and how many items no line names, with
+  // the first of each.
   bool has_label_file = false;
-  std::uint64_t lines_without_item = 0, items_without_line = 0;  // of the file of labels
+  std::uint64_t lines_without_item = 0, ambiguous_lines = 0, items_without_line = 0;
+  std::string line_without_item, ambiguous_line, item_without_line;
+  std::string class_names;                      // the file of the names of synsets; empty: none
+  std::uint64_t named_items = 0;                // that have a class from it
+  std::vector<std::string> unused_label_files;  // all.csv and taxonomy.json of the input, of no use as it is
 };
 
 struct Inputs {
@@ -66,12 +72,14 @@ struct Inputs {
 // that of the options, else the remembered one, else the longest folder that all paths of all lists have in
 // common.
 //
-// Class and split of an item: what the file of labels says, else the .cla, else the layout (of items from
-// folders and lists), else with label_from_folder the name of the folder that the file stands in.
+// Class and split of an item: what the files of labels say, else the .cla, else the layout (of items from
+// folders and lists), else with label_from_folder the name of the folder that the file stands in. A class
+// that is the number of a synset has its name from a taxonomy.json among the files of labels; with an all.csv
+// among them, from the one beside it, else from that in the input.
 //
 // Throws UsageError: an input that does not exist, a folder given that cannot be read, a .cla or a file of
-// labels that is none, two equal ids (both paths are named), a path of a list outside the root, options for
-// lists without a list.
+// labels that is none, two lines of labels that say different things of one item, two equal ids (both paths
+// are named), a path of a list outside the root, options for lists without a list.
 Inputs collect_inputs(const std::vector<std::string>& arguments, const InputOptions& options = {});
 
 }  // namespace meander

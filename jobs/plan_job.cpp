@@ -14,6 +14,7 @@
 #include "jobs/exit_status.h"
 #include "jobs/input_options.h"
 #include "jobs/jobs.h"
+#include "jobs/label_file.h"
 #include "jobs/laboratory.h"
 #include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
@@ -77,7 +78,7 @@ class PlanJob {
  private:
   void check_outputs(const Inputs& inputs) const {
     std::vector<fs::path> read = input_files(run_.inputs, inputs.items);
-    if (!run_.collect.labels.empty()) read.emplace_back(run_.collect.labels);
+    for (const std::string& labels : run_.collect.labels) read.push_back(path_of_labels(labels));
     check_run_outputs(run_.store, run_.fresh, read);
     if (!run_.fresh && fs::exists(run_.store))
       throw UsageError(fmt::format(

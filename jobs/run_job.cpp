@@ -16,6 +16,7 @@
 #include "jobs/input_options.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/label_file.h"
 #include "jobs/laboratory.h"
 #include "jobs/memory_budget.h"
 #include "jobs/output_guard.h"
@@ -68,7 +69,7 @@ class RunJob {
     if (options_.dry_run && options_.json)
       throw UsageError("--dry-run prints a table, --json a summary of what was done: give one of them");
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
-    if (!options_.collect.labels.empty()) read.emplace_back(options_.collect.labels);
+    for (const std::string& labels : options_.collect.labels) read.push_back(path_of_labels(labels));
     check_run_outputs(options_.store, options_.fresh, read);
     if (options_.dry_run) return print_plan(unfinished);
     if (unfinished) look_at_unfinished_run(*unfinished);

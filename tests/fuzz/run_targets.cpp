@@ -237,7 +237,7 @@ void run_tga(std::string_view bytes) { run_color_image(bytes); }
 
 void run_webp(std::string_view bytes) { run_color_image(bytes); }
 
-// As a .cla file and as a CSV file of labels.
+// As a .cla file, as a table or a list of labels, and as JSON with labels.
 void run_labels(std::string_view bytes) {
   Classification classes;
   const std::filesystem::path path = scratch_file("labels", bytes);
@@ -245,8 +245,13 @@ void run_labels(std::string_view bytes) {
     for (const Classification::Model& model : classes.models)
       demand(model.label < classes.classes.size() && !model.name.empty(), "a model has a class");
   LabelFile labels;
-  if (is_right_usage([&] { labels = read_label_file(path); }))
-    for (const auto& [id, line] : labels) demand(line.line >= 1, "a label has a line");
+  if (is_right_usage([&] { labels = read_label_file(path.string()); }))
+    for (const LabelLine& line : labels.lines)
+      demand(line.line >= 1 && !line.names.empty(), "a label has a line and a name");
+  const std::filesystem::path json = scratch_file("labels.json", bytes);
+  if (is_right_usage([&] { labels = read_label_file(json.string()); }))
+    for (const LabelLine& line : labels.lines)
+      demand(line.line >= 1 && !line.names.empty(), "a label has an entry and a name");
 }
 
 }  // namespace meander::fuzz

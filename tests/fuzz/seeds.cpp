@@ -162,9 +162,18 @@ std::vector<std::string> zip_seeds() {
   odd[2].method = 14;
   odd[3].mode = 0120777;
   odd[4].stated_bytes = 5;
-  return {zip_bytes(archive_entries()), zip_bytes(archive_entries(), true),
-          zip_bytes(odd, false, "a comment"), "#!/bin/sh\nexit\n" + zip_bytes(archive_entries()),
-          zip_bytes({})};
+  std::vector<ArchiveEntry> inner(2);
+  inner[0].name = "in.zip";
+  inner[0].content = zip_bytes(archive_entries());
+  inner[1].name = "stored.tgz";
+  inner[1].content = gzip_bytes(tar_bytes(archive_entries()));
+  inner[1].deflate = false;
+  return {zip_bytes(archive_entries()),
+          zip_bytes(archive_entries(), true),
+          zip_bytes(odd, false, "a comment"),
+          "#!/bin/sh\nexit\n" + zip_bytes(archive_entries()),
+          zip_bytes({}),
+          zip_bytes(inner)};
 }
 
 std::vector<std::string> tar_seeds() {
@@ -365,10 +374,19 @@ std::vector<std::string> webp_seeds() {
 }
 
 std::vector<std::string> label_seeds() {
-  return {"PSB 1\n3 3\nanimal 0 0\ndog animal 2\n1 2\ncar 0 1\nm3\n", "PSB 1 2 2 a 0 1 x b 0 1 y",
-          "id,class,split\na.off,chair,train\n\"b,1.off\",\"a \"\"b\"\"\",test\r\n\nc.off,table,val\n",
-          "\xEF\xBB\xBF"
-          "a.off, chair\nb.off, table\n"};
+  return {
+      "id,synsetId,subSynsetId,modelId,split\n1,02691156,02690373,1a,train\n2,03001627,03001627,1a,val\n",
+      "a_0001\n# b\nc/d_2.txt\n",
+      "Airplane\t02691156\nBag\t02773838\n",
+      R"([{"synsetId":"02691156","name":"airplane,plane","children":["1"]},{"synsetId":"1","name":"plane"}])",
+      R"({"set":{"02691156":["1a","2b"]},"other":{"test":["3c"]}})",
+      R"([{"model_id":"1a","category":"Chair","split":"val"}])",
+      R"({"1a":"train","2b":"test"})",
+      "PSB 1\n3 3\nanimal 0 0\ndog animal 2\n1 2\ncar 0 1\nm3\n",
+      "PSB 1 2 2 a 0 1 x b 0 1 y",
+      "id,class,split\na.off,chair,train\n\"b,1.off\",\"a \"\"b\"\"\",test\r\n\nc.off,table,val\n",
+      "\xEF\xBB\xBF"
+      "a.off, chair\nb.off, table\n"};
 }
 
 }  // namespace
@@ -525,7 +543,8 @@ std::string dictionary_of(std::string_view target) {
   if (target == "tga") words = {"TRUEVISION-XFILE.\\x00"};
   if (target == "webp") words = {"RIFF", "WEBP", "VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF", "ICCP"};
   if (target == "labels")
-    words = {"PSB 1", "\\\"\\\"", "id,class,split", "train", "test", "val", ",", "\\x0d\\x0a"};
+    words = {"PSB 1", "\\\"\\\"",   "id,class,split", "train",   "test",    "val",
+             ",",     "\\x0d\\x0a", "synsetId",       "modelId", "03001627"};
   std::string text;
   for (const std::string_view word : words) text += fmt::format("\"{}\"\n", word);
   return text;

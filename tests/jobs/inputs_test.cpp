@@ -8,6 +8,8 @@
 #include <filesystem>
 
 #include "io/item_id.h"
+#include "jobs/item_names.h"
+#include "support/archive_files.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -352,7 +354,7 @@ TEST_CASE("collect_inputs: a file of labels says more than the folders") {
   for (const char* name : {"m/a.off", "m/b, \"c\".off", "m/d.off", "m/e\xFF.off"}) put_file(scratch / name);
   const std::string tree = (scratch / "m").string(), file = (scratch / "labels.csv").string();
   InputOptions options = labelled_by_folder();
-  options.labels = file;
+  options.labels = {file};
   const auto labels = [&](const std::string& csv) {
     write_file(file, csv);
     return labels_of(collect_inputs({tree}, options));
@@ -379,9 +381,9 @@ TEST_CASE("collect_inputs: a wrong file of labels is refused with the line") {
   put_file(scratch / "m/a.off");
   const std::string tree = (scratch / "m").string();
   InputOptions options;
-  options.labels = (scratch / "labels.csv").string();
+  options.labels = {(scratch / "labels.csv").string()};
   const auto refusal = [&](const std::string& csv) {
-    write_file(options.labels, csv);
+    write_file(options.labels[0], csv);
     return message_of({tree}, options);
   };
   CHECK_THAT(refusal("a.off,chair\nb.off,lamp\na.off,lamp\n"),
@@ -394,8 +396,372 @@ TEST_CASE("collect_inputs: a wrong file of labels is refused with the line") {
   CHECK_THAT(refusal("\"a\"b,c\n"), Contains("closing quotation mark"));
   CHECK_THAT(refusal("id,colour\na.off,red\n"), Contains("`class`"));
   CHECK_THAT(refusal("id,class,split\na.off,red\n"), Contains("2 fields, must be 3"));
-  options.labels = (scratch / "absent.csv").string();
+  options.labels = {(scratch / "absent.csv").string()};
   CHECK_THAT(message_of({tree}, options), Contains("cannot read"));
-  options.labels = tree;
+  options.labels = {tree};
   CHECK_THAT(message_of({tree}, options), Contains("cannot read"));
+}
+
+namespace {
+
+// Labels of a tree whose files of labels are beside it.
+class LabelledTree {
+ public:
+  explicit LabelledTree(const std::vector<std::string>& names) {
+    for (const std::string& name : names) put_file(scratch_ / "in" / name);
+  }
+  const fs::path& folder() const { return scratch_.path(); }
+  std::string in() const { return (scratch_ / "in").string(); }
+  void write(const std::string& name, std::string_view text) const { put_file(scratch_ / name, text); }
+
+  // `labels`: names of files below the folder, behind a split or alone.
+  InputOptions options(const std::vector<std::string>& labels) const {
+    InputOptions options;
+    for (const std::string& label : labels) {
+      const std::size_t equals = label.find('=');
+      options.labels.push_back(equals == std::string::npos
+                                   ? (scratch_ / label).string()
+                                   : label.substr(0, equals + 1) +
+                                         (scratch_ / label.substr(equals + 1)).string());
+    }
+    return options;
+  }
+  Inputs read(const std::vector<std::string>& labels) const {
+    return collect_inputs({in()}, options(labels));
+  }
+  Ids lines(const std::vector<std::string>& labels) const { return labels_of(read(labels)); }
+  std::string refusal(const std::vector<std::string>& labels) const {
+    return message_of({in()}, options(labels));
+  }
+
+ private:
+  ScratchFolder scratch_;
+};
+
+constexpr std::string_view taxonomy = R"([
+  {"synsetId": "02691156", "name": "airplane,aeroplane,plane", "children": ["02690373"], "numInstances": 4045},
+  {"synsetId": "02690373", "name": "airliner", "children": [], "numInstances": 1490},
+  {"synsetId": "03001627", "name": "chair", "children": ["02738535"], "numInstances": 6778},
+  {"synsetId": "02738535", "name": "chair,armchair", "children": [], "numInstances": 1995},
+  {"synsetId": "02933112", "name": "cabinet", "children": [], "numInstances": 1571},
+  {"synsetId": "03018349", "name": "cabinet,china closet", "children": [], "numInstances": 10}])";
+
+}  // namespace
+
+TEST_CASE("labels: all.csv of ShapeNet gives splits, and classes their names from taxonomy.json") {
+  const std::vector<std::string> v2 = {
+      "02691156/1a/models/model_normalized.obj", "03001627/1a/models/model_normalized.obj",
+      "03001627/2b/models/model_normalized.obj", "03001627/3c/models/model_normalized.obj"};
+  const std::string_view all =
+      "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n"
+      "000002,03001627,02738535,1a,val\n000003,03001627,03001627,2b,test\n000009,04379243,04379243,2b,test\n";
+  const LabelledTree tree(v2);
+  tree.write("all.csv", all);
+  const auto lines = [&](const char* airplane, const char* chair, const std::string& end) {
+    const std::string plane = airplane, seat = chair;
+    return Ids{v2[0] + " " + plane + " train", v2[1] + " " + seat + " validation",
+               v2[2] + " " + seat + " test", v2[3] + " " + seat + end};
+  };
+  // Without a taxonomy the classes are synsets, as those of the folders.
+  CHECK(tree.lines({"all.csv"}) == lines("02691156", "03001627", " none"));
+  const Inputs inputs = tree.read({"all.csv"});
+  CHECK(inputs.notes.items_without_line == 1);
+  CHECK(inputs.notes.item_without_line == v2[3]);
+  CHECK(inputs.notes.lines_without_item == 1);
+  CHECK_THAT(inputs.notes.line_without_item, Contains("`04379243/2b`") && Contains("all.csv` line 5"));
+  CHECK(inputs.notes.ambiguous_lines == 0);
+  CHECK(inputs.notes.class_names.empty());
+  // In the root of the input, beside the file, or given itself.
+  put_file(fs::path(tree.in()) / "taxonomy.json", taxonomy);
+  const Ids named = lines("airplane", "chair", " none");
+  CHECK(tree.lines({"all.csv"}) == named);
+  CHECK(tree.read({"all.csv"}).notes.class_names == (fs::path(tree.in()) / "taxonomy.json").string());
+  CHECK(tree.read({"all.csv"}).notes.named_items == 4);
+  // Nothing is named unless it is asked for, but the summary says so.
+  CHECK(tree.lines({}) == Ids{v2[0] + " 02691156 none", v2[1] + " 03001627 none", v2[2] + " 03001627 none",
+                              v2[3] + " 03001627 none"});
+  CHECK(tree.read({}).notes.unused_label_files == Ids{(fs::path(tree.in()) / "taxonomy.json").string()});
+  fs::rename(fs::path(tree.in()) / "taxonomy.json", tree.folder() / "taxonomy.json");
+  CHECK(tree.lines({"all.csv"}) == named);
+  CHECK(tree.lines({"taxonomy.json"}) ==
+        Ids{v2[0] + " airplane none", v2[1] + " chair none", v2[2] + " chair none", v2[3] + " chair none"});
+  fs::create_directories(tree.folder() / "else");
+  fs::rename(tree.folder() / "taxonomy.json", tree.folder() / "else/taxonomy.json");
+  CHECK(tree.lines({"all.csv"}) == lines("02691156", "03001627", " none"));
+  CHECK(tree.lines({"all.csv", "else/taxonomy.json"}) == named);
+  // A synset alone as the input is that of its folder; the model of the other with the same number is not
+  // there.
+  const std::string chairs = tree.in() + "/03001627";
+  CHECK(labels_of(collect_inputs({chairs}, tree.options({"all.csv"}))) ==
+        Ids{"1a/models/model_normalized.obj 03001627 validation",
+            "2b/models/model_normalized.obj 03001627 test", "3c/models/model_normalized.obj - none"});
+}
+
+TEST_CASE("labels: all.csv finds models in other layouts, where their number is that of one") {
+  const std::string_view all =
+      "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n"
+      "000002,03001627,02738535,1a,val\n000003,03001627,03001627,2b,test\n";
+  const LabelledTree v1({"02691156/1a/model.obj", "03001627/2b/model.obj"});
+  v1.write("all.csv", all);
+  CHECK(v1.lines({"all.csv"}) ==
+        Ids{"02691156/1a/model.obj 02691156 train", "03001627/2b/model.obj 03001627 test"});
+  const LabelledTree flat({"1a.obj", "2b.obj", "model_000002.obj"});
+  flat.write("all.csv", all);
+  // 1a is a model of two synsets: nothing says which.
+  CHECK(flat.lines({"all.csv"}) ==
+        Ids{"1a.obj - none", "2b.obj 03001627 test", "model_000002.obj 03001627 validation"});
+  // A model that stands in another synset is another one.
+  const LabelledTree other({"02691156/2b/model.obj"});
+  other.write("all.csv", all);
+  CHECK(other.lines({"all.csv"}) == Ids{"02691156/2b/model.obj 02691156 none"});
+}
+
+TEST_CASE("labels: names of classes are stable and tell synsets apart") {
+  std::vector<std::string> names;
+  for (const char* synset :
+       {"02691156", "02690373", "03001627", "02738535", "02933112", "03018349", "09999999"})
+    names.push_back(std::string(synset) + "/1a/models/m.obj");
+  const LabelledTree tree(names);
+  tree.write("taxonomy.json", taxonomy);
+  CHECK(tree.read({"taxonomy.json"}).label_names == Ids{"09999999", "airliner", "airplane",
+                                                        "cabinet 02933112", "cabinet 03018349", "chair",
+                                                        "chair 02738535"});
+  tree.write("synsetoffset2category.txt", "Airplane\t02691156\nBag\t02773838\nChair\t03001627\n");
+  CHECK(tree.read({"synsetoffset2category.txt"}).label_names ==
+        Ids{"02690373", "02738535", "02933112", "03018349", "09999999", "Airplane", "Chair"});
+  CHECK_THAT(tree.refusal({"taxonomy.json", "synsetoffset2category.txt"}),
+             Contains("another name of the synset 02691156"));
+  CHECK_THAT(tree.refusal({"train=taxonomy.json"}), Contains("have no split"));
+  tree.write("cut.json", taxonomy.substr(0, 100));
+  CHECK_THAT(tree.refusal({"cut.json"}), Contains("not valid JSON"));
+}
+
+TEST_CASE("labels: tables without a class leave that of the folders, and columns have names of data sets") {
+  const LabelledTree tree(
+      {"chair/train/chair_0001.off", "chair/test/chair_0002.off", "lamp/test/lamp_0001.off"});
+  tree.write("splits.csv", "split,id\nval,chair_0001\ntrain,lamp_0001.off\n,chair_0002\n");
+  CHECK(tree.lines({"splits.csv"}) == Ids{"chair/test/chair_0002.off chair test",
+                                          "chair/train/chair_0001.off chair validation",
+                                          "lamp/test/lamp_0001.off lamp train"});
+  tree.write("metadata.csv",
+             "object_id,class,split,object_path\nchair_0001,seat,train,chair/train/chair_0001.off\n");
+  CHECK(tree.lines({"metadata.csv"})[1] == "chair/train/chair_0001.off seat train");
+  // Two files that say different things of one item, also when each spells it otherwise.
+  CHECK_THAT(tree.refusal({"splits.csv", "metadata.csv"}),
+             Contains("metadata.csv` line 2 says another split of `chair/train/chair_0001.off` than") &&
+                 Contains("splits.csv` line 2"));
+  tree.write("twice.csv", "chair_0001,seat\ntrain/chair_0001.off,stool\n");
+  CHECK_THAT(tree.refusal({"twice.csv"}), Contains("another class of `chair/train/chair_0001.off`"));
+  // A file of ids, of which some are not there, is not taken for one of names.
+  tree.write("ids.csv", "chair_0001.off,stool\nchair/train/chair_0001.off,seat\nchair_0002.off,stool\n");
+  CHECK(tree.lines({"ids.csv"}) == Ids{"chair/test/chair_0002.off chair test",
+                                       "chair/train/chair_0001.off seat train",
+                                       "lamp/test/lamp_0001.off lamp test"});
+  CHECK(tree.read({"ids.csv"}).notes.lines_without_item == 2);
+  tree.write("colours.csv", "id,colour\nchair_0001,red\n");
+  CHECK_THAT(tree.refusal({"colours.csv"}), Contains("no column `class`") && Contains("no column `split`"));
+  CHECK_THAT(tree.refusal({"test=metadata.csv"}), Contains("line 2: the split `train`"));
+  tree.write("classes.csv", "chair_0001,seat\n");
+  CHECK(tree.lines({"val=classes.csv"})[1] == "chair/train/chair_0001.off seat validation");
+}
+
+TEST_CASE("labels: lists of ids, one a line, with the split of the argument or of the file's name") {
+  const LabelledTree tree({"airplane/airplane_0001.off", "airplane/airplane_0627.off",
+                           "night_stand/night_stand_0001.off", "sofa/sofa_0001.off"});
+  tree.write("modelnet40_train.txt",
+             "\xEF\xBB\xBF"
+             "airplane_0001\r\n# a comment, with a comma\r\n\r\nnight_stand_0001\r\n");
+  tree.write("modelnet40_test.txt", "airplane_0627\nbathtub_0107\n");
+  tree.write("ids.txt", "sofa_0001\n");
+  const Ids expected = {"airplane/airplane_0001.off - train", "airplane/airplane_0627.off - test",
+                        "night_stand/night_stand_0001.off - train", "sofa/sofa_0001.off - validation"};
+  CHECK(tree.lines({"modelnet40_train.txt", "modelnet40_test.txt", "val=ids.txt"}) == expected);
+  const Inputs inputs = tree.read({"modelnet40_train.txt", "modelnet40_test.txt"});
+  CHECK(inputs.notes.items_without_line == 1);
+  CHECK(inputs.notes.lines_without_item == 1);
+  CHECK_THAT(inputs.notes.line_without_item,
+             Contains("`bathtub_0107`") && Contains("modelnet40_test.txt` line 2"));
+  CHECK_THAT(tree.refusal({"ids.txt"}), Contains("a list of ids") && Contains("--labels train="));
+  tree.write("train_test.txt", "sofa_0001\n");
+  CHECK_THAT(tree.refusal({"train_test.txt"}), Contains("a list of ids"));
+  tree.write("test.txt", "airplane_0001\n");
+  CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), Contains("says another split"));
+  // The split of an argument counts before the file's name, and lists of points name models.
+  tree.write("filelist_test.txt", "airplane/airplane_0001.txt\n");
+  CHECK(tree.lines({"train=filelist_test.txt"})[0] == "airplane/airplane_0001.off - train");
+}
+
+TEST_CASE("labels: names of items are ends of paths, alone of their kind") {
+  const std::string uid = "8476c4170df24cf5bbe6967222d1a42d";
+  const LabelledTree tree(
+      {"glbs/000-023/" + uid + ".glb", "abc/00000002/00000002_1ffb_trimesh_001.obj",
+       "abc/00000003_aa11_trimesh_000.obj", "scans/scene0191_00/scene0191_00_vh_clean.ply",
+       "scans/scene0191_00/scene0191_00_vh_clean_2.ply", "flat/scene0707_01_vh_clean_2.ply",
+       "thingi/32770.stl", "future/0a1b/raw_model.obj", "future/0a1b/normalized_model.obj",
+       "gso/Shoe_1/meshes/model.obj", "partnet/2780/objs/new-0.obj", "partnet/2780/objs/new-1.obj",
+       "partnet/2781/objs/new-0.obj", "m123/m123.off"});
+  const auto train_of = [&](const std::string& ids) {
+    tree.write("train.txt", ids);
+    Ids found;
+    for (const std::string& line : tree.lines({"train.txt"}))
+      if (line.ends_with(" train")) found.push_back(line.substr(0, line.find(' ')));
+    return found;
+  };
+  CHECK(train_of(uid) == Ids{"glbs/000-023/" + uid + ".glb"});
+  CHECK(train_of("000-023/" + uid + ".glb") == Ids{"glbs/000-023/" + uid + ".glb"});
+  CHECK(train_of("/data/sets/glbs/000-023/" + uid + ".glb") == Ids{"glbs/000-023/" + uid + ".glb"});
+  CHECK(train_of("00000002") == Ids{"abc/00000002/00000002_1ffb_trimesh_001.obj"});
+  CHECK(train_of("00000003") == Ids{"abc/00000003_aa11_trimesh_000.obj"});
+  CHECK(train_of("scene0191_00").size() == 2);
+  CHECK(train_of("scene0707_01") == Ids{"flat/scene0707_01_vh_clean_2.ply"});
+  CHECK(train_of("32770") == Ids{"thingi/32770.stl"});
+  CHECK(train_of("0a1b").size() == 2);
+  CHECK(train_of("Shoe_1") == Ids{"gso/Shoe_1/meshes/model.obj"});
+  CHECK(train_of("2780") == Ids{"partnet/2780/objs/new-0.obj", "partnet/2780/objs/new-1.obj"});
+  CHECK(train_of("2781/objs/new-0") == Ids{"partnet/2781/objs/new-0.obj"});
+  CHECK(train_of("m123") == Ids{"m123/m123.off"});
+  // Nothing is guessed.
+  CHECK(train_of("new-0").empty());
+  CHECK(train_of("objs/new-0.obj").empty());
+  CHECK(tree.read({"train.txt"}).notes.ambiguous_lines == 1);
+  CHECK_THAT(tree.read({"train.txt"}).notes.ambiguous_line,
+             Contains("`objs/new-0.obj`") && Contains("line 1"));
+  CHECK(tree.read({"train.txt"}).notes.lines_without_item == 0);
+  for (const char* none : {"32770.obj", "3277", "scene0191", "00000003_aa11", "2782/objs/new-0",
+                           "other/32770.stl", "raw_model.off", "/", "."}) {
+    INFO(none);
+    CHECK(train_of(none).empty());
+    CHECK(tree.read({"train.txt"}).notes.lines_without_item == 1);
+  }
+}
+
+TEST_CASE("labels: a line of a model that is not there means no other one") {
+  const auto are_lacking = [](const LabelledTree& tree, const Ids& ids) {
+    std::string list;
+    for (const std::string& id : ids) list += id + "\n";
+    tree.write("train.txt", list);
+    const InputNotes notes = tree.read({"train.txt"}).notes;
+    return notes.lines_without_item == ids.size() && notes.ambiguous_lines == 0;
+  };
+  CHECK(are_lacking(LabelledTree({"2781/objs/new-0.obj"}),
+                    {"2782/objs/new-0.obj", "data_v0/2782/objs/new-0", "2782", "objs/new-1"}));
+  CHECK(are_lacking(
+      LabelledTree({"02691156/1a/models/model_normalized.obj"}),
+      {"03001627/1a", "03001627/1a/models/model_normalized.obj", "02691156/2b/models/model_normalized.obj",
+       "x/02691156/2b/models/model_normalized.obj", "shape_data/03001627/1a"}));
+  // A folder of one synset as the input.
+  const LabelledTree tree({"03001627/1a/models/model_normalized.obj"});
+  tree.write("train.txt", "02691156/1a/models/model_normalized.obj\n");
+  const std::string chairs = tree.in() + "/03001627";
+  CHECK(collect_inputs({chairs}, tree.options({"train.txt"})).notes.lines_without_item == 1);
+  tree.write("train.txt", "/mnt/set/03001627/1a/models/model_normalized.obj\n");
+  CHECK(collect_inputs({chairs}, tree.options({"train.txt"})).notes.items_without_line == 0);
+}
+
+TEST_CASE("labels: JSON files of data sets") {
+  const LabelledTree tree(
+      {"03001627/aa/models/m.obj", "03001627/bb/models/m.obj", "02691156/cc/models/m.obj"});
+  const auto lines = [&](const std::string& name, const std::string& text) {
+    tree.write(name, text);
+    Ids found;
+    for (const std::string& line : tree.lines({name})) found.push_back(line.substr(line.find(' ') + 1));
+    return found;
+  };
+  // Items are cc, aa, bb.
+  CHECK(lines("shuffled_train_file_list.json", R"(["shape_data/03001627/aa", "shape_data/02691156/cc"])") ==
+        Ids{"02691156 train", "03001627 train", "03001627 none"});
+  CHECK(
+      lines("model_info.json", R"([{"model_id": "aa", "super-category": "Chair", "category": "Lounge Chair"},
+                                     {"model_id": "bb", "super-category": "Chair", "category": null}])") ==
+      Ids{"02691156 none", "Lounge Chair none", "03001627 none"});
+  CHECK(lines("Chair.val.json", R"([{"anno_id": "39446", "model_id": "bb"}])") ==
+        Ids{"02691156 none", "03001627 none", "03001627 validation"});
+  CHECK(lines("lvis-annotations.json", R"({"plane": ["cc"], "seat": ["aa", "bb"]})") ==
+        Ids{"plane none", "seat none", "seat none"});
+  CHECK(lines("splits.json", R"({"train": ["cc"], "test": ["aa"], "val": []})") ==
+        Ids{"02691156 train", "03001627 test", "03001627 none"});
+  CHECK(lines("sv2_chairs_test.json", R"({"ShapeNetV2": {"03001627": ["aa"], "02691156": ["cc"]}})") ==
+        Ids{"02691156 test", "03001627 test", "03001627 none"});
+  CHECK(lines("by_class.json", R"({"seat": {"train": ["aa"], "test": ["bb"]}})") ==
+        Ids{"02691156 none", "seat train", "seat test"});
+  CHECK(lines("by_id.json", R"({"aa": "train", "bb": "test"})") ==
+        Ids{"02691156 none", "03001627 train", "03001627 test"});
+  // As Objaverse and Hugging Face pack them, and in an archive.
+  CHECK(lines("lvis.json.gz", gzip_bytes(R"({"plane": ["cc"]})"))[0] == "plane none");
+  ArchiveEntry packed;
+  packed.name = "lists/test.json";
+  packed.content = R"(["aa"])";
+  tree.write("lists.zip", zip_bytes({packed}));
+  CHECK(tree.lines({"lists.zip/lists/test.json"})[1] == "03001627/aa/models/m.obj 03001627 test");
+  CHECK_THAT(tree.refusal({"lists.zip/none.json"}), Contains("there is no"));
+  tree.write("cut.json.gz", gzip_bytes("[]").substr(0, 12));
+  CHECK_THAT(tree.refusal({"cut.json.gz"}), Contains("cannot unpack"));
+  CHECK(lines("with_split.json", R"([{"uid": "aa", "split": "val", "label": "x"}])") ==
+        Ids{"02691156 none", "x validation", "03001627 none"});
+  const auto refusal = [&](const std::string& text) {
+    tree.write("bad.json", text);
+    return tree.refusal({"bad.json"});
+  };
+  CHECK_THAT(refusal(R"(["aa"])"), Contains("a list of ids"));
+  CHECK_THAT(refusal(R"({"aa": "chair"})"), Contains("none of the forms"));
+  CHECK_THAT(refusal(R"({"a": {"b": {"c": {"d": {"e": []}}}}})"), Contains("none of the forms"));
+  CHECK_THAT(refusal("7"), Contains("none of the forms"));
+  CHECK_THAT(refusal(R"({"train": ["aa"], "extra": ["bb"]})"),
+             Contains("splits and other names") && Contains("`extra`"));
+  CHECK_THAT(refusal(R"([{"name": "aa"}])"), Contains("entry 1 has no id"));
+  CHECK_THAT(refusal(R"([{"id": "aa", "split": "later"}])"), Contains("`later`"));
+  CHECK_THAT(refusal(R"({"a": ["aa"], "b": ["aa"]})"),
+             Contains("entry 2: another class") && Contains("entry 1"));
+  CHECK_THAT(refusal("[1, 2"), Contains("not valid JSON"));
+  CHECK_THAT(refusal(std::string(1000, '[')), Contains("nests deeper"));
+}
+
+TEST_CASE("labels: many ids that mean much are found in little time") {
+  std::vector<std::string> ids;
+  for (int i = 0; i < 20000; ++i)
+    ids.push_back("x/" + std::to_string(100000 + i) + "/models/model_normalized.obj");
+  ItemNames names;
+  for (const std::string& id : ids) names.add(id, "/data/" + id);
+  names.finish();
+  std::size_t found = 0, other = 0, ambiguous = 0;
+  for (int i = 0; i < 20000; ++i) {
+    LabelLine line;
+    line.names = {std::to_string(i) + "/models/model_normalized"};
+    other += names.find(line).end;
+    line.names = {"models/model_normalized.obj"};
+    ambiguous += names.find(line).is_ambiguous;
+    line.names = {std::to_string(100000 + i)};
+    const ItemNames::Items items = names.find(line);
+    found += items.end - items.begin == 1 && items.begin == static_cast<std::size_t>(i);
+  }
+  CHECK(other == 0);
+  CHECK(ambiguous == 20000);
+  CHECK(found == 20000);
+}
+
+TEST_CASE("folder layouts: auto on the trees of data sets makes no classes of what are none") {
+  using enum FolderLayout;
+  const auto layout = [](const Ids& ids) { return recognise_layout(ids); };
+  CHECK(layout({"airplane/test/airplane_0627.off", "airplane/train/airplane_0001.off"}) == modelnet);
+  CHECK(layout({"ModelNet10/bed/test/bed_0516.off", "ModelNet10/bed/train/bed_0001.off"}) == modelnet);
+  CHECK(layout({"02691156/10155655850468db78d106ce0a280f87/models/model_normalized.obj"}) == shapenet);
+  CHECK(layout({"ShapeNetCore.v1/02691156/10155655850468db78d106ce0a280f87/model.obj"}) == shapenet);
+  CHECK(layout({"data_v0/2780/objs/new-0.obj", "data_v0/2780/objs/original-1.obj"}) == flat);
+  CHECK(layout({"10213/textured_objs/original-1.obj"}) == flat);
+  CHECK(layout({"00000002/00000002_1ffb81a71e5b402e966b9341_trimesh_001.obj"}) == flat);
+  CHECK(layout({"32770.stl", "34783.stl"}) == flat);
+  CHECK(layout({"glbs/000-023/8476c4170df24cf5bbe6967222d1a42d.glb"}) == flat);
+  CHECK(layout({"scans/scene0000_00/scene0000_00_vh_clean_2.ply",
+                "scans_test/scene0707_00/scene0707_00_vh_clean_2.ply"}) == flat);
+  CHECK(layout({"3D-FUTURE-model/0a1b/normalized_model.obj", "3D-FUTURE-model/0a1b/raw_model.obj"}) == flat);
+  CHECK(layout({"11pro_SL_TRX_FG/meshes/model.obj"}) == flat);
+  CHECK(layout({"train/model_000003.obj", "test/model_000002.obj"}) == flat);
+  // Folders of one model each are no classes.
+  CHECK(layout({"test/0a1b/model.obj", "train/2c3d/model.obj", "train/4e5f/model.obj"}) == flat);
+  CHECK(layout({"test/0a1b/normalized_model.obj", "test/0a1b/raw_model.obj",
+                "train/2c3d/normalized_model.obj", "train/2c3d/raw_model.obj", "train/3d4e/raw_model.obj"}) ==
+        flat);
+  // Classes are, though their files have the same names, or no class is in both splits.
+  CHECK(layout({"test/chair/1.off", "test/lamp/1.off", "train/chair/1.off", "train/lamp/1.off"}) == modelnet);
+  CHECK(layout({"test/chair/1.off", "test/chair/2.off", "train/lamp/1.off", "train/lamp/2.off"}) == modelnet);
 }

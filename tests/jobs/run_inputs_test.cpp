@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/archive_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/store_rows.h"
@@ -214,6 +215,106 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
   CHECK(conflict.exit_code == 2);
   CHECK_THAT(conflict.err, Contains("line 2"));
   CHECK_FALSE(fs::exists(scratch / "c.h5"));
+}
+
+TEST_CASE(
+    "run: ShapeNet as it is handed out, with its table and its taxonomy, unpacked and as zips in a zip") {
+  const ScratchFolder scratch;
+  const fs::path root = scratch / "ShapeNetCore.v2";
+  for (const char* item : {"02691156/1a", "03001627/1a", "03001627/2b"})
+    put_mesh(root / item / "models/model_normalized.off");
+  const std::string table =
+      "id,synsetId,subSynsetId,modelId,split\n000001,02691156,02690373,1a,train\n000002,03001627,03001627,1a,"
+      "val\n"
+      "000003,03001627,03001627,2b,test\n000004,03001627,03001627,9f,test\n";
+  const std::string taxonomy = R"([{"synsetId": "02691156", "name": "airplane,plane", "children": []},
+                                   {"synsetId": "03001627", "name": "chair", "children": []}])";
+  const ProcessResult bare = run({root}, scratch / "bare.h5");
+  CHECK(StoreReader(scratch / "bare.h5").label_names() == Ids{"02691156", "03001627"});
+  CHECK_THAT(bare.out, !Contains("not used"));
+  write_file(root / "all.csv", table);
+  write_file(root / "taxonomy.json", taxonomy);
+  // Rows are labelled as before where nothing is asked for, and the summary says what there is.
+  const ProcessResult unused = run({root}, scratch / "unused.h5");
+  CHECK(read_file(scratch / "unused.h5") == read_file(scratch / "bare.h5"));
+  CHECK_THAT(unused.out, Contains("--labels " + (root / "all.csv").string()) &&
+                             Contains("--labels " + (root / "taxonomy.json").string()));
+  const ProcessResult labelled = run({root}, scratch / "s.h5", {"--labels", (root / "all.csv").string()});
+  INFO(labelled.out << labelled.err);
+  REQUIRE(labelled.exit_code == 0);
+  CHECK_THAT(labelled.out,
+             Contains("labels: 0 items without a line, 1 lines without an item\n    no item: "
+                      "`03001627/9f`, `" +
+                      (root / "all.csv").string() + "` line 5") &&
+                 Contains("names of classes: 3 items from `" + (root / "taxonomy.json").string()));
+  const StoreReader reader(scratch / "s.h5");
+  CHECK(reader.label_names() == Ids{"airplane", "chair"});
+  CHECK(reader.split(0) == Split::train);
+  CHECK(reader.split(1) == Split::validation);
+  CHECK(reader.split(2) == Split::test);
+  // The same as a zip of the zips of its synsets, whose table is in it too.
+  std::vector<ArchiveEntry> members(4);
+  const char* names[] = {"02691156.zip", "03001627.zip", "all.csv", "taxonomy.json"};
+  for (std::size_t i = 0; i < members.size(); ++i)
+    members[i].name = std::string("ShapeNetCore.v2/") + names[i];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string synset = std::string(names[i]).substr(0, 8);
+    members[i].content = zip_bytes(entries_of(root / synset, synset + "/"));
+    members[i].deflate = false;
+  }
+  members[2].content = table;
+  members[3].content = taxonomy;
+  fs::create_directories(scratch / "packed");
+  const fs::path zip = scratch / "packed/ShapeNetCore.v2.zip";
+  write_file(zip, zip_bytes(members));
+  const ProcessResult packed = run({zip}, scratch / "zip.h5", {"--labels", (zip / "all.csv").string()});
+  INFO(packed.out << packed.err);
+  CHECK(packed.exit_code == 0);
+  CHECK(read_file(scratch / "zip.h5") == read_file(scratch / "s.h5"));
+  // Planned for many tasks it is the same store.
+  const ProcessResult planned =
+      meander_with({"plan", zip, "-o", scratch / "array.h5", "-n", "16", "--method", "direct", "--shards",
+                    "2", "--labels", (zip / "all.csv").string()});
+  INFO(planned.out << planned.err);
+  REQUIRE(planned.exit_code == 0);
+  for (const char* shard : {"0/2", "1/2"})
+    CHECK(meander_with({"run", scratch / "array.h5.run", "--shard", shard, "--progress", "none"}).exit_code ==
+          0);
+  CHECK(meander_with({"merge", scratch / "array.h5.run"}).exit_code == 0);
+  CHECK(read_file(scratch / "array.h5") == read_file(scratch / "s.h5"));
+}
+
+TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous is named") {
+  const ScratchFolder scratch;
+  for (const char* item : {"a/1.off", "b/1.off", "b/2.off", "b/3.off"}) put_mesh(scratch / "in" / item);
+  write_file(scratch / "train.txt", "1\n2\n");
+  write_file(scratch / "rest.txt", "3\n9\n");
+  const Ids both = {"--labels", (scratch / "train.txt").string(), "--labels",
+                    "test=" + (scratch / "rest.txt").string()};
+  const ProcessResult result = run({scratch / "in"}, scratch / "s.h5", both);
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.out, Contains("labels: 2 items without a line, 1 lines without an item\n    no line: "
+                                  "`a/1.off`\n    no item: `9`, `") &&
+                             Contains("labels: 1 lines name several items and are left out") &&
+                             Contains("several: `1`, `"));
+  const StoreReader reader(scratch / "s.h5");
+  CHECK(reader.split(0) == Split::none);
+  CHECK(reader.split(2) == Split::train);
+  CHECK(reader.split(3) == Split::test);
+  Ids json = both;
+  json.push_back("--json");
+  CHECK_THAT(run({scratch / "in"}, scratch / "s.h5", json).out,
+             Contains("\"ambiguous_label_lines\":1") && Contains("\"item_without_label_line\":\"a/1.off\""));
+  // None of the files is written over.
+  write_file(scratch / "x.h5.failed.txt", "3\n");
+  CHECK(
+      run({scratch / "in"}, scratch / "x.h5", {"--labels", "test=" + (scratch / "x.h5.failed.txt").string()})
+          .exit_code == 2);
+  const ProcessResult unknown =
+      run({scratch / "in"}, scratch / "u.h5", {"--labels", (scratch / "rest.txt").string()});
+  CHECK(unknown.exit_code == 2);
+  CHECK_THAT(unknown.err, Contains("--labels train="));
 }
 
 TEST_CASE("info: an unfinished run says what it is and what continues it") {
