@@ -176,13 +176,16 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
   };
   for (const char* name : {"b c/d.bin", "a%b.bin", "e%20f.bin", "\xC3\xA4.bin"})
     write_file(scratch / (std::string("in/") + name), file.binary);
-  for (const char* uri : {"b%20c/d.bin", "b c/./d.bin", "b%20c%2Fd.bin", "a%b.bin", "a%25b.bin",
-                          "e%2520f.bin", "%C3%A4.bin", "\xC3\xA4.bin", "./b c//d.bin"}) {
+  for (const char* uri :
+       {"b%20c/d.bin", "b c/./d.bin", "b%20c%2Fd.bin", "a%b.bin", "a%25b.bin", "e%2520f.bin", "%C3%A4.bin",
+        "\xC3\xA4.bin", "./b c//d.bin", "b c\\\\d.bin", ".\\\\b c\\\\d.bin", "b c%5Cd.bin",
+        "b c/../b c/d.bin", "none/../b c/d.bin", "x\\\\y\\\\..\\\\../b c/d.bin"}) {
     INFO(uri);
     CHECK(outcome_beside(uri) == "ok");
   }
   for (const char* uri : {"../out.bin", "%2e%2e/out.bin", "b c/../../out.bin", "..%2Fout.bin", "/etc/passwd",
-                          "%2Fetc/passwd", "..\\\\out.bin", "b c/d.bin%00"}) {
+                          "%2Fetc/passwd", "..\\\\out.bin", "b c/d.bin%00", "b c/..",
+                          "b c\\\\..\\\\..\\\\out.bin", "x/../../in/b c/d.bin", "\\\\\\\\host\\\\a.bin"}) {
     INFO(uri);
     CHECK_THAT(outcome_beside(uri),
                Contains("unreadable: buffers[0]") && (Contains("leads out of what was given as input") ||
