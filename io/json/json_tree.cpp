@@ -96,6 +96,20 @@ JsonTree::JsonTree(std::string_view text) {
     throw ItemError(Status::unreadable, builder.problem());
 }
 
+std::vector<std::string_view> JsonTree::members_of_all(std::string_view name,
+                                                       std::string_view skipped) const {
+  std::vector<std::string_view> names;
+  for (std::uint32_t at = 0; at < nodes_.size();) {
+    const Node& node = nodes_[at];
+    const std::string_view own = characters(node.name);
+    if (own == name && node.kind == Kind::object)
+      for (std::uint32_t member = at + 1; member < node.end; member = nodes_[member].end)
+        names.push_back(characters(nodes_[member].name));
+    at = own == skipped ? node.end : at + 1;
+  }
+  return names;
+}
+
 bool JsonValue::is_object() const {
   return tree_ != nullptr && tree_->nodes_[node_].kind == JsonTree::Kind::object;
 }

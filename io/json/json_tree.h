@@ -56,6 +56,9 @@ class JsonTree {
   JsonTree& operator=(const JsonTree&) = delete;
 
   JsonValue root() const { return {this, 0}; }
+  // The names of the members of all objects of this name, each once per object, in the order of the text, but
+  // of those inside a value named `skipped`. O(values).
+  std::vector<std::string_view> members_of_all(std::string_view name, std::string_view skipped) const;
   std::uint64_t memory_bytes() const { return nodes_.capacity() * sizeof(Node) + characters_.capacity(); }
 
  private:

@@ -12,6 +12,8 @@
 
 #include "io/mesh/byte_order.h"
 #include "io/mesh/format_readers.h"
+#include "io/mesh/gltf_extensions.h"
+#include "io/mesh/text_cursor.h"
 
 namespace meander {
 
@@ -63,13 +65,14 @@ std::string decode_base64(std::string_view text) {
     table['_'] = 63;
     return table;
   }();
-  while (text.ends_with('=')) text.remove_suffix(1);
+  while (text.ends_with('=') || text.ends_with('\n')) text.remove_suffix(1);
   std::string out;
   out.reserve(text.size() / 4 * 3 + 3);
   std::uint32_t bits = 0;
   int have = 0;
   for (std::size_t at = 0; at < text.size(); ++at) {
     const int value = values[static_cast<unsigned char>(text[at])];
+    if (value < 0 && std::isspace(static_cast<unsigned char>(text[at])) != 0) continue;  // of broken lines
     if (value < 0)
       throw ItemError(Status::unreadable,
                       fmt::format("a data URI is not base64 (wrong at character {} of its data)", at));
@@ -102,6 +105,8 @@ decltype(auto) with_component(GltfComponent component, Use use) {
 }
 
 }  // namespace
+
+bool is_data_uri(std::string_view uri) { return text::same_word(uri.substr(0, 5), "data:"); }
 
 std::string companion_path(std::string_view uri, std::string& reason) {
   if (has_scheme(uri)) {
@@ -144,7 +149,11 @@ std::string decode_data_uri(std::string_view uri) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string_view::npos) throw ItemError(Status::unreadable, "a data URI without data");
   const std::string_view data = uri.substr(comma + 1);
-  if (!uri.substr(0, comma).ends_with(";base64")) return percent_decoded(data);
+  constexpr std::string_view mark = ";base64";
+  const std::string_view head = uri.substr(0, comma);
+  const bool is_base64 =
+      head.size() >= mark.size() && text::same_word(head.substr(head.size() - mark.size()), mark);
+  if (!is_base64) return percent_decoded(data);
   return data.find('%') == std::string_view::npos ? decode_base64(data)
                                                   : decode_base64(percent_decoded(data));
 }
@@ -158,18 +167,31 @@ GltfData::GltfData(const GltfDocument& document, std::optional<std::string_view>
       decoded_(document.buffer_uris.size()),
       views_(document.views.size()) {}
 
-std::string_view GltfData::external(std::uint32_t number, std::string_view uri) const {
-  std::string reason;
+std::optional<std::string_view> GltfData::file_of(std::string_view uri, std::string& reason) const {
   const std::string path = companion_path(uri, reason);
-  const std::string shown(uri.substr(0, 200));
-  if (path.empty()) fail_in("buffers", number, fmt::format("its file `{}` {}", shown, reason));
-  for (const CompanionFile& file : companions_)
-    if (file.path == path) {
-      if (!file.problem.empty())
-        fail_in("buffers", number, fmt::format("its file `{}`: {}", shown, file.problem));
-      return {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()};
-    }
-  fail_in("buffers", number, fmt::format("its file `{}` is not there", shown));
+  const std::string shown = "`" + shown_text(uri, 200) + "`";
+  if (path.empty()) {
+    reason = shown + " " + reason;
+    return std::nullopt;
+  }
+  for (const CompanionFile& file : companions_) {
+    if (file.path != path) continue;
+    if (file.problem.empty())
+      return std::string_view(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+    reason = shown + ": " + file.problem;
+    return std::nullopt;
+  }
+  reason = shown + " is not there";
+  return std::nullopt;
+}
+
+void GltfData::note_missing_buffers(Notes& notes) const {
+  for (std::uint32_t number = 0; number < buffers_.size(); ++number) {
+    const std::optional<std::string_view>& uri = document_.buffer_uris[number];
+    std::string reason;
+    if (uri && !is_data_uri(*uri) && !buffers_[number] && !file_of(*uri, reason))
+      notes.add(Note::buffer_missing, shown_text(reason, Notes::longest_note_example));
+  }
 }
 
 std::string_view GltfData::buffer(std::uint32_t number) {
@@ -185,7 +207,12 @@ std::string_view GltfData::find_buffer(std::uint32_t number) {
     if (number != 0 || !binary_) fail_in("buffers", number, "it has neither a file nor a binary chunk");
     return *binary_;
   }
-  if (!is_data_uri(*uri)) return external(number, *uri);
+  if (!is_data_uri(*uri)) {
+    std::string reason;
+    const std::optional<std::string_view> bytes = file_of(*uri, reason);
+    if (!bytes) fail_in("buffers", number, "its file " + reason);
+    return *bytes;
+  }
   decoded_[number] = decode_data_uri(*uri);
   return *decoded_[number];
 }

@@ -23,11 +23,14 @@ class GltfData {
   std::vector<std::uint32_t> indices(std::uint32_t accessor, const CancelToken& cancel);
   // The bytes of a buffer view, unpacked if it is compressed; each view and data URI is unpacked once.
   std::string_view view(std::uint32_t number);
+  // Adds Note::buffer_missing for each buffer of a file that is not there.
+  void note_missing_buffers(Notes& notes) const;
 
  private:
   std::string_view buffer(std::uint32_t number);
   std::string_view find_buffer(std::uint32_t number);
-  std::string_view external(std::uint32_t number, std::string_view uri) const;
+  // The bytes of a file, or none with the reason set.
+  std::optional<std::string_view> file_of(std::string_view uri, std::string& reason) const;
   std::string_view unpacked(std::uint32_t number, const GltfView& view, std::string_view stream);
   template <class T, class Convert>
   std::vector<T> elements(std::uint32_t number, std::uint32_t width, const CancelToken& cancel,

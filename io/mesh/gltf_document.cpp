@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "io/mesh/byte_order.h"
+#include "io/mesh/gltf_extensions.h"
 #include "kernels/core/portable_angles.h"
 
 namespace meander {
@@ -248,7 +250,22 @@ std::array<double, 6> placement_of(JsonValue transform) {
           -turn.sine * x,  turn.cosine * y, pair(moves, 1, 0)};
 }
 
-// The image itself, where it is not of a format that only an extension allows.
+// Which image a texture shows: that of an extension whose format is read, or else that of the format itself,
+// or else one that is not read, which is then lost by its name.
+void choose_image(JsonValue texture, GltfMaterial& material) {
+  const auto of_extension = [&](const char* name) {
+    return lenient_reference(texture.member("extensions").member(name).member("source"));
+  };
+  material.image = lenient_reference(texture.member("source"));
+  if (const std::uint32_t webp = of_extension("EXT_texture_webp"); webp != no_index)
+    material.other_image = std::exchange(material.image, webp);
+  for (const char* const name : {"KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds"})
+    if (material.image == no_index) {
+      material.image = of_extension(name);
+      material.is_foreign = material.image != no_index;
+    }
+}
+
 void read_texture(const TextureLists& lists, JsonValue info, GltfMaterial& material) {
   constexpr std::uint32_t nearest_filter = 9728;
   material.has_texture = true;
@@ -258,7 +275,7 @@ void read_texture(const TextureLists& lists, JsonValue info, GltfMaterial& mater
   material.coordinate_set = other != no_index ? other : set != no_index ? set : 0;
   if (transform) material.texture.placement = placement_of(transform);
   const JsonValue texture = TextureLists::entry(lists.textures, lenient_reference(info.member("index")));
-  material.image = lenient_reference(texture.member("source"));
+  choose_image(texture, material);
   const JsonValue sampler = TextureLists::entry(lists.samplers, lenient_reference(texture.member("sampler")));
   material.texture.wrap_u = wrap_of(sampler, "wrapS");
   material.texture.wrap_v = wrap_of(sampler, "wrapT");
@@ -299,8 +316,30 @@ std::vector<std::uint32_t> read_asked(JsonValue attributes, std::span<const Attr
   return asked;
 }
 
-std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors, const MeshExtras& extras) {
-  std::vector<GltfPrimitive> primitives;
+std::vector<std::uint32_t> read_targets(const Entry& primitive) {
+  std::vector<std::uint32_t> targets;
+  const JsonValue list = primitive.member("targets");
+  if (list && !list.is_array()) primitive.fail("`targets` is not a list");
+  for (const JsonValue& value : list.items())
+    targets.push_back(primitive.inside(value, "targets")->reference("POSITION"));
+  return targets;
+}
+
+std::vector<double> read_weights(const Entry& entry) {
+  std::vector<double> weights;
+  const JsonValue list = entry.member("weights");
+  if (list && !list.is_array()) entry.fail("`weights` is not a list of numbers");
+  for (const JsonValue& value : list.items()) {
+    if (!value.number()) entry.fail("`weights` is not a list of numbers");
+    weights.push_back(*value.number());
+  }
+  return weights;
+}
+
+GltfMesh read_mesh_entry(const Entry& entry, bool colors, const MeshExtras& extras) {
+  GltfMesh mesh;
+  mesh.weights = read_weights(entry);
+  std::vector<GltfPrimitive>& primitives = mesh.primitives;
   const JsonValue list = entry.member("primitives");
   if (!list.is_array()) entry.fail("`primitives` is not a list");
   for (const JsonValue& value : list.items()) {
@@ -308,6 +347,7 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors, cons
     GltfPrimitive& primitive = primitives.emplace_back();
     primitive.attributes = read_attributes(*from);
     primitive.indices = from->reference("indices");
+    primitive.targets = read_targets(*from);
     if (colors) {
       primitive.colors = lenient_reference(from->member("attributes").member("COLOR_0"));
       primitive.material = lenient_reference(from->member("material"));
@@ -328,8 +368,10 @@ std::vector<GltfPrimitive> read_primitives(const Entry& entry, bool colors, cons
     if (primitive.draco_view == no_index) entry.fail("its Draco stream has no buffer view");
     if (primitive.mode < 4) entry.fail("a Draco stream holds triangles only");
   }
-  return primitives;
+  return mesh;
 }
+
+}  // namespace
 
 AffineMap map_of(const std::array<double, 3>& move, std::array<double, 4> turn,
                  const std::array<double, 3>& scale) {
@@ -351,11 +393,47 @@ AffineMap map_of(const std::array<double, 3>& move, std::array<double, 4> turn,
   return map;
 }
 
-GltfNode read_node(const Entry& entry) {
+namespace {
+
+// Keeps the first of equal numbers, in their order; how many are gone.
+std::uint32_t keep_first(std::vector<std::uint32_t>& numbers) {
+  std::vector<std::uint32_t> sorted = numbers;
+  std::sort(sorted.begin(), sorted.end());
+  if (std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) return 0;
+  std::set<std::uint32_t> seen;
+  const auto end = std::remove_if(numbers.begin(), numbers.end(),
+                                  [&](std::uint32_t number) { return !seen.insert(number).second; });
+  const auto gone = static_cast<std::uint32_t>(numbers.end() - end);
+  numbers.erase(end, numbers.end());
+  return gone;
+}
+
+// Custom attributes of instances, whose names begin with `_`, place nothing.
+std::optional<GltfInstances> read_instances(const Entry& entry) {
+  const JsonValue attributes =
+      entry.member("extensions").member("EXT_mesh_gpu_instancing").member("attributes");
+  GltfInstances instances;
+  instances.moves = entry.reference(attributes.member("TRANSLATION"), "TRANSLATION");
+  instances.turns = entry.reference(attributes.member("ROTATION"), "ROTATION");
+  instances.scales = entry.reference(attributes.member("SCALE"), "SCALE");
+  if (instances.moves == no_index && instances.turns == no_index && instances.scales == no_index)
+    return std::nullopt;
+  return instances;
+}
+
+GltfNode read_node(const Entry& entry, GltfDocument& document) {
   GltfNode node;
   node.mesh = entry.reference("mesh");
   node.skin = entry.reference("skin");
   node.children = entry.references("children");
+  node.repeated_children = keep_first(node.children);
+  node.weights = read_weights(entry);
+  const JsonValue visible = entry.member("extensions").member("KHR_node_visibility").member("visible");
+  node.is_hidden = !visible.truth().value_or(true);
+  if (const std::optional<GltfInstances> instances = read_instances(entry)) {
+    node.instances = static_cast<std::uint32_t>(document.instances.size());
+    document.instances.push_back(*instances);
+  }
   std::array<double, 16> matrix{};
   if (entry.numbers("matrix", matrix)) {
     for (std::size_t row = 0; row < 3; ++row)
@@ -369,26 +447,6 @@ GltfNode read_node(const Entry& entry) {
              scales = entry.numbers("scale", scale);
   if (moves || turns || scales) node.local = map_of(move, turn, scale);
   return node;
-}
-
-// Extensions that change nothing of the geometry, or that are read.
-bool is_known_extension(std::string_view name) {
-  static constexpr std::array<std::string_view, 15> names = {"KHR_mesh_quantization",
-                                                             "KHR_draco_mesh_compression",
-                                                             "EXT_meshopt_compression",
-                                                             "KHR_texture_transform",
-                                                             "KHR_texture_basisu",
-                                                             "EXT_texture_webp",
-                                                             "EXT_texture_avif",
-                                                             "MSFT_texture_dds",
-                                                             "KHR_lights_punctual",
-                                                             "EXT_lights_image_based",
-                                                             "KHR_xmp",
-                                                             "KHR_xmp_json_ld",
-                                                             "KHR_animation_pointer",
-                                                             "KHR_techniques_webgl",
-                                                             "KHR_technique_webgl"};
-  return name.starts_with("KHR_materials_") || std::find(names.begin(), names.end(), name) != names.end();
 }
 
 void check_version(JsonValue root) {
@@ -432,6 +490,7 @@ void choose_scene(JsonValue root, GltfDocument& document) {
   read_list(root, "scenes", [&](const Entry& entry) {
     if (scenes++ == scene) document.scene_nodes = entry.references("nodes");
   });
+  document.repeated_scene_nodes = keep_first(document.scene_nodes);
   document.has_scenes = scenes > 0;
   if (chosen && scene >= scenes)
     throw ItemError(Status::unreadable, fmt::format("`scene` is {}, and there are {} scenes", scene, scenes));
@@ -491,8 +550,8 @@ GltfDocument parse_gltf(const JsonTree& json, bool colors, const MeshExtras& ext
   read_list(root, "bufferViews", [&](const Entry& e) { document.views.push_back(read_view(e)); });
   read_list(root, "accessors", [&](const Entry& e) { document.accessors.push_back(read_accessor(e)); });
   read_list(root, "meshes",
-            [&](const Entry& e) { document.meshes.push_back(read_primitives(e, colors, extras)); });
-  read_list(root, "nodes", [&](const Entry& e) { document.nodes.push_back(read_node(e)); });
+            [&](const Entry& e) { document.meshes.push_back(read_mesh_entry(e, colors, extras)); });
+  read_list(root, "nodes", [&](const Entry& e) { document.nodes.push_back(read_node(e, document)); });
   read_list(root, "skins", [&](const Entry& e) {
     document.skins.push_back({e.reference("inverseBindMatrices"), e.references("joints")});
   });

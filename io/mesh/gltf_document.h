@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +23,9 @@ namespace meander {
 using AffineMap = std::array<double, 12>;
 // b first, then a.
 AffineMap product(const AffineMap& a, const AffineMap& b);
+// Scaled, turned by a quaternion x, y, z, w of any length, moved.
+AffineMap map_of(const std::array<double, 3>& move, std::array<double, 4> turn,
+                 const std::array<double, 3>& scale);
 inline constexpr AffineMap identity_map = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 // As the format numbers them.
@@ -35,6 +39,24 @@ enum class GltfComponent : std::uint16_t {
 };
 constexpr std::uint64_t bytes_of(GltfComponent component) {
   return component <= GltfComponent::uint8 ? 1 : component <= GltfComponent::uint16 ? 2 : 4;
+}
+// What normalized integers are divided by.
+constexpr double largest_of(GltfComponent component) {
+  switch (component) {
+    case GltfComponent::int8:
+      return 127;
+    case GltfComponent::uint8:
+      return 255;
+    case GltfComponent::int16:
+      return 32767;
+    case GltfComponent::uint16:
+      return 65535;
+    case GltfComponent::uint32:
+      return 4294967295;
+    case GltfComponent::float32:
+      break;
+  }
+  return 1;
 }
 constexpr bool is_index(GltfComponent component) {
   return component == GltfComponent::uint8 || component == GltfComponent::uint16 ||
@@ -81,10 +103,17 @@ struct GltfPrimitive {
   // Sets of texture coordinates, accessors; in a Draco stream ids. The three above only if colours are asked
   // for, these also if coordinates are.
   std::vector<std::uint32_t> coordinates, draco_coordinates;
+  // Accessors of what morph targets add to the positions; no_index of a target that moves none.
+  std::vector<std::uint32_t> targets;
   // Accessors, and ids in a Draco stream, of the attributes that are asked for, in their order.
   std::vector<std::uint32_t> asked, draco_asked;
   std::uint32_t draco_view = no_index;
   GltfAttributes draco_ids;
+};
+
+struct GltfMesh {
+  std::vector<GltfPrimitive> primitives;
+  std::vector<double> weights;  // of the targets at rest; those that are not there are 0
 };
 
 // A file, a data URI or a part of a buffer.
@@ -97,15 +126,26 @@ struct GltfImage {
 struct GltfMaterial {
   std::array<float, 3> color = {1, 1, 1};  // base colour in linear light
   bool has_texture = false;
-  std::uint32_t image = no_index;    // no_index although it has a texture: one that is not there
-  std::uint32_t coordinate_set = 0;  // the number of the texture coordinates
-  Texture texture;                   // without the number of the image
+  std::uint32_t image = no_index;        // no_index although it has a texture: one that is not there
+  std::uint32_t other_image = no_index;  // the one to be taken where that cannot be read
+  bool is_foreign = false;               // the image is of a format that is not read
+  std::uint32_t coordinate_set = 0;      // the number of the texture coordinates
+  Texture texture;                       // without the number of the image
+};
+
+// Accessors of what places the copies of a mesh (EXT_mesh_gpu_instancing); at least one of the three.
+struct GltfInstances {
+  std::uint32_t moves = no_index, turns = no_index, scales = no_index;
 };
 
 struct GltfNode {
   AffineMap local = identity_map;
   std::uint32_t mesh = no_index, skin = no_index;
-  std::vector<std::uint32_t> children;
+  std::uint32_t instances = no_index;   // in GltfDocument::instances
+  bool is_hidden = false;               // with all below it
+  std::uint32_t repeated_children = 0;  // named more than once
+  std::vector<std::uint32_t> children;  // each once
+  std::vector<double> weights;          // before those of the mesh, if there are any
 };
 
 struct GltfSkin {
@@ -117,13 +157,15 @@ struct GltfDocument {
   std::vector<std::optional<std::string_view>> buffer_uris;  // none: the binary chunk, if it is the first
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
-  std::vector<std::vector<GltfPrimitive>> meshes;
+  std::vector<GltfMesh> meshes;
   std::vector<GltfMaterial> materials;  // this and the next if colours are asked for
   std::vector<GltfImage> images;
   std::vector<GltfNode> nodes;
+  std::vector<GltfInstances> instances;
   std::vector<GltfSkin> skins;
   bool has_scenes = false;
-  std::vector<std::uint32_t> scene_nodes;  // of the scene to be shown
+  std::vector<std::uint32_t> scene_nodes;  // of the scene to be shown, each once
+  std::uint32_t repeated_scene_nodes = 0;  // named more than once
 };
 
 // The texts in a file: JSON and the binary chunk of a GLB file.
@@ -150,20 +192,38 @@ GltfDocument parse_gltf(const JsonTree& json, bool colors = false, const MeshExt
 // The path of an external buffer relative to the model's folder, percent-decoded; empty with the reason set
 // where it is none that may be opened: absolute, leading upwards, a URL.
 std::string companion_path(std::string_view uri, std::string& reason);
-constexpr bool is_data_uri(std::string_view uri) { return uri.starts_with("data:"); }
+bool is_data_uri(std::string_view uri);  // in any case
 
-// Mesh `mesh` of node `node` (no_index: without a node, in a file without nodes).
+// Mesh `mesh` of node `node` (no_index: without a node, in a file without nodes) where the node stands.
 struct GltfPart {
   std::uint32_t node = no_index, mesh = 0;
+  AffineMap world = identity_map;
 };
 
-// What stands in the scene, in its order: nodes before their children. Throws ItemError(unreadable) when the
-// nodes are no trees.
+// What stands in the scene. A node below several parents stands below each of them; one that a list names
+// twice stands there once, and so does one that the scene names beside a parent of it.
 struct GltfScene {
-  std::vector<AffineMap> world;  // of all nodes
-  std::vector<GltfPart> parts;
+  std::vector<AffineMap> world;      // of all nodes; of one with several parents that below the first
+  std::vector<std::uint32_t> roots;  // in the order of the scene
+  // How often each node stands in it; 0: not, or it has nothing to show.
+  std::vector<std::uint64_t> copies;
+  std::uint64_t repeated = 0;  // nodes that are named more than once
+  std::uint32_t first_repeated = no_index;
 };
+// Throws ItemError: unreadable when a node is below itself, unsupported_format when copies of nodes are more
+// than 2^24. O(nodes), whatever the number of copies.
 GltfScene arrange_scene(const GltfDocument& document, const CancelToken& cancel);
+
+// Calls visit for what has a mesh, in the order of the scene: nodes before their children.
+void visit_parts(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel,
+                 const std::function<void(const GltfPart&)>& visit);
+
+// How often the mesh of this node stands at it; 1 without instances. Throws ItemError(unreadable) where
+// their accessors are not there, are of other types, or differ in their counts.
+std::uint64_t count_instances(const GltfDocument& document, std::uint32_t node);
+
+// The weights of the morph targets of this mesh at this node (or without one).
+const std::vector<double>& weights_of(const GltfDocument& document, std::uint32_t node, std::uint32_t mesh);
 
 // Faces and the like that a primitive has.
 struct GltfCounts {

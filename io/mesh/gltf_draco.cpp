@@ -102,25 +102,63 @@ void decode(std::string_view stream, draco::Mesh& mesh, DracoBounds& bounds) {
   if (!done) fail(bounds.problem);
 }
 
+// The largest number of a type of integers; 0 of others.
+double largest_of(draco::DataType type) {
+  switch (type) {
+    case draco::DT_INT8:
+      return 127;
+    case draco::DT_UINT8:
+      return 255;
+    case draco::DT_INT16:
+      return 32767;
+    case draco::DT_UINT16:
+      return 65535;
+    case draco::DT_INT32:
+      return 2147483647;
+    case draco::DT_UINT32:
+      return 4294967295;
+    default:
+      return 0;
+  }
+}
+
+// What an integer of the stream is divided by. The accessor decides: the stream's own mark is not kept by all
+// programs, and counts where the accessor has floats alone.
+double divisor_of(const draco::PointAttribute& attribute, const DracoAttribute& wanted) {
+  const double largest = largest_of(attribute.data_type());
+  if (largest == 0) return 1;
+  if (wanted.component == GltfComponent::float32)
+    return wanted.normalized || attribute.normalized() ? largest : 1;
+  return wanted.normalized ? largest_of(wanted.component) : 1;
+}
+
+bool convert(const draco::PointAttribute& attribute, draco::AttributeValueIndex at, std::uint32_t width,
+             double divisor, double* to) {
+  const auto numbers = static_cast<std::int8_t>(width);
+  if (largest_of(attribute.data_type()) == 0) return attribute.ConvertValue<double>(at, numbers, to);
+  // As integers they come as they are, whatever the stream says of them.
+  std::array<std::int64_t, 16> values{};
+  if (width > values.size() || !attribute.ConvertValue<std::int64_t>(at, numbers, values.data()))
+    return false;
+  for (std::uint32_t k = 0; k < width; ++k)
+    to[k] = divisor == 1 ? static_cast<double>(values[k])
+                         : std::max(static_cast<double>(values[k]) / divisor, -1.0);
+  return true;
+}
+
 std::vector<double> values_of(const draco::Mesh& mesh, const DracoAttribute& wanted) {
   const draco::PointAttribute* const attribute = mesh.GetAttributeByUniqueId(wanted.id);
   if (attribute == nullptr) fail(fmt::format("it has no attribute {}", wanted.id));
   if (static_cast<std::uint32_t>(attribute->num_components()) != wanted.width)
     fail(fmt::format("its attribute {} has {} numbers a vertex instead of {}", wanted.id,
                      attribute->num_components(), wanted.width));
+  const double divisor = divisor_of(*attribute, wanted);
   std::vector<double> values(std::size_t{mesh.num_points()} * wanted.width);
   for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
     const draco::AttributeValueIndex at = attribute->mapped_index(point);
     double* const to = values.data() + std::size_t{point.value()} * wanted.width;
-    if (at.value() >= attribute->size() ||
-        !attribute->ConvertValue<double>(at, static_cast<std::int8_t>(wanted.width), to))
+    if (at.value() >= attribute->size() || !convert(*attribute, at, wanted.width, divisor, to))
       fail(fmt::format("its attribute {} is damaged", wanted.id));
-  }
-  if (wanted.shares && !attribute->normalized()) {  // normalised ones are shares already
-    const double largest = attribute->data_type() == draco::DT_UINT8    ? 255
-                           : attribute->data_type() == draco::DT_UINT16 ? 65535
-                                                                        : 1;
-    for (double& value : values) value /= largest;
   }
   return values;
 }

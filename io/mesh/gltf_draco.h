@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/core/cancel.h"
+#include "io/mesh/gltf_document.h"
 
 namespace meander {
 
@@ -14,7 +14,10 @@ struct DracoAttribute {
   std::uint32_t id = 0;     // in the stream
   std::uint32_t width = 3;  // numbers per vertex
   bool optional = false;    // where the stream lacks it, or has it otherwise, there are no values
-  bool shares = false;      // bytes and 16-bit integers become shares of the largest, as colours have them
+  // Of the accessor that the values stand for: integers of the stream become fractions where it is
+  // normalized.
+  GltfComponent component = GltfComponent::float32;
+  bool normalized = false;
 };
 
 struct DracoMesh {

@@ -16,6 +16,7 @@
 #include "io/mesh/gltf_data.h"
 #include "io/mesh/gltf_document.h"
 #include "io/mesh/gltf_draco.h"
+#include "io/mesh/gltf_extensions.h"
 #include "io/mesh/text_cursor.h"
 #include "io/mesh/texture_images.h"
 
@@ -30,10 +31,25 @@ constexpr std::uint64_t most_spare_matrices = 65536;
 
 // The vertices of a primitive before they are placed.
 struct VertexValues {
-  std::vector<double> positions;                     // three each
-  std::vector<std::vector<double>> joints, weights;  // sets of four each
+  std::span<const double> positions;                     // three each
+  std::vector<std::span<const double>> joints, weights;  // sets of four each
+  std::vector<std::vector<double>> kept;                 // what is not kept elsewhere
   std::size_t count() const { return positions.size() / 3; }
+  std::span<const double> keep(std::vector<double> values) {
+    kept.push_back(std::move(values));
+    return kept.back();
+  }
 };
+
+// Where a mesh stands: that of its node, and inside it that of an instance.
+struct Placement {
+  std::uint32_t node = no_index, mesh = 0;
+  AffineMap world = identity_map, instance = identity_map;
+  bool is_instance = false;
+};
+
+// Morph targets that are not at 0: the accessor of what they add to positions, and their weight.
+using ActiveTargets = std::vector<std::pair<std::uint32_t, double>>;
 
 // Vertices in the mesh. Of a skin, vertices whose joints turn space inside out are marked one by one.
 struct VertexBlock {
@@ -58,15 +74,32 @@ std::array<std::size_t, 3> triangle_corners(std::uint32_t mode, std::size_t t) {
   return {t + 1, t + 2, 0};
 }
 
-// The textures of materials, read when the first triangle has one.
+// Strips or fans as a list of triangles, where the largest number of the type of indices stands between them:
+// the format forbids it, programs that draw begin anew behind it.
+std::vector<std::uint32_t> listed_triangles(std::uint32_t mode, std::span<const std::uint32_t> indices,
+                                            std::uint32_t restart) {
+  std::vector<std::uint32_t> listed;
+  for (std::size_t begin = 0; begin < indices.size();) {
+    const auto end = static_cast<std::size_t>(
+        std::find(indices.begin() + static_cast<std::ptrdiff_t>(begin), indices.end(), restart) -
+        indices.begin());
+    for (std::size_t t = 0; t + 2 < end - begin; ++t)
+      for (const std::size_t place : triangle_corners(mode, t)) listed.push_back(indices[begin + place]);
+    begin = end + 1;
+  }
+  return listed;
+}
+
+// The textures of materials, read when the first triangle has one. Images that are lost are noted.
 class SceneTextures {
  public:
   SceneTextures(const GltfDocument& document, GltfData& data, std::span<const CompanionFile> companions,
-                const CancelToken& cancel)
+                const CancelToken& cancel, Notes& notes)
       : document_(document),
         data_(data),
         companions_(companions),
         cancel_(cancel),
+        notes_(notes),
         numbers_(document.materials.size(), no_index) {}
 
   static bool has_any(const GltfDocument& document) {
@@ -78,15 +111,18 @@ class SceneTextures {
   std::uint64_t embedded_bytes() {
     std::uint64_t bytes = 0, working = 0;
     std::vector<bool> counted(document_.images.size(), false);
-    for (const GltfMaterial& material : document_.materials) {
-      const std::uint32_t image = material.image;
-      if (image >= counted.size() || counted[image]) continue;
+    const auto add = [&](std::uint32_t image) {
+      if (image >= counted.size() || counted[image]) return;
       counted[image] = true;
       with_bytes(image, [&](std::string_view content) {
         const ImageMemory memory = memory_of_image(std::as_bytes(std::span(content)));
         bytes += memory.kept_bytes;
         working = std::max(working, memory.working_bytes + content.size());
       });
+    };
+    for (const GltfMaterial& material : document_.materials) {
+      add(material.image);
+      add(material.other_image);
     }
     return bytes + working;
   }
@@ -98,7 +134,7 @@ class SceneTextures {
     if (number != no_index) return number;
     number = static_cast<std::uint32_t>(textures_->textures.size());
     textures_->textures.push_back(document_.materials[material].texture);
-    textures_->textures.back().image = image(document_.materials[material].image);
+    textures_->textures.back().image = image_of(material);
     return number;
   }
 
@@ -121,31 +157,62 @@ class SceneTextures {
   }
 
   ColorImage read(std::uint32_t number) {
-    ColorImage read;
-    read.problem = "is not there";
     const std::optional<std::string_view>& uri = document_.images[number].uri;
     if (uri && !is_data_uri(*uri)) {
       std::string reason;
-      return image_of_file(companions_, companion_path(*uri, reason), cancel_);
+      const std::string path = companion_path(*uri, reason);
+      ColorImage image = image_of_file(companions_, path, cancel_);
+      if (path.empty()) image.problem = reason;
+      return image;
     }
+    ColorImage read;
+    read.problem = "is not there";
+    read.loss = Note::image_missing;
     with_bytes(number, [&](std::string_view content) {
       read = decode_color_image(std::as_bytes(std::span(content)), cancel_);
     });
     return read;
   }
 
-  std::uint32_t image(std::uint32_t number) {
+  void note_lost(std::uint32_t number, const ColorImage& image) {
+    const std::optional<std::string_view>& uri = document_.images[number].uri;
+    const std::string name =
+        uri && !is_data_uri(*uri) ? "`" + shown_text(*uri) + "`" : fmt::format("image {}", number);
+    const bool is_sentence = image.problem.starts_with("is ") || image.problem.starts_with("leads ");
+    notes_.add(image.loss,
+               shown_text(name + (is_sentence ? " " : ": ") + image.problem, Notes::longest_note_example));
+  }
+
+  // The number of an image that has been read, perhaps lost; no_index: there is none.
+  std::uint32_t image(std::uint32_t number, bool is_foreign) {
     if (number >= document_.images.size()) return no_index;
     const auto [at, is_new] =
         images_.try_emplace(number, static_cast<std::uint32_t>(textures_->images.size()));
-    if (is_new) textures_->images.push_back(read(number));
+    if (!is_new) return at->second;
+    ColorImage made = read(number);
+    if (made.is_lost()) {
+      if (is_foreign && made.loss == Note::image_unreadable) made.loss = Note::image_unsupported;
+      note_lost(number, made);
+    }
+    textures_->images.push_back(std::move(made));
     return at->second;
+  }
+
+  std::uint32_t image_of(std::uint32_t number) {
+    const GltfMaterial& material = document_.materials[number];
+    const std::uint32_t first = image(material.image, material.is_foreign);
+    if (first != no_index && !textures_->images[first].is_lost()) return first;
+    const std::uint32_t other = image(material.other_image, false);
+    if (first == no_index && other == no_index)
+      notes_.add(Note::image_missing, fmt::format("the texture of material {} has no image", number));
+    return other != no_index ? other : first;
   }
 
   const GltfDocument& document_;
   GltfData& data_;
   std::span<const CompanionFile> companions_;
   const CancelToken& cancel_;
+  Notes& notes_;
   std::vector<std::uint32_t> numbers_;             // of textures, by material
   std::map<std::uint32_t, std::uint32_t> images_;  // of those that were read
   std::shared_ptr<SurfaceTextures> textures_ = std::make_shared<SurfaceTextures>();
@@ -154,7 +221,8 @@ class SceneTextures {
 class SceneReader {
  public:
   SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
-              const CancelToken& cancel, bool colors, const MeshExtras& extras, SceneTextures& textures)
+              const CancelToken& cancel, bool colors, const MeshExtras& extras, SceneTextures& textures,
+              Notes& notes)
       : document_(document),
         scene_(scene),
         data_(data),
@@ -163,6 +231,7 @@ class SceneReader {
         textured_(colors && SceneTextures::has_any(document)),
         extras_(extras),
         textures_(textures),
+        notes_(notes),
         skins_(document.skins.size()) {
     for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
     mesh_.corners.reserve(3 * total.triangles);
@@ -170,11 +239,7 @@ class SceneReader {
   }
 
   PolygonMesh read() {
-    for (const GltfPart& part : scene_.parts) {
-      cancel_.check();
-      blocks_.clear();
-      for (const GltfPrimitive& primitive : document_.meshes[part.mesh]) read_primitive(part, primitive);
-    }
+    visit_parts(document_, scene_, cancel_, [&](const GltfPart& part) { read_part(part); });
     if (part_.empty())
       throw ItemError(Status::empty,
                       left_out_ == 0
@@ -196,25 +261,109 @@ class SceneReader {
   }
 
  private:
-  void read_primitive(const GltfPart& part, const GltfPrimitive& primitive) {
+  void read_part(const GltfPart& part) {
+    Placement place{part.node, part.mesh, part.world};
+    if (part.node == no_index || document_.nodes[part.node].instances == no_index) return read_mesh_at(place);
+    const GltfInstances& instances = document_.instances[document_.nodes[part.node].instances];
+    const auto values = [&](std::uint32_t accessor, std::uint32_t width) {
+      return accessor == no_index ? std::vector<double>() : data_.numbers(accessor, width, cancel_);
+    };
+    const std::vector<double> moves = values(instances.moves, 3), turns = values(instances.turns, 4),
+                              scales = values(instances.scales, 3);
+    place.is_instance = true;
+    const std::uint64_t count = count_instances(document_, part.node);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<double, 3> move{}, scale = {1, 1, 1};
+      std::array<double, 4> turn = {0, 0, 0, 1};
+      if (!moves.empty()) std::copy_n(moves.data() + 3 * i, 3, move.begin());
+      if (!turns.empty()) std::copy_n(turns.data() + 4 * i, 4, turn.begin());
+      if (!scales.empty()) std::copy_n(scales.data() + 3 * i, 3, scale.begin());
+      place.instance = map_of(move, turn, scale);
+      read_mesh_at(place);
+    }
+  }
+
+  void read_mesh_at(const Placement& part) {
+    cancel_.check();
+    blocks_.clear();
+    for (const GltfPrimitive& primitive : document_.meshes[part.mesh].primitives)
+      read_primitive(part, primitive);
+  }
+
+  void read_primitive(const Placement& part, const GltfPrimitive& primitive) {
     const auto number = static_cast<double>(next_part_++);
     const GltfCounts counts = count_primitive(document_, primitive);
     left_out_ += counts.left_out;
     if (counts.triangles == 0) return;
+    if (colors_ && primitive.material != no_index && primitive.material >= document_.materials.size())
+      notes_.add(Note::material_missing, fmt::format("there is no material {}", primitive.material));
     if (primitive.draco_view != no_index) return read_draco(part, primitive, counts, number);
-    const std::tuple key(primitive.attributes, primitive.colors, primitive.asked);
+    const ActiveTargets targets = targets_of(part, primitive);
+    const std::tuple key(primitive.attributes, primitive.colors, primitive.asked, targets);
     auto block = blocks_.find(key);
     if (block == blocks_.end()) {
-      block = blocks_.emplace(key, place(part, values_of(primitive.attributes))).first;
+      VertexValues values = values_of(primitive.attributes);
+      add_targets(targets, values);
+      block = blocks_.emplace(key, place(part, values)).first;
       if (colors_) add_vertex_colors(primitive.colors, block->second.count);
-      add_asked(primitive, block->second);
+      for (std::size_t i = 0; i < primitive.asked.size(); ++i)
+        add_asked(extras_.attributes[i], primitive.asked[i], block->second);
     }
     std::vector<std::uint32_t> indices;
     if (primitive.indices != no_index) indices = data_.indices(primitive.indices, cancel_);
+    std::uint32_t mode = primitive.mode;
+    std::uint64_t triangles = counts.triangles;
+    if (mode > 4 && !indices.empty()) {
+      const auto restart =
+          static_cast<std::uint32_t>(largest_of(document_.accessors[primitive.indices].component));
+      if (std::find(indices.begin(), indices.end(), restart) != indices.end()) {
+        indices = listed_triangles(mode, indices, restart);
+        mode = 4;
+        triangles = indices.size() / 3;
+        if (triangles == 0) return;
+      }
+    }
     const FirstCoordinates first = {coordinates_of(primitive, block->second.count),
                                     own_coordinates_of(primitive, block->second.count)};
-    add_triangles(primitive.mode, counts.triangles, indices, block->second, number, first);
-    if (colors_) add_face_colors(primitive.material, counts.triangles);
+    note_coordinates(primitive, first.texture);
+    add_triangles(mode, triangles, indices, block->second, number, first);
+    if (colors_) add_face_colors(primitive.material, triangles);
+  }
+
+  ActiveTargets targets_of(const Placement& part, const GltfPrimitive& primitive) const {
+    const std::vector<double>& weights = weights_of(document_, part.node, part.mesh);
+    ActiveTargets targets;
+    for (std::size_t k = 0; k < std::min(weights.size(), primitive.targets.size()); ++k)
+      if (weights[k] != 0 && primitive.targets[k] != no_index)
+        targets.emplace_back(primitive.targets[k], weights[k]);
+    return targets;
+  }
+
+  void add_targets(const ActiveTargets& targets, VertexValues& values) {
+    if (targets.empty()) return;
+    std::vector<double> moved(values.positions.begin(), values.positions.end());
+    for (const auto& [accessor, weight] : targets) {
+      const std::vector<double> target = numbers_of(accessor, 3, values.count(), "a morph target");
+      for (std::size_t k = 0; k < moved.size(); ++k) moved[k] += weight * target[k];
+    }
+    values.positions = values.keep(std::move(moved));
+  }
+
+  // The values of an accessor that has to have this count.
+  std::vector<double> numbers_of(std::uint32_t accessor, std::uint32_t width, std::uint64_t count,
+                                 const char* what) {
+    if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count)
+      fail_in("accessors", accessor, fmt::format("{} of other than {} vertices", what, count));
+    return data_.numbers(accessor, width, cancel_);
+  }
+
+  // Textured triangles without coordinates show no image.
+  void note_coordinates(const GltfPrimitive& primitive, std::uint32_t first) {
+    const auto set = coordinate_set_of(primitive.material);
+    if (set && first == no_index)
+      notes_.add(Note::coordinates_missing,
+                 fmt::format("a primitive of material {} has no TEXCOORD_{} that can be read",
+                             primitive.material, *set));
   }
 
   // Which set of coordinates the texture of this material is laid by; none: it has no texture.
@@ -261,17 +410,26 @@ class SceneReader {
     return static_cast<std::uint32_t>(first);
   }
 
-  // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone.
+  // COLOR_0, of three numbers or four with an opacity; what is wrong with it costs the colours alone. Its
+  // integers are shares of the largest, also where they are not marked so.
   void add_vertex_colors(std::uint32_t accessor, std::size_t count) {
     std::vector<double> values;
     const std::uint32_t width = color_width(accessor);
     try {
-      if (width > 0 && document_.accessors[accessor].count == count)
+      if (width > 0 && document_.accessors[accessor].count == count) {
         values = data_.numbers(accessor, width, cancel_);
+        if (!document_.accessors[accessor].normalized)
+          for (double& value : values) value /= largest_of(document_.accessors[accessor].component);
+      }
     } catch (const ItemError& error) {
       if (error.status() != Status::unreadable) throw;
     }
+    note_colors(accessor, !values.empty() || count == 0);
     add_vertex_colors(values, width, count);
+  }
+  void note_colors(std::uint32_t accessor, bool found) {
+    if (accessor != no_index && !found)
+      notes_.add(Note::colors_ignored, fmt::format("COLOR_0 in accessor {} cannot be read", accessor));
   }
   // values: `width` for each vertex; other counts are no colours.
   void add_vertex_colors(std::span<const double> values, std::uint32_t width, std::size_t count) {
@@ -302,19 +460,15 @@ class SceneReader {
     }
   }
 
-  // Of accessors of the width that is asked for; what is wrong with one costs its values alone.
-  void add_asked(const GltfPrimitive& primitive, const VertexBlock& block) {
-    for (std::size_t i = 0; i < primitive.asked.size(); ++i) {
-      const AttributeColumn& column = extras_.attributes[i];
-      const std::uint32_t accessor = primitive.asked[i];
-      if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count ||
-          document_.accessors[accessor].width != column.width)
-        continue;
-      try {
-        add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block);
-      } catch (const ItemError& error) {
-        if (error.status() != Status::unreadable) throw;
-      }
+  // Of an accessor of the width that is asked for; what is wrong with one costs its values alone.
+  void add_asked(const AttributeColumn& column, std::uint32_t accessor, const VertexBlock& block) {
+    if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != block.count ||
+        document_.accessors[accessor].width != column.width)
+      return;
+    try {
+      add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block);
+    } catch (const ItemError& error) {
+      if (error.status() != Status::unreadable) throw;
     }
   }
 
@@ -328,93 +482,161 @@ class SceneReader {
     faces.insert(faces.end(), triangles, textures_.of(material));
   }
 
-  void read_draco(const GltfPart& part, const GltfPrimitive& primitive, const GltfCounts& counts,
+  // What a primitive keeps beside its Draco stream is read as usual.
+  bool is_beside(std::uint32_t accessor) const {
+    return accessor < document_.accessors.size() &&
+           (document_.accessors[accessor].view != no_index || document_.accessors[accessor].sparse_count > 0);
+  }
+
+  // An attribute of the stream under this id, which stands for the accessor.
+  DracoAttribute draco_attribute(std::uint32_t id, std::uint32_t width, std::uint32_t accessor,
+                                 bool optional = false) const {
+    DracoAttribute wanted{id, width, optional};
+    if (accessor < document_.accessors.size()) {
+      wanted.component = document_.accessors[accessor].component;
+      wanted.normalized = document_.accessors[accessor].normalized;
+    }
+    return wanted;
+  }
+
+  static std::uint32_t entry_of(const std::vector<std::uint32_t>& list, std::size_t number) {
+    return number < list.size() ? list[number] : no_index;
+  }
+
+  void read_draco(const Placement& part, const GltfPrimitive& primitive, const GltfCounts& counts,
                   double number) {
-    const GltfAttributes& ids = primitive.draco_ids;
-    if (ids.positions == no_index)
+    const GltfAttributes &ids = primitive.draco_ids, &plain = primitive.attributes;
+    if (ids.positions == no_index && !is_beside(plain.positions))
       fail_in("bufferViews", primitive.draco_view, "its Draco stream has no positions");
-    const std::size_t sets = is_skinned(part) ? std::min(ids.joints.size(), ids.weights.size()) : 0;
-    std::vector<DracoAttribute> wanted = {{ids.positions, 3}};
+    std::vector<DracoAttribute> wanted;
+    const auto ask = [&](const DracoAttribute& attribute) {
+      wanted.push_back(attribute);
+      return wanted.size() - 1;
+    };
+    constexpr std::size_t none = ~std::size_t{0};
+    const std::size_t positions_at =
+        ids.positions == no_index ? none : ask(draco_attribute(ids.positions, 3, plain.positions));
+    const std::size_t sets = is_skinned(part) ? ids.joints.size() : 0, joints_at = wanted.size();
     for (std::size_t s = 0; s < sets; ++s) {
-      wanted.push_back({ids.joints[s], joints_per_set});
-      wanted.push_back({ids.weights[s], joints_per_set});
+      ask(draco_attribute(ids.joints[s], joints_per_set, no_index));
+      wanted.back().component = GltfComponent::uint32;  // numbers, whatever the stream says of them
+      ask(draco_attribute(ids.weights[s], joints_per_set, entry_of(plain.weights, s)));
     }
     const auto set = coordinate_set_of(primitive.material);
-    const bool has_coordinates =
-        set && *set < primitive.draco_coordinates.size() && primitive.draco_coordinates[*set] != no_index;
-    if (has_coordinates) wanted.push_back({primitive.draco_coordinates[*set], 2, true});
-    const bool has_own = extras_.coordinates && !primitive.draco_coordinates.empty() &&
-                         primitive.draco_coordinates[0] != no_index;
-    const std::size_t own_at = wanted.size();
-    if (has_own) wanted.push_back({primitive.draco_coordinates[0], 2, true});
+    const auto ask_coordinates = [&](std::size_t which) {
+      const std::uint32_t id = entry_of(primitive.draco_coordinates, which);
+      return id == no_index ? none
+                            : ask(draco_attribute(id, 2, entry_of(primitive.coordinates, which), true));
+    };
+    const std::size_t coordinates_at = set ? ask_coordinates(*set) : none,
+                      own_at = extras_.coordinates ? ask_coordinates(0) : none;
     const std::size_t asked_at = wanted.size();
     for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
-      wanted.push_back({primitive.draco_asked[i], extras_.attributes[i].width, true});
+      ask(draco_attribute(primitive.draco_asked[i], extras_.attributes[i].width, primitive.asked[i], true));
     const std::uint32_t color_numbers =
         primitive.draco_colors == no_index ? 0 : color_width(primitive.colors);
-    if (color_numbers > 0) wanted.push_back({primitive.draco_colors, color_numbers, true, true});
-    DracoMesh decoded =
-        decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
+    const std::size_t colors_at =
+        color_numbers == 0
+            ? none
+            : ask(draco_attribute(primitive.draco_colors, color_numbers, primitive.colors, true));
+    if (color_numbers > 0) wanted.back().normalized = true;  // see add_vertex_colors
+    const DracoMesh& decoded = decoded_of(primitive, wanted, counts);
     VertexValues values;
-    values.positions = std::move(decoded.values[0]);
+    values.positions = positions_at == none
+                           ? values.keep(numbers_of(plain.positions, 3, decoded.vertices, "positions"))
+                           : std::span<const double>(decoded.values[positions_at]);
     for (std::size_t s = 0; s < sets; ++s) {
-      values.joints.push_back(std::move(decoded.values[1 + 2 * s]));
-      values.weights.push_back(std::move(decoded.values[2 + 2 * s]));
+      values.joints.push_back(decoded.values[joints_at + 2 * s]);
+      values.weights.push_back(decoded.values[joints_at + 2 * s + 1]);
     }
+    for (std::size_t s = sets; is_skinned(part) && s < plain.joints.size(); ++s) {
+      if (!is_beside(plain.joints[s]) || !is_beside(plain.weights[s])) break;
+      values.joints.push_back(
+          values.keep(numbers_of(plain.joints[s], joints_per_set, decoded.vertices, "joints")));
+      values.weights.push_back(
+          values.keep(numbers_of(plain.weights[s], joints_per_set, decoded.vertices, "weights")));
+    }
+    add_targets(targets_of(part, primitive), values);
     const VertexBlock block = place(part, values);
-    if (colors_)
-      add_vertex_colors(color_numbers > 0 ? decoded.values.back() : std::vector<double>(), color_numbers,
-                        block.count);
+    if (colors_ && colors_at == none) {
+      add_vertex_colors(is_beside(primitive.colors) ? primitive.colors : no_index, block.count);
+    } else if (colors_) {
+      note_colors(primitive.colors, !decoded.values[colors_at].empty());
+      add_vertex_colors(decoded.values[colors_at], color_numbers, block.count);
+    }
     for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
       if (const std::vector<double>& found = decoded.values[asked_at + i]; !found.empty())
         add_asked_values(extras_.attributes[i], found, block);
+      else if (primitive.draco_asked[i] == no_index && is_beside(primitive.asked[i]))
+        add_asked(extras_.attributes[i], primitive.asked[i], block);
     if (decoded.corners.empty()) return;
-    const auto added = [&](bool there, std::size_t at, std::vector<float>& all) {
-      return there && !decoded.values[at].empty() ? add_coordinates(decoded.values[at], all) : no_index;
+    const auto added = [&](std::size_t at, std::vector<float>& all) {
+      return decoded.values[at].empty() ? no_index : add_coordinates(decoded.values[at], all);
     };
-    const FirstCoordinates first = {added(has_coordinates, own_at - 1, textures_.made().coordinates),
-                                    added(has_own, own_at, mesh_.coordinates.values)};
+    const auto is_plain = [&](std::size_t which) {
+      return is_beside(entry_of(primitive.coordinates, which));
+    };
+    const FirstCoordinates first = {coordinates_at != none
+                                        ? added(coordinates_at, textures_.made().coordinates)
+                                    : set && is_plain(*set) ? coordinates_of(primitive, block.count)
+                                                            : no_index,
+                                    own_at != none ? added(own_at, mesh_.coordinates.values)
+                                    : is_plain(0)  ? own_coordinates_of(primitive, block.count)
+                                                   : no_index};
+    note_coordinates(primitive, first.texture);
     add_triangles(4, decoded.corners.size() / 3, decoded.corners, block, number, first);
     if (colors_) add_face_colors(primitive.material, decoded.corners.size() / 3);
   }
 
-  bool is_skinned(const GltfPart& part) const {
+  // The last stream is kept: the same mesh often stands at many places in a row.
+  const DracoMesh& decoded_of(const GltfPrimitive& primitive, const std::vector<DracoAttribute>& wanted,
+                              const GltfCounts& counts) {
+    if (decoded_primitive_ == &primitive && decoded_.values.size() == wanted.size()) return decoded_;
+    decoded_primitive_ = nullptr;
+    decoded_ = {};
+    decoded_ = decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
+    decoded_primitive_ = &primitive;
+    return decoded_;
+  }
+
+  bool is_skinned(const Placement& part) const {
     return part.node != no_index && document_.nodes[part.node].skin != no_index;
   }
 
   VertexValues values_of(const GltfAttributes& attributes) {
     VertexValues values;
     const std::uint64_t count = document_.accessors[attributes.positions].count;
-    values.positions = data_.numbers(attributes.positions, 3, cancel_);
+    values.positions = values.keep(data_.numbers(attributes.positions, 3, cancel_));
     const auto read_sets = [&](const std::vector<std::uint32_t>& accessors,
-                               std::vector<std::vector<double>>& sets) {
-      for (const std::uint32_t accessor : accessors) {
-        if (accessor >= document_.accessors.size() || document_.accessors[accessor].count != count)
-          fail_in("accessors", accessor, fmt::format("joints or weights of other than {} vertices", count));
-        sets.push_back(data_.numbers(accessor, joints_per_set, cancel_));
-      }
+                               std::vector<std::span<const double>>& sets) {
+      for (const std::uint32_t accessor : accessors)
+        sets.push_back(values.keep(numbers_of(accessor, joints_per_set, count, "joints or weights")));
     };
     read_sets(attributes.joints, values.joints);
     read_sets(attributes.weights, values.weights);
     return values;
   }
 
-  VertexBlock place(const GltfPart& part, const VertexValues& values) {
+  VertexBlock place(const Placement& part, const VertexValues& values) {
     VertexBlock block;
     check_count(mesh_.vertex_count() + values.count(), "vertices");
     block.first = static_cast<std::uint32_t>(mesh_.vertex_count());
     block.count = static_cast<std::uint32_t>(values.count());
     const bool bends = is_skinned(part) && !values.joints.empty();
-    const AffineMap& own = part.node == no_index ? identity_map : scene_.world[part.node];
+    const AffineMap own = part.is_instance ? product(part.world, part.instance) : part.world;
     const std::vector<AffineMap>* const joints =
         bends ? &joints_of(document_.nodes[part.node].skin) : nullptr;
     block.is_mirrored = determinant(own) < 0;
     if (bends) block.mirrored.resize(block.count);
     for (std::size_t v = 0; v < values.count(); ++v) {
       if (v % vertices_between_checks == 0) cancel_.check();
-      const AffineMap blended = bends ? blend(values, v, *joints) : own;
-      if (bends) block.mirrored[v] = determinant(blended) < 0;
-      add_vertex(blended, values.positions.data() + 3 * v);
+      AffineMap map = own;
+      if (bends) {  // instead of the place of the node
+        map = blend(values, v, *joints);
+        if (part.is_instance) map = product(map, part.instance);
+        block.mirrored[v] = determinant(map) < 0;
+      }
+      add_vertex(map, values.positions.data() + 3 * v);
     }
     return block;
   }
@@ -510,11 +732,16 @@ class SceneReader {
   bool colors_, textured_;
   const MeshExtras& extras_;
   SceneTextures& textures_;
+  Notes& notes_;
+  DracoMesh decoded_;  // of the last primitive that is compressed so
+  const GltfPrimitive* decoded_primitive_ = nullptr;
   std::map<std::uint32_t, std::uint32_t> coordinates_, own_coordinates_;  // where those of an accessor begin
   std::map<std::string, std::vector<double>> asked_;  // attributes by name, of the vertices so far
   std::vector<std::vector<AffineMap>> skins_;         // of joints, once they are asked for
-  // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for.
-  std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>>, VertexBlock> blocks_;
+  // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for, and
+  // its morph targets.
+  std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, ActiveTargets>, VertexBlock>
+      blocks_;
   PolygonMesh mesh_;
   std::vector<double> part_;  // of every triangle
   std::uint64_t next_part_ = 0, left_out_ = 0;
@@ -533,13 +760,19 @@ std::string_view part_of(std::string_view content, std::uint64_t begin, std::uin
   return content.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(bytes));
 }
 
+// Some programs fill the chunk with zeros instead of blanks.
+std::string_view json_text(std::string_view chunk) {
+  while (chunk.ends_with('\0')) chunk.remove_suffix(1);
+  return chunk;
+}
+
 }  // namespace
 
 PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const MeshSurroundings& around) {
   const bool is_marked = content.starts_with("\xEF\xBB\xBF");
   check_content(is_marked ? content.substr(3) : content);
   const GltfChunks chunks = gltf_chunks(content, content.size());
-  const JsonTree json(part_of(content, chunks.json_begin, chunks.json_bytes));
+  const JsonTree json(json_text(part_of(content, chunks.json_begin, chunks.json_bytes)));
   const GltfDocument document = parse_gltf(json, around.colors, around.extras);
   const GltfScene scene = arrange_scene(document, cancel);
   MeshEstimate total = count_scene(document, scene, cancel);
@@ -549,14 +782,24 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   std::optional<std::string_view> binary;
   if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
   GltfData data(document, binary, around.companions);
-  SceneTextures textures(document, data, around.companions, cancel);
+  Notes notes;
+  note_ignored_extensions(json, around.colors, notes);
+  if (scene.repeated > 0)
+    notes.add(Note::node_repeated,
+              scene.first_repeated == no_index
+                  ? std::string("the scene names a node twice")
+                  : fmt::format("node {} is named more than once", scene.first_repeated),
+              scene.repeated);
+  SceneTextures textures(document, data, around.companions, cancel, notes);
   if (const std::uint64_t bytes = textures.embedded_bytes(); bytes > 0 && around.admit) {
     total.decoding_bytes += bytes;
     around.admit(total);
   }
   PolygonMesh mesh =
-      SceneReader(document, scene, data, total, cancel, around.colors, around.extras, textures).read();
+      SceneReader(document, scene, data, total, cancel, around.colors, around.extras, textures, notes).read();
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
+  data.note_missing_buffers(notes);
+  mesh.notes = std::move(notes);
   return mesh;
 }
 
@@ -565,7 +808,7 @@ std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshF
   if (format != MeshFormat::gltf || content.empty()) return {};
   try {
     const GltfChunks chunks = gltf_chunks(content, content.size());
-    const std::string_view text = part_of(content, chunks.json_begin, chunks.json_bytes);
+    const std::string_view text = json_text(part_of(content, chunks.json_begin, chunks.json_bytes));
     // Most binary files hold all that they need, and need not be parsed twice.
     if (text.find("\"uri\"") == std::string_view::npos) return {};
     return companions_of(parse_gltf(JsonTree(text)));
@@ -577,7 +820,7 @@ std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshF
 std::vector<std::string> gltf_image_paths(std::string_view content) try {
   if (content.empty()) return {};
   const GltfChunks chunks = gltf_chunks(content, content.size());
-  const std::string_view text = part_of(content, chunks.json_begin, chunks.json_bytes);
+  const std::string_view text = json_text(part_of(content, chunks.json_begin, chunks.json_bytes));
   if (text.find("\"uri\"") == std::string_view::npos) return {};
   return image_companions_of(parse_gltf(JsonTree(text), true));
 } catch (const ItemError&) {
@@ -593,7 +836,8 @@ MeshEstimate peek_gltf(const ByteSource& file) try {
     estimate.decoding_bytes = chunks.json_bytes * JsonTree::most_bytes_per_character;
     return estimate;
   }
-  const JsonTree json(file.read(chunks.json_begin, static_cast<std::size_t>(chunks.json_bytes)));
+  const std::string text = file.read(chunks.json_begin, static_cast<std::size_t>(chunks.json_bytes));
+  const JsonTree json(json_text(text));
   const GltfDocument document = parse_gltf(json);
   estimate = count_scene(document, arrange_scene(document, {}), {});
   estimate.companions = companions_of(document);

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <functional>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -19,26 +22,16 @@ constexpr std::size_t nodes_between_checks = 4096;
 constexpr std::uint64_t draco_bytes_per_triangle = 200, draco_bytes_per_vertex = 640;
 // Flat regular grids take least: entropy coding gives their corners and positions next to nothing.
 constexpr std::uint64_t draco_free_elements = 1 << 16, draco_elements_per_byte = 4096;
+// What places an instance, while its node is read.
+constexpr std::uint64_t bytes_per_instance = (3 + 4 + 3) * sizeof(double);
+// Larger counts of copies stay here: they are refused, whatever they are.
+constexpr std::uint64_t most_copies = std::uint64_t{1} << 32;
 
-// Calls visit(node, parent) for the trees below the roots, parents first, children in their order. `seen`
-// holds the nodes that were met before; meeting one again is an error.
-template <class Visit>
-void walk(const GltfDocument& document, const std::vector<std::uint32_t>& roots, std::vector<bool>& seen,
-          const CancelToken& cancel, Visit visit) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> open;
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) open.emplace_back(*root, no_index);
-  for (std::size_t steps = 1; !open.empty(); ++steps) {
-    if (steps % nodes_between_checks == 0) cancel.check();
-    const auto [node, parent] = open.back();
-    open.pop_back();
-    if (node >= document.nodes.size()) fail_in("nodes", node, "there is no such node");
-    if (seen[node]) fail_in("nodes", node, "it is reached twice, but nodes have one parent at most");
-    seen[node] = true;
-    visit(node, parent);
-    const std::vector<std::uint32_t>& children = document.nodes[node].children;
-    for (auto child = children.rbegin(); child != children.rend(); ++child) open.emplace_back(*child, node);
-  }
-}
+// A node on the way down, and which of its children is next.
+struct Step {
+  std::uint32_t node = 0;
+  std::size_t next = 0;
+};
 
 std::vector<std::uint32_t> roots_of(const GltfDocument& document) {
   std::vector<bool> is_child(document.nodes.size(), false);
@@ -111,30 +104,174 @@ AffineMap product(const AffineMap& a, const AffineMap& b) {
   return c;
 }
 
+namespace {
+
+// Where all nodes stand, of one with several parents below the first, and an order of them in which parents
+// come before their children.
+std::vector<std::uint32_t> place_nodes(const GltfDocument& document, const std::vector<std::uint32_t>& roots,
+                                       std::vector<AffineMap>& world, const CancelToken& cancel) {
+  enum : std::uint8_t { unseen, open, done };
+  std::vector<std::uint8_t> state(document.nodes.size(), unseen);
+  world.resize(document.nodes.size());
+  std::vector<std::uint32_t> order;
+  order.reserve(document.nodes.size());
+  std::vector<Step> path;
+  const auto enter = [&](std::uint32_t node) {
+    state[node] = open;
+    path.push_back({node, 0});
+  };
+  std::size_t steps = 0;
+  for (const std::uint32_t root : roots) {
+    world[root] = document.nodes[root].local;
+    enter(root);
+    while (!path.empty()) {
+      if (++steps % nodes_between_checks == 0) cancel.check();
+      Step& step = path.back();
+      const GltfNode& node = document.nodes[step.node];
+      if (step.next == node.children.size()) {
+        state[step.node] = done;
+        order.push_back(step.node);
+        path.pop_back();
+        continue;
+      }
+      const std::uint32_t child = node.children[step.next++];
+      if (child >= document.nodes.size()) fail_in("nodes", child, "there is no such node");
+      if (state[child] == open) fail_in("nodes", child, "it is below itself");
+      if (state[child] == done) continue;
+      world[child] = product(world[step.node], document.nodes[child].local);
+      enter(child);
+    }
+  }
+  const auto cyclic = std::find(state.begin(), state.end(), unseen);
+  if (cyclic != state.end())
+    fail_in("nodes", static_cast<std::uint64_t>(cyclic - state.begin()), "it is below itself");
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+// Whether there is something to draw at each node or below it.
+std::vector<bool> drawn_nodes(const GltfDocument& document, const std::vector<std::uint32_t>& order) {
+  std::vector<bool> drawn(document.nodes.size(), false);
+  for (auto number = order.rbegin(); number != order.rend(); ++number) {
+    const GltfNode& node = document.nodes[*number];
+    drawn[*number] = !node.is_hidden && (node.mesh != no_index ||
+                                         std::any_of(node.children.begin(), node.children.end(),
+                                                     [&](std::uint32_t child) { return drawn[child]; }));
+  }
+  return drawn;
+}
+
+// Of the nodes that the scene names those that stand below no other of them, and what stands how often.
+void count_copies(const GltfDocument& document, const std::vector<std::uint32_t>& named,
+                  const std::vector<std::uint32_t>& order, GltfScene& scene) {
+  const std::vector<bool> drawn = drawn_nodes(document, order);
+  std::vector<bool> reached(document.nodes.size(), false);
+  std::vector<std::uint32_t> parents(document.nodes.size(), 0);
+  for (const std::uint32_t node : named) reached[node] = true;
+  for (const std::uint32_t node : order)
+    if (reached[node] && drawn[node])
+      for (const std::uint32_t child : document.nodes[node].children) {
+        reached[child] = true;
+        ++parents[child];
+      }
+  std::uint64_t repeats = document.repeated_scene_nodes;
+  scene.copies.assign(document.nodes.size(), 0);
+  for (const std::uint32_t node : named) {
+    if (parents[node] == 0) {
+      scene.roots.push_back(node);
+      scene.copies[node] = drawn[node] ? 1 : 0;
+    } else if (drawn[node]) {
+      ++repeats;
+      if (scene.first_repeated == no_index) scene.first_repeated = node;
+    }
+  }
+  std::uint64_t steps = 0, all = most_parts;
+  for (const std::uint32_t number : order) {
+    const std::uint64_t copies = scene.copies[number];
+    if (copies == 0) continue;
+    const GltfNode& node = document.nodes[number];
+    if (node.mesh != no_index && node.mesh >= document.meshes.size())
+      fail_in("nodes", number, fmt::format("there is no mesh {}", node.mesh));
+    for (const std::uint32_t child : node.children)
+      if (drawn[child]) scene.copies[child] = std::min(most_copies, scene.copies[child] + copies);
+    steps += copies * (1 + node.children.size());
+    all += 1 + node.children.size();
+    if (steps > all)
+      throw ItemError(Status::unsupported_format,
+                      fmt::format("more than {} copies of nodes in the scene", most_parts));
+    repeats += node.repeated_children;
+    if (parents[number] > 1) ++repeats;
+    if ((parents[number] > 1 || node.repeated_children > 0) && scene.first_repeated == no_index)
+      scene.first_repeated = number;
+  }
+  scene.repeated = repeats;
+}
+
+}  // namespace
+
 GltfScene arrange_scene(const GltfDocument& document, const CancelToken& cancel) {
   GltfScene scene;
   const std::vector<std::uint32_t> roots = roots_of(document);
-  scene.world.resize(document.nodes.size());
-  std::vector<bool> seen(document.nodes.size(), false);
-  walk(document, roots, seen, cancel, [&](std::uint32_t node, std::uint32_t parent) {
-    const AffineMap& local = document.nodes[node].local;
-    scene.world[node] = parent == no_index ? local : product(scene.world[parent], local);
-  });
-  const auto cyclic = std::find(seen.begin(), seen.end(), false);
-  if (cyclic != seen.end())
-    fail_in("nodes", static_cast<std::uint64_t>(cyclic - seen.begin()), "it is below itself");
-  std::fill(seen.begin(), seen.end(), false);
-  walk(document, document.has_scenes ? document.scene_nodes : roots, seen, cancel,
-       [&](std::uint32_t node, std::uint32_t) {
-         const std::uint32_t mesh = document.nodes[node].mesh;
-         if (mesh == no_index) return;
-         if (mesh >= document.meshes.size()) fail_in("nodes", node, fmt::format("there is no mesh {}", mesh));
-         scene.parts.push_back({node, mesh});
-       });
-  if (document.nodes.empty())  // a file of meshes for others to place
-    for (std::uint32_t mesh = 0; mesh < document.meshes.size(); ++mesh)
-      scene.parts.push_back({no_index, mesh});
+  const std::vector<std::uint32_t> order = place_nodes(document, roots, scene.world, cancel);
+  if (document.has_scenes)
+    for (const std::uint32_t node : document.scene_nodes)
+      if (node >= document.nodes.size()) fail_in("nodes", node, "there is no such node");
+  count_copies(document, document.has_scenes ? document.scene_nodes : roots, order, scene);
   return scene;
+}
+
+void visit_parts(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel,
+                 const std::function<void(const GltfPart&)>& visit) {
+  if (document.nodes.empty())  // a file of meshes for others to place
+    for (std::uint32_t mesh = 0; mesh < document.meshes.size(); ++mesh) visit({no_index, mesh});
+  std::vector<Step> path;
+  std::vector<AffineMap> worlds;  // of the nodes on the path
+  const auto enter = [&](std::uint32_t number) {
+    const GltfNode& node = document.nodes[number];
+    worlds.push_back(path.empty() ? node.local : product(worlds.back(), node.local));
+    path.push_back({number, 0});
+    if (node.mesh != no_index) visit({number, node.mesh, worlds.back()});
+  };
+  std::size_t steps = 0;
+  for (const std::uint32_t root : scene.roots) {
+    if (scene.copies[root] > 0) enter(root);
+    while (!path.empty()) {
+      if (++steps % nodes_between_checks == 0) cancel.check();
+      Step& step = path.back();
+      const GltfNode& node = document.nodes[step.node];
+      if (step.next == node.children.size()) {
+        path.pop_back();
+        worlds.pop_back();
+        continue;
+      }
+      const std::uint32_t child = node.children[step.next++];
+      if (scene.copies[child] > 0) enter(child);
+    }
+  }
+}
+
+std::uint64_t count_instances(const GltfDocument& document, std::uint32_t number) {
+  if (document.nodes[number].instances == no_index) return 1;
+  const GltfInstances& instances = document.instances[document.nodes[number].instances];
+  std::optional<std::uint64_t> count;
+  for (const auto& [accessor, width] :
+       {std::pair{instances.moves, 3u}, {instances.turns, 4u}, {instances.scales, 3u}}) {
+    if (accessor == no_index) continue;
+    const GltfAccessor& values = accessor_of(document, accessor, "instances");
+    if (values.width != width)
+      fail_in("accessors", accessor, fmt::format("of instances {} numbers each are needed", width));
+    check_fits(document, accessor);
+    if (count && *count != values.count)
+      fail_in("nodes", number,
+              fmt::format("its instances are {} by one accessor and {} by another", *count, values.count));
+    count = values.count;
+  }
+  return *count;
+}
+
+const std::vector<double>& weights_of(const GltfDocument& document, std::uint32_t node, std::uint32_t mesh) {
+  const bool has_own = node != no_index && !document.nodes[node].weights.empty();
+  return has_own ? document.nodes[node].weights : document.meshes[mesh].weights;
 }
 
 GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& primitive) {
@@ -167,46 +304,84 @@ GltfCounts count_primitive(const GltfDocument& document, const GltfPrimitive& pr
   return counts;
 }
 
-MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel) {
-  // Of each mesh once: what stands in the scene a million times is looked at once.
-  std::vector<GltfCounts> of_mesh(document.meshes.size());
-  std::vector<bool> counted(document.meshes.size(), false);
-  MeshEstimate total;
-  std::uint64_t parts = 0, most_at_once = 0;
-  for (std::size_t i = 0; i < scene.parts.size(); ++i) {
-    if (i % nodes_between_checks == 0) cancel.check();
-    const std::uint32_t number = scene.parts[i].mesh;
-    GltfCounts& mesh = of_mesh[number];
-    if (!counted[number]) {
-      counted[number] = true;
-      // Primitives of one mesh may share their vertices, unless they have colours or attributes of their own
-      // that are asked for. Texture coordinates of their own would take memory too: they count as vertices.
-      std::set<
-          std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, std::vector<std::uint32_t>>>
-          blocks;
-      for (const GltfPrimitive& primitive : document.meshes[number]) {
-        const GltfCounts counts = count_primitive(document, primitive);
-        const bool is_draco = primitive.draco_view != no_index;
-        const std::tuple block(primitive.attributes, primitive.colors, primitive.asked,
-                               primitive.coordinates);
-        if (is_draco || blocks.insert(block).second) mesh.vertices += counts.vertices;
-        mesh.triangles += counts.triangles;
-        const std::uint64_t sets = primitive.attributes.joints.size();
-        most_at_once = std::max(most_at_once, (is_draco ? draco_bytes_per_triangle : 0) * counts.triangles +
-                                                  (is_draco ? draco_bytes_per_vertex : 0) * counts.vertices +
-                                                  sizeof(double) * (3 + 8 * sets) * counts.vertices +
-                                                  4 * counts.corners);
-      }
+namespace {
+
+struct MeshCounts {
+  std::uint64_t vertices = 0, triangles = 0, morphed = 0;
+  std::uint64_t most_at_once = 0;  // bytes beside the mesh while a primitive is read
+  bool counted = false;
+};
+
+// Of a mesh at one place. `morphs`: some of its morph targets are not at 0.
+MeshCounts count_mesh(const GltfDocument& document, std::uint32_t number, bool morphs) {
+  MeshCounts mesh;
+  mesh.counted = true;
+  // Primitives of one mesh may share their vertices, unless they have colours, targets or attributes of their
+  // own that are asked for. Texture coordinates of their own would take memory too: they count as vertices.
+  std::set<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, std::vector<std::uint32_t>,
+                      std::vector<std::uint32_t>>>
+      blocks;
+  for (const GltfPrimitive& primitive : document.meshes[number].primitives) {
+    const GltfCounts counts = count_primitive(document, primitive);
+    const bool is_draco = primitive.draco_view != no_index, bends = morphs && !primitive.targets.empty();
+    const std::tuple block(primitive.attributes, primitive.colors, primitive.asked, primitive.coordinates,
+                           morphs ? primitive.targets : std::vector<std::uint32_t>());
+    if (is_draco || blocks.insert(block).second) mesh.vertices += counts.vertices;
+    mesh.triangles += counts.triangles;
+    if (bends) {
+      const auto moving = std::count_if(primitive.targets.begin(), primitive.targets.end(),
+                                        [](std::uint32_t target) { return target != no_index; });
+      mesh.morphed += static_cast<std::uint64_t>(moving) * counts.vertices;
     }
-    total.vertices += mesh.vertices;
-    total.triangles += mesh.triangles;
-    parts += document.meshes[number].size();
+    const std::uint64_t sets = primitive.attributes.joints.size();
+    // Of strips the triangles are listed where they are cut.
+    mesh.most_at_once =
+        std::max(mesh.most_at_once, (is_draco ? draco_bytes_per_triangle : 0) * counts.triangles +
+                                        (is_draco ? draco_bytes_per_vertex : 0) * counts.vertices +
+                                        sizeof(double) * (3 + 8 * sets + (bends ? 6 : 0)) * counts.vertices +
+                                        (primitive.mode > 4 ? 16 : 4) * counts.corners);
+  }
+  check_count(mesh.vertices, "vertices");
+  check_count(3 * mesh.triangles, "corners");
+  return mesh;
+}
+
+}  // namespace
+
+MeshEstimate count_scene(const GltfDocument& document, const GltfScene& scene, const CancelToken& cancel) {
+  // Of each mesh once, with morph targets and without: what stands in the scene a million times is looked at
+  // once.
+  std::vector<std::array<MeshCounts, 2>> of_mesh(document.meshes.size());
+  MeshEstimate total;
+  std::uint64_t parts = 0, morphed = 0, most_at_once = 0, instance_bytes = 0;
+  const auto add = [&](std::uint32_t node, std::uint32_t number, std::uint64_t copies) {
+    const std::vector<double>& weights = weights_of(document, node, number);
+    const bool morphs = std::any_of(weights.begin(), weights.end(), [](double w) { return w != 0; });
+    MeshCounts& mesh = of_mesh[number][morphs ? 1 : 0];
+    if (!mesh.counted) mesh = count_mesh(document, number, morphs);
+    parts += copies * std::max<std::uint64_t>(1, document.meshes[number].primitives.size());
+    // Below 2^24 parts the products below are far from 2^64.
+    if (copies > most_parts || parts > most_parts)
+      throw ItemError(Status::unsupported_format, fmt::format("more than {} parts in the scene", most_parts));
+    total.vertices += copies * mesh.vertices;
+    total.triangles += copies * mesh.triangles;
+    morphed += copies * std::min<std::uint64_t>(mesh.morphed, no_index);
     check_count(total.vertices, "vertices");
     check_count(3 * total.triangles, "corners");
-    if (parts > most_parts)
-      throw ItemError(Status::unsupported_format, fmt::format("more than {} parts in the scene", most_parts));
+    check_count(morphed, "vertices of morph targets");
+    if (copies > 0) most_at_once = std::max(most_at_once, mesh.most_at_once);
+  };
+  for (std::uint32_t node = 0; node < document.nodes.size(); ++node) {
+    if (node % nodes_between_checks == 0) cancel.check();
+    if (scene.copies[node] == 0 || document.nodes[node].mesh == no_index) continue;
+    const std::uint64_t instances = count_instances(document, node);
+    add(node, document.nodes[node].mesh, scene.copies[node] * instances);
+    if (document.nodes[node].instances != no_index)
+      instance_bytes = std::max(instance_bytes, instances * bytes_per_instance);
   }
-  total.decoding_bytes = most_at_once;
+  if (document.nodes.empty())
+    for (std::uint32_t mesh = 0; mesh < document.meshes.size(); ++mesh) add(no_index, mesh, 1);
+  total.decoding_bytes = most_at_once + instance_bytes;
   for (const GltfView& view : document.views)
     if (view.packing != GltfView::Packing::none) total.decoding_bytes += view.count * view.stride;
   for (const auto& uri : document.buffer_uris)
@@ -234,13 +409,17 @@ std::vector<std::string> image_companions_of(const GltfDocument& document) {
   std::vector<std::string> paths;
   std::set<std::string> named;
   std::string reason;
-  for (const GltfMaterial& material : document.materials) {
-    if (material.image >= document.images.size()) continue;
-    const auto& uri = document.images[material.image].uri;
-    if (!uri || is_data_uri(*uri)) continue;
+  const auto add = [&](std::uint32_t image) {
+    if (image >= document.images.size()) return;
+    const auto& uri = document.images[image].uri;
+    if (!uri || is_data_uri(*uri)) return;
     const std::string path = companion_path(*uri, reason);
-    if (path.empty() || paths.size() == most_companions) continue;
+    if (path.empty() || paths.size() == most_companions) return;
     if (named.insert(path).second) paths.push_back(path);
+  };
+  for (const GltfMaterial& material : document.materials) {
+    add(material.image);
+    add(material.other_image);
   }
   return paths;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/core/vector3.h"
 #include "reading.h"
 #include "support/gltf_files.h"
 
@@ -27,6 +28,18 @@ inline double signed_volume(const PolygonMesh& m) {
            m.z[a] * (m.x[b] * m.y[d] - m.y[b] * m.x[d]);
   }
   return sum / 6;
+}
+
+inline double area_of(const PolygonMesh& mesh) {
+  double area = 0;
+  for (std::size_t c = 0; c + 2 < mesh.corners.size(); c += 3) {
+    const auto at = [&](std::size_t k) {
+      const std::uint32_t v = mesh.corners[c + k];
+      return Vector3{mesh.x[v], mesh.y[v], mesh.z[v]};
+    };
+    area += 0.5 * norm(cross(at(1) - at(0), at(2) - at(0)));
+  }
+  return area;
 }
 
 inline std::vector<double> point(const PolygonMesh& mesh, std::size_t v) {

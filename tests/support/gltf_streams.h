@@ -88,6 +88,53 @@ inline std::string colored_draco_stream(const BentGrid& grid, int method, bool b
   return {buffer.data(), buffer.size()};
 }
 
+// Values of one attribute of a Draco stream, `width` of type T for each vertex.
+struct DracoValues {
+  draco::GeometryAttribute::Type kind = draco::GeometryAttribute::POSITION;
+  draco::DataType type = draco::DT_FLOAT32;
+  bool normalized = false;
+  std::size_t width = 3, bytes = 0;  // of a vertex
+  std::string values;
+
+  template <class T>
+  DracoValues(draco::GeometryAttribute::Type of, std::size_t numbers, const std::vector<T>& from,
+              bool marked = false)
+      : kind(of),
+        type(std::is_same_v<T, float>           ? draco::DT_FLOAT32
+             : std::is_same_v<T, std::int8_t>   ? draco::DT_INT8
+             : std::is_same_v<T, std::uint8_t>  ? draco::DT_UINT8
+             : std::is_same_v<T, std::int16_t>  ? draco::DT_INT16
+             : std::is_same_v<T, std::uint16_t> ? draco::DT_UINT16
+                                                : draco::DT_UINT32),
+        normalized(marked),
+        width(numbers),
+        bytes(numbers * sizeof(T)),
+        values(reinterpret_cast<const char*>(from.data()), from.size() * sizeof(T)) {}
+};
+
+// A stream of these attributes, whose ids are their places in the list.
+inline std::string draco_stream_of(const std::vector<DracoValues>& attributes,
+                                   const std::vector<std::uint16_t>& indices, int method) {
+  draco::TriangleSoupMeshBuilder builder;
+  const std::size_t faces = indices.size() / 3;
+  builder.Start(static_cast<int>(faces));
+  for (const DracoValues& values : attributes) {
+    const int id = builder.AddAttribute(values.kind, static_cast<std::int8_t>(values.width), values.type,
+                                        values.normalized);
+    for (std::size_t f = 0; f < faces; ++f) {
+      const auto at = [&](std::size_t k) { return values.values.data() + values.bytes * indices[3 * f + k]; };
+      builder.SetAttributeValuesForFace(id, draco::FaceIndex(static_cast<std::uint32_t>(f)), at(0), at(1),
+                                        at(2));
+    }
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(method);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
+  return {buffer.data(), buffer.size()};
+}
+
 inline std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices,
                               int id = 0) {
   GltfFile file;
