@@ -65,7 +65,8 @@ std::string decode_base64(std::string_view text) {
     table['_'] = 63;
     return table;
   }();
-  while (text.ends_with('=') || text.ends_with('\n')) text.remove_suffix(1);
+  while (!text.empty() && (text.back() == '=' || std::isspace(static_cast<unsigned char>(text.back())) != 0))
+    text.remove_suffix(1);
   std::string out;
   out.reserve(text.size() / 4 * 3 + 3);
   std::uint32_t bits = 0;

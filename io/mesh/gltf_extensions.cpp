@@ -22,11 +22,7 @@ constexpr std::array<std::string_view, 8> applied_names = {
 
 // Light and shading, animation, sound, physics, cameras, and data about the model. Where a material lets
 // light through or shines, its base colour is still the colour of its points.
-constexpr std::array<std::string_view, 62> harmless_names = {"KHR_lights_punctual",
-                                                             "EXT_lights_image_based",
-                                                             "EXT_lights_imageBased",
-                                                             "EXT_lights_ies",
-                                                             "KHR_environment_map",
+constexpr std::array<std::string_view, 55> harmless_names = {"KHR_environment_map",
                                                              "KHR_materials_anisotropy",
                                                              "KHR_materials_clearcoat",
                                                              "KHR_materials_coat",
@@ -51,13 +47,10 @@ constexpr std::array<std::string_view, 62> harmless_names = {"KHR_lights_punctua
                                                              "MSFT_packing_occlusionRoughnessMetallic",
                                                              "MOZ_lightmap",
                                                              "FB_materials_lightmap",
-                                                             "KHR_animation_pointer",
                                                              "KHR_interactivity",
                                                              "KHR_node_hoverability",
                                                              "KHR_node_selectability",
                                                              "KHR_audio",
-                                                             "KHR_audio_emitter",
-                                                             "MSFT_audio_emitter",
                                                              "KHR_physics_rigid_bodies",
                                                              "KHR_implicit_shapes",
                                                              "KHR_collision_shapes",
@@ -95,6 +88,8 @@ Use use_of(std::string_view name) {
   if (is_any(name, harmless_names)) return Use::harmless;
   for (const std::string_view begin : harmless_beginnings)
     if (name.starts_with(begin)) return Use::harmless;
+  for (const std::string_view part : {"_lights_", "_animation_", "_audio_"})
+    if (name.find(part) != std::string_view::npos) return Use::harmless;
   // Its streams may be of a later version of the codec; what they replace has to be there too.
   if (name == "KHR_meshopt_compression") return Use::fallback;
   // Formats of images, other base colours, shaders, and variants of the materials.

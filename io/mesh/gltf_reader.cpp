@@ -298,6 +298,7 @@ class SceneReader {
     if (colors_ && primitive.material != no_index && primitive.material >= document_.materials.size())
       notes_.add(Note::material_missing, fmt::format("there is no material {}", primitive.material));
     if (primitive.draco_view != no_index) return read_draco(part, primitive, counts, number);
+    forget_decoded();
     const ActiveTargets targets = targets_of(part, primitive);
     const std::tuple key(primitive.attributes, primitive.colors, primitive.asked, targets);
     auto block = blocks_.find(key);
@@ -520,7 +521,9 @@ class SceneReader {
     for (std::size_t s = 0; s < sets; ++s) {
       ask(draco_attribute(ids.joints[s], joints_per_set, no_index));
       wanted.back().component = GltfComponent::uint32;  // numbers, whatever the stream says of them
-      ask(draco_attribute(ids.weights[s], joints_per_set, entry_of(plain.weights, s)));
+      // Weights are shares of their sum, so that their unit counts only beside those of other sets.
+      ask(draco_attribute(ids.weights[s], joints_per_set,
+                          sets < plain.joints.size() ? entry_of(plain.weights, s) : no_index));
     }
     const auto set = coordinate_set_of(primitive.material);
     const auto ask_coordinates = [&](std::size_t which) {
@@ -592,11 +595,16 @@ class SceneReader {
   const DracoMesh& decoded_of(const GltfPrimitive& primitive, const std::vector<DracoAttribute>& wanted,
                               const GltfCounts& counts) {
     if (decoded_primitive_ == &primitive && decoded_.values.size() == wanted.size()) return decoded_;
-    decoded_primitive_ = nullptr;
-    decoded_ = {};
+    forget_decoded();
     decoded_ = decode_draco(data_.view(primitive.draco_view), wanted, counts.vertices, counts.triangles);
     decoded_primitive_ = &primitive;
     return decoded_;
+  }
+
+  void forget_decoded() {
+    if (decoded_primitive_ == nullptr) return;
+    decoded_primitive_ = nullptr;
+    decoded_ = {};
   }
 
   bool is_skinned(const Placement& part) const {

@@ -158,7 +158,7 @@ TEST_CASE("glTF notes: the image of EXT_texture_webp goes first, then the source
     const PolygonMesh without = read_colored(textured("{" + source(name, 1) + "}", png + "," + other));
     CHECK(without.notes[Note::feature_ignored] == 1);
     CHECK(without.notes[Note::image_unsupported] == 1);
-    CHECK(example(without, Note::image_unsupported).starts_with("image 1: "));
+    CHECK(example(without, Note::image_unsupported).starts_with("image 1"));
   }
 }
 

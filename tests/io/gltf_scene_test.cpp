@@ -356,7 +356,8 @@ TEST_CASE("glTF: containers and data URIs as programs write them") {
   for (std::size_t at = 0; at < encoded.size(); at += 76) broken += encoded.substr(at, 76) + "\\r\\n";
   for (const std::string& uri :
        {"data:application/gltf-buffer;base64," + encoded, "data:;charset=utf-8;base64," + encoded,
-        "DATA:Application/Octet-Stream;BASE64," + encoded, "data:;base64," + broken}) {
+        "DATA:Application/Octet-Stream;BASE64," + encoded, "data:;base64," + broken,
+        "data:;base64," + encoded + "==\\r\\n"}) {
     INFO(uri.substr(0, 40));
     CHECK(same(file.json(plain_cube, uri)));
   }
