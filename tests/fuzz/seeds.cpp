@@ -93,8 +93,30 @@ std::vector<std::string> gltf_seeds() {
       R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":3,"WEIGHTS_0":4},"indices":1},)"
       R"({"attributes":{"POSITION":2},"indices":1}]}],"skins":[{"joints":[1]}],)"
       R"("nodes":[{"mesh":0,"skin":0},{"translation":[1,0,0]}])";
+  // Instances, morph targets, a node with two parents, a hidden one, and strips that begin anew.
+  GltfFile rest;
+  rest.add_points(gltf_cube_points);
+  rest.add_indices(std::vector<std::uint8_t>{0, 1, 2, 255, 4, 5, 6, 7});
+  rest.add_points({0, 0, 0, 1, 2, 3});
+  rest.add_accessor(rest.add_view(std::vector<std::int8_t>{0, 0, 0, 127, 90, 0, 0, 90}), 5120, 2, "VEC4",
+                    R"(,"normalized":true)");
+  const std::string at_rest =
+      R"(,"meshes":[{"weights":[0.5,0],"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5,)"
+      R"("targets":[{"POSITION":0},{"NORMAL":0}]},{"attributes":{"POSITION":0},"indices":1,"mode":6}]}],)"
+      R"("nodes":[{"children":[2,3,3]},{"children":[2],"scale":[-1,1,1]},{"mesh":0,"weights":[1,-1],"extensions":)"
+      R"({"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":2,"ROTATION":3,"SCALE":2,"_ID":2}}}},)"
+      R"({"mesh":0,"extensions":{"KHR_node_visibility":{"visible":false}}}],"extensionsUsed":["ACME_curves"])";
+  // An image of another format, and coordinates, in a textured material.
+  const std::string textured =
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_1":0},"indices":1,"material":0}]}],)"
+      R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}}],)"
+      R"("textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}],)"
+      R"("images":[{"bufferView":0},{"uri":"sub\\..\\image.webp"}],"nodes":[{"mesh":0}])";
   const BentGrid grid(5);
-  return {cube_file.glb(scene),
+  return {rest.glb(at_rest),
+          rest.with_data_uri(at_rest),
+          cube_file.glb(textured),
+          cube_file.glb(scene),
           cube_file.json(scene, "cube.bin"),
           cube_file.with_data_uri(scene),
           odd.glb(skinned),
@@ -474,6 +496,15 @@ std::string dictionary_of(std::string_view target) {
              "\\\"mode\\\":",
              "\\\"nodes\\\":",
              "\\\"children\\\":",
+             "\\\"targets\\\":",
+             "\\\"weights\\\":",
+             "\\\"extensions\\\":",
+             "\\\"EXT_mesh_gpu_instancing\\\":",
+             "\\\"TRANSLATION\\\":",
+             "\\\"ROTATION\\\":",
+             "\\\"SCALE\\\":",
+             "\\\"KHR_node_visibility\\\":",
+             "\\\"EXT_texture_webp\\\":",
              "\\\"skin\\\":",
              "\\\"skins\\\":",
              "\\\"joints\\\":",

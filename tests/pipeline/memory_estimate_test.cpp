@@ -419,6 +419,72 @@ TEST_CASE("estimate_bytes: models with attributes and texture coordinates take n
   }
 }
 
+TEST_CASE("estimate_bytes: glTF copies, instances and morph targets take no more than is reserved") {
+  if (!counts_allocations()) {
+    WARN("skipped: a sanitizer's malloc is not counted");
+    return;
+  }
+  const ScratchFolder scratch;
+  const auto points_of = [](const PolygonMesh& mesh) {
+    std::vector<float> points;
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+      for (const double value : {mesh.x[v], mesh.y[v], mesh.z[v]})
+        points.push_back(static_cast<float>(value));
+    return points;
+  };
+  const PolygonMesh small = icosphere(1), large = torus(300, 100);
+  GltfFile copies;
+  copies.add_points(points_of(small));
+  copies.add_indices(small.corners);
+  std::vector<float> places, turns;
+  for (int i = 0; i < 2000; ++i) {
+    places.insert(places.end(), {3.0F * static_cast<float>(i % 50), 3.0F * static_cast<float>(i / 50), 1});
+    turns.insert(turns.end(), {0, 0, 1, static_cast<float>(i)});
+  }
+  copies.add_points(places);
+  copies.add_accessor(copies.add_view(turns), 5126, 2000, "VEC4");
+  const std::string mesh = R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}])";
+  write_file(scratch / "instances.glb",
+             copies.glb(mesh + R"(,"nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":)"
+                               R"({"TRANSLATION":2,"ROTATION":3}}}}])"));
+  std::string nodes;  // ten levels, each with two nodes that have both nodes of the next as children
+  for (int level = 0; level < 10; ++level)
+    for (int k = 0; k < 2; ++k)
+      nodes += fmt::format(
+          R"({{"translation":[{},{},0],"children":{}}},)", k * (3 << level), k,
+          level == 9 ? std::string("[20]") : fmt::format("[{},{}]", 2 * level + 2, 2 * level + 3));
+  write_file(scratch / "copies.glb", copies.glb(mesh + ",\"nodes\":[" + nodes + R"({"mesh":0}])"));
+  GltfFile morph;
+  morph.add_points(points_of(large));
+  morph.add_indices(large.corners);
+  write_file(scratch / "morph.glb",
+             morph.glb(R"(,"meshes":[{"weights":[0.5,0.25],"primitives":[{"attributes":{"POSITION":0},)"
+                       R"("indices":1,"targets":[{"POSITION":0},{"POSITION":0}]}]}],"nodes":[{"mesh":0}])"));
+  const EmbreeDevice device;
+  for (const char* const method : {"auto", "conformal"}) {
+    Setting setting{"at rest", parameters_for(method)};
+    set_samples(setting.parameters, 2048);
+    oneapi::tbb::task_arena(1).execute([&] {
+      check_models({scratch / "morph.glb", scratch / "copies.glb", scratch / "instances.glb"}, setting, 1,
+                   device);
+    });
+  }
+}
+
+TEST_CASE("estimate_bytes: a small glTF file that states many copies is too large before it is read") {
+  GltfFile file;
+  file.add_points(gltf_cube_points);
+  file.add_indices(gltf_cube_indices);
+  file.add_accessor(-1, 5126, 10000000, "VEC3");
+  const std::string instances = file.glb(
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"nodes":[{"mesh":0,"extensions":)"
+      R"({"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":2}}}}])");
+  SampleParameters parameters = parameters_for("auto");
+  set_samples(parameters, 2048);
+  CHECK(estimate_bytes(peek_mesh(MemorySource(instances), MeshFormat::gltf), parameters, 1) > std::uint64_t{8}
+                                                                                                  << 30);
+}
+
 TEST_CASE("read_mesh: images are reserved for by their headers, before they are decoded") {
   const ScratchFolder scratch;
   const TestImage image(1500, 1000, [](std::uint32_t x, std::uint32_t y) {
