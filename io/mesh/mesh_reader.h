@@ -124,11 +124,12 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 //   are ignored. A count of 0 or 2^32 - 1 in a binary file with facets means that it was never filled in.
 // * PLY: the triangles of `tristrips` follow the faces, numbered strip by strip.
 // * glTF 2.0, .gltf and .glb (the content decides which of the two): the triangles, strips and fans of all
-//   meshes of the scene, transformed by their nodes and, in rest pose, by their skins, in the order of the
-//   scene; the first scene where none is chosen, all roots where there is none. A transform that mirrors
+//   meshes of the scene, moved by the default weights of their morph targets, transformed by their nodes,
+//   instances and, in rest pose, their skins, in the order of the scene; the first scene where none is
+//   chosen, all roots where there is none. A node stands below each of its parents. A transform that mirrors
 //   turns its faces, so that the outside stays outside. The face attribute `part` numbers the primitives from
-//   0 in this order. Points and lines are left out and counted as short_faces. Morph targets and normals are
-//   not read. An index that names no vertex of its primitive becomes no_index.
+//   0 in this order. Points and lines are left out and counted as short_faces. Normals are not read. An index
+//   that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
 //
 // Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has
