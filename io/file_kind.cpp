@@ -69,7 +69,7 @@ std::string lower_case(std::string_view text) {
 }
 
 std::string_view without_blanks(std::string_view text) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  text = without_byte_order_mark(text);
   const std::size_t at = text.find_first_not_of(" \t\r\n\f");
   return at == std::string_view::npos ? std::string_view{} : text.substr(at);
 }

@@ -26,4 +26,9 @@ constexpr std::size_t utf8_sequence_length(std::string_view text) {
   return length;
 }
 
+// What stands behind the byte-order mark of a text in UTF-8, or all of it where there is none.
+constexpr std::string_view without_byte_order_mark(std::string_view text) {
+  return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;
+}
+
 }  // namespace meander

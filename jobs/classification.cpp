@@ -5,6 +5,7 @@
 
 #include "io/file/file_error.h"
 #include "io/file/read_file.h"
+#include "io/utf8.h"
 #include "jobs/inputs.h"
 
 namespace meander {
@@ -12,7 +13,7 @@ namespace meander {
 Classification read_classification(const std::filesystem::path& file) {
   std::istringstream in = [&] {
     try {
-      return std::istringstream(content_of_file(file));
+      return std::istringstream(std::string(without_byte_order_mark(content_of_file(file))));
     } catch (const FileError& error) {
       throw UsageError("cannot open `" + file.string() + "`: " + error.code().message());
     }

@@ -10,6 +10,7 @@
 #include "io/file/file_error.h"
 #include "io/file/read_file.h"
 #include "io/json/json_tree.h"
+#include "io/utf8.h"
 #include "jobs/folder_layout.h"
 #include "jobs/inputs.h"
 
@@ -30,7 +31,7 @@ struct CsvRecord {
 class CsvText {
  public:
   CsvText(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+    at_ = text_.size() - without_byte_order_mark(text_).size();
   }
 
   std::optional<CsvRecord> next() {
@@ -167,8 +168,7 @@ class LabelReader {
 
   void read_json(const std::string& content) {
     file_.is_json = true;
-    std::string_view text = content;
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    const std::string_view text = without_byte_order_mark(content);
     try {
       const JsonTree tree(text);
       take_json(tree.root());

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "io/image/color_formats.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -66,7 +67,7 @@ bool is_netpbm(std::string_view text) {
 // The name of an element near the beginning of a page or drawing.
 bool has_early_tag(std::string_view text, std::string_view tag) {
   constexpr std::size_t searched = 1024;
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  text = without_byte_order_mark(text);
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0) text.remove_prefix(1);
   if (!text.starts_with('<')) return false;
   text = text.substr(0, searched);

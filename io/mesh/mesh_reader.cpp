@@ -11,6 +11,7 @@
 #include "io/mesh/format_readers.h"
 #include "io/mesh/off_header.h"
 #include "io/mesh/text_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -151,7 +152,7 @@ void scale_colors(std::vector<float>& values, ColorNumbers numbers) {
 
 DecodedText::DecodedText(std::span<const std::byte> bytes)
     : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {
-  if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
+  text_ = without_byte_order_mark(text_);
   converted_ = converted(text_, false);
 }
 
@@ -220,7 +221,7 @@ PolygonMesh read_mesh_in_blocks(std::span<const std::byte> bytes, MeshFormat for
   if (format == MeshFormat::gltf) return with_colors_in_range(read_gltf(content, cancel, around));
   if (format == MeshFormat::stl && is_exact_binary_stl(content))
     return with_colors_in_range(read_stl(content, cancel, rule, around));
-  if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
+  content = without_byte_order_mark(content);
   if (const std::optional<std::string> copy = converted(content, format == MeshFormat::ply))
     return with_colors_in_range(dispatch(*copy, format, cancel, rule, around));
   return with_colors_in_range(dispatch(content, format, cancel, rule, around));

@@ -8,6 +8,7 @@
 #include "io/file/file_bytes.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/text_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
@@ -68,7 +69,7 @@ PointCloud read_points_in_blocks(std::string_view content, const std::filesystem
                       "by its name this is an array of numpy, by its content it is " + other);
     return read_npy_points(content, cancel);
   }
-  if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
+  content = without_byte_order_mark(content);
   if (const std::optional<std::string> copy = converted(content, kind == PointFile::ply))
     return dispatch(*copy, kind, cancel, rule);
   return dispatch(content, kind, cancel, rule);

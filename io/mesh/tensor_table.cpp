@@ -6,13 +6,14 @@
 
 #include "io/file/file_bytes.h"
 #include "io/mesh/text_cursor.h"
+#include "io/utf8.h"
 
 namespace meander {
 
 TensorTable read_tensor_table(const std::filesystem::path& path, const CancelToken& cancel) {
   const FileBytes file(path);
   std::string_view content(reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size());
-  if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
+  content = without_byte_order_mark(content);
   TensorTable table;
   table.columns = 0;
   std::size_t row = 0;

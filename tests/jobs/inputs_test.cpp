@@ -118,6 +118,8 @@ TEST_CASE("collect_inputs: Princeton classifications give labels and files of th
   CHECK(inputs.items[1].label == 0);
   CHECK(inputs.items[2].label == 1);
   CHECK(std::filesystem::exists(inputs.items[1].path));
+  write_file(scratch / "marked.cla", "\xEF\xBB\xBF" + read_file(scratch / "test.cla"));
+  CHECK(collect_inputs({(scratch / "marked.cla").string()}).label_names == inputs.label_names);
   write_file(scratch / "bad.cla", "PSB 1\n1 5\ndog 0 2 1 2\n");
   CHECK_THROWS_AS(collect_inputs({(scratch / "bad.cla").string()}), UsageError);
 }

@@ -1,16 +1,21 @@
 // `run --colors` of models with images: every sample against the image at its place, read from the point
 // alone.
 #include <fmt/format.h>
+#include <unistd.h>
+#include <webp/encode.h>
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <numbers>
+#include <sstream>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
 #include "support/gltf_files.h"
+#include "support/gltf_streams.h"
 #include "support/image_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
@@ -570,4 +575,159 @@ TEST_CASE("run --colors: companions whose names differ in case are found, the sa
   CHECK(same_everywhere("texture").samples.rgb == first.samples.rgb);
   write_file(scratch / "in/maps/paint.mtl", "newmtl paint\nKd 1 0 0\n");
   CHECK(same_everywhere("material").samples.rgb != first.samples.rgb);
+}
+
+namespace {
+
+// Lines of README that read data sets as they are handed out, word by word.
+std::vector<Words> commands_of_readme() {
+  std::istringstream text(read_file(fs::path(MEANDER_SOURCE_DIR) / "README.md"));
+  std::vector<Words> commands;
+  for (std::string line; std::getline(text, line);) {
+    if (!line.starts_with("    meander run ") || line.find(" # ") == std::string::npos) continue;
+    std::istringstream words(line.substr(0, line.find('#')));
+    Words command;
+    for (std::string word; words >> word;) command.push_back(word);
+    command.erase(command.begin());  // the program
+    commands.push_back(command);
+  }
+  return commands;
+}
+
+std::string lossless_webp(const TestImage& image) {
+  std::uint8_t* data = nullptr;
+  const std::size_t size =
+      WebPEncodeLosslessRGB(image.rgb.data(), static_cast<int>(image.width), static_cast<int>(image.height),
+                            static_cast<int>(3 * image.width), &data);
+  std::string bytes(reinterpret_cast<char*>(data), size);
+  WebPFree(data);
+  return bytes;
+}
+
+void put_modelnet(const fs::path& root) {
+  for (const char* const name :
+       {"chair/train/chair_0001", "chair/test/chair_0890", "sofa/train/sofa_0001", "sofa/test/sofa_0681"}) {
+    fs::create_directories((root / name).parent_path());
+    // As the data set has it: the counts behind the keyword without a blank.
+    std::string text = "OFF8 6 0\n";
+    for (int k = 0; k < 8; ++k) text += fmt::format("{} {} {}\n", corner(k)[0], corner(k)[1], corner(k)[2]);
+    for (const auto& side : sides) text += fmt::format("4 {} {} {} {}\n", side[0], side[1], side[2], side[3]);
+    write_file(root / (std::string(name) + ".off"), text);
+  }
+}
+
+// A model of PartNet-Mobility or ShapeNet: images beside the folder of the models.
+void put_with_images_beside(const fs::path& folder, const char* models, const char* name,
+                            const TestImage& image) {
+  fs::create_directories(folder / models);
+  fs::create_directories(folder / "images");
+  write_file(folder / models / (std::string(name) + ".obj"), box_obj(std::string(name) + ".mtl"));
+  write_file(folder / models / (std::string(name) + ".mtl"),
+             "newmtl paint\nKd 1 1 1\nmap_Kd ../images/texture0.png\n");
+  write_file(folder / "images/texture0.png", png_bytes(image));
+}
+
+// The box of box_gltf behind Draco, with its image as WebP alone.
+std::string draco_box_with_webp(const TestImage& image) {
+  std::vector<float> points, coordinates;
+  std::vector<std::uint16_t> indices;
+  for (std::uint16_t s = 0; s < 6; ++s) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      for (const double x : corner(sides[s][k])) points.push_back(static_cast<float>(x));
+      coordinates.push_back(k == 1 || k == 2 ? 1.f : 0.f);
+      coordinates.push_back(k >= 2 ? 0.f : 1.f);
+    }
+    for (const int k : {0, 1, 2, 0, 2, 3}) indices.push_back(static_cast<std::uint16_t>(4 * s + k));
+  }
+  GltfFile file;
+  const std::string stream =
+      draco_stream_of({DracoValues(draco::GeometryAttribute::POSITION, 3, points),
+                       DracoValues(draco::GeometryAttribute::TEX_COORD, 2, coordinates)},
+                      indices, draco::MESH_SEQUENTIAL_ENCODING);
+  const int view = file.add_view(stream), picture = file.add_view(lossless_webp(image));
+  file.add_accessor(-1, 5126, indices.size(), "VEC3");
+  file.add_accessor(-1, 5123, indices.size(), "SCALAR");
+  file.add_accessor(-1, 5126, indices.size(), "VEC2");
+  return file.glb(fmt::format(
+      R"(,"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":2}},"indices":1,"material":0,)"
+      R"("extensions":{{"KHR_draco_mesh_compression":{{"bufferView":{},"attributes":{{"POSITION":0,"TEXCOORD_0":1}}}}}}}}]}}],)"
+      R"("nodes":[{{"mesh":0}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],)"
+      R"("textures":[{{"extensions":{{"EXT_texture_webp":{{"source":0}}}}}}],)"
+      R"("images":[{{"bufferView":{},"mimeType":"image/webp"}}],)"
+      R"("extensionsRequired":["KHR_draco_mesh_compression","EXT_texture_webp"])",
+      view, picture));
+}
+
+// The largest difference to the image over the samples of the sides of a box of OBJ.
+double largest_difference(const Row& row, const TestImage& image) {
+  REQUIRE(row.report.status == Status::ok);
+  REQUIRE(row.report.color_source == ColorSource::texture);
+  REQUIRE(row.report.color_fills == 0);
+  REQUIRE(row.report.note_text.empty());
+  const Lookup lookup{image};
+  double largest = 0;
+  for (std::size_t i = 0; i < row.samples.count(); ++i) {
+    const auto place = place_on(row.samples.face[i], point_of(row, i));
+    largest = std::max(largest, difference(row, i, lookup.bilinear(place[0], 1 - place[1])));
+  }
+  return largest;
+}
+
+}  // namespace
+
+TEST_CASE("README: its commands for data sets give classes, splits and the colour of every sample") {
+  const ScratchFolder scratch;
+  const TestImage image = colorful(9, 7);
+  put_modelnet(scratch / "ModelNet40");
+  for (const char* const model :
+       {"03001627/1a6f615e8b1b5ae4dbbc9440457e303e", "02691156/10155655850468db78d106ce0a280f87"})
+    put_with_images_beside(scratch / "ShapeNetCore.v2" / model, "models", "model_normalized", image);
+  write_file(scratch / "ShapeNetCore.v2.zip",
+             zip_bytes(entries_of(scratch / "ShapeNetCore.v2", "ShapeNetCore.v2/")));
+  fs::remove_all(scratch / "ShapeNetCore.v2");
+  const fs::path glbs = scratch / "glbs/000-023";
+  fs::create_directories(glbs);
+  write_file(glbs / "8476c4170df24cf5bbe6967222d1a42d.glb", draco_box_with_webp(image));
+  GltfFile plain = box_gltf(0, 1);
+  const std::string view = image_in_view(plain, png_bytes(image), "image/png");
+  write_file(glbs / "9476c4170df24cf5bbe6967222d1a42d.glb", plain.glb(textured(view, "{}")));
+  const std::vector<Words> commands = commands_of_readme();
+  REQUIRE(commands.size() == 3);
+  ProcessOptions there;
+  const std::string folder = scratch.path().string();
+  there.in_child = [&folder] {
+    if (::chdir(folder.c_str()) != 0) std::abort();
+  };
+  for (const Words& command : commands) {
+    const ProcessResult result = meander_with(command, there);
+    INFO(command[1] << result.out << result.err);
+    REQUIRE(result.exit_code == 0);
+  }
+  const StoreReader modelnet(scratch / "modelnet40.h5");
+  REQUIRE(modelnet.rows() == 4);
+  CHECK(modelnet.label_names() == std::vector<std::string>{"chair", "sofa"});
+  CHECK(modelnet.split(0) == Split::test);
+  CHECK(modelnet.split(1) == Split::train);
+  CHECK(modelnet.report(0).area == Approx(22));
+  const StoreReader shapenet(scratch / "shapenet.h5");
+  REQUIRE(shapenet.rows() == 2);
+  CHECK(shapenet.label_names() == std::vector<std::string>{"02691156", "03001627"});
+  for (std::uint64_t row = 0; row < 2; ++row) CHECK(largest_difference(shapenet.read_row(row), image) < 1.1);
+  const StoreReader objaverse(scratch / "objaverse.h5");
+  REQUIRE(objaverse.rows() == 2);
+  CHECK(objaverse.samples() == 10000);
+  Lookup lookup{image};
+  lookup.linear = true;
+  for (std::uint64_t row = 0; row < 2; ++row) {
+    CHECK(objaverse.report(row).note_text.empty());
+    CHECK(most_difference(objaverse.read_row(row), lookup, 0, 1, false) < 1.1);
+  }
+}
+
+TEST_CASE("run --colors: parts of PartNet have the images beside the folder of their models") {
+  const ScratchFolder scratch;
+  const TestImage image = colorful(6, 6);
+  put_with_images_beside(scratch / "dataset/100013", "textured_objs", "original-1", image);
+  CHECK(largest_difference(sampled(scratch / "dataset", scratch / "s.h5"), image) < 1.1);
+  CHECK(largest_difference(sampled(scratch / "dataset/100013", scratch / "s.h5"), image) < 1.1);
 }
