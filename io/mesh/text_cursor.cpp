@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <system_error>
 
@@ -62,6 +63,34 @@ double beyond_range(std::string_view digits) {
   return power > 0 ? std::numeric_limits<double>::infinity() : 0.0;
 }
 
+// 1.0D+00: an exponent of double precision, as Fortran writes it, behind the decimal that ends at `mark`.
+const char* parse_fortran(const char* at, const char* mark, const char* end, double& value);
+
+// A decimal without a sign.
+const char* parse_decimal(const char* at, const char* end, double& value) {
+  const auto [stop, error] = std::from_chars(at, end, value, std::chars_format::general);
+  if (error == std::errc::invalid_argument) return nullptr;
+  if (!ends_token(stop, end)) return lower(*stop) == 'd' ? parse_fortran(at, stop, end, value) : nullptr;
+  if (error == std::errc::result_out_of_range)
+    value = beyond_range({at, static_cast<std::size_t>(stop - at)});
+  return stop;
+}
+
+const char* parse_fortran(const char* at, const char* mark, const char* end, double& value) {
+  const char* stop = mark + 1;
+  if (stop < end && (*stop == '-' || *stop == '+')) ++stop;
+  const char* const digits = stop;
+  while (stop < end && is_digit(*stop)) ++stop;
+  std::string decimal(at, stop);
+  decimal[static_cast<std::size_t>(mark - at)] = 'e';
+  // No second exponent, so that this is not called again.
+  const bool is_number = stop > digits && ends_token(stop, end) &&
+                         decimal.find_first_of("eE") == static_cast<std::size_t>(mark - at);
+  return is_number && parse_decimal(decimal.data(), decimal.data() + decimal.size(), value) != nullptr
+             ? stop
+             : nullptr;
+}
+
 }  // namespace
 
 bool same_word(std::string_view word, std::string_view lower_case) {
@@ -81,10 +110,7 @@ const char* parse_number_slowly(const char* at, const char* end, double& value) 
   } else if (end - p > 3 && is_digit(p[0]) && p[1] == '.' && p[2] == '#' && is_letter(p[3])) {
     next = parse_microsoft_special(p + 3, end, size);
   } else {
-    const auto [stop, error] = std::from_chars(p, end, size, std::chars_format::general);
-    if (error == std::errc::invalid_argument || !ends_token(stop, end)) return nullptr;
-    if (error == std::errc::result_out_of_range) size = beyond_range({p, static_cast<std::size_t>(stop - p)});
-    next = stop;
+    next = parse_decimal(p, end, size);
   }
   if (next != nullptr) value = negative ? -size : size;
   return next;
@@ -103,6 +129,15 @@ const char* parse_digits_slowly(const char* at, const char* end, std::int64_t& v
   if (p == first) return nullptr;
   value = negative ? -size : size;
   return p;
+}
+
+const char* parse_whole_number(const char* at, const char* end, std::int64_t& value) {
+  double number = 0;
+  const char* const next = parse_number_slowly(at, end, number);
+  constexpr double largest = std::int64_t{1} << 53;
+  if (next == nullptr || !(std::abs(number) <= largest) || number != std::floor(number)) return nullptr;
+  value = static_cast<std::int64_t>(number);
+  return next;
 }
 
 std::size_t line_of(std::string_view text, const char* at) {

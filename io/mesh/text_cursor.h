@@ -34,6 +34,9 @@ bool same_word(std::string_view word, std::string_view lower_case);
 const char* parse_number_slowly(const char* at, const char* end, double& value);
 // Any integer, saturated.
 const char* parse_digits_slowly(const char* at, const char* end, std::int64_t& value);
+// A whole number that may have a point and an exponent, as programs write it that have one format for all:
+// `3.0`, `3.000000e+00`. Null for other numbers and beyond +-2^53.
+const char* parse_whole_number(const char* at, const char* end, std::int64_t& value);
 
 // The digits that eight bytes begin with, all at once: no branch depends on how many there are.
 struct Digits {
@@ -65,7 +68,8 @@ struct Digits {
 
 // The number that starts at `at`, correctly rounded; returns where it ends, or null when there is no number
 // or something other than a separator or `#` follows it. Accepts a leading +, 1. and .5, nan and inf in the
-// spellings of C, Microsoft (-nan(ind), 1.#QNAN, 1.#INF) and others; overflow gives +-inf, underflow +-0.
+// spellings of C, Microsoft (-nan(ind), 1.#QNAN, 1.#INF) and others, and exponents of Fortran (1.0D+00);
+// overflow gives +-inf, underflow +-0.
 inline const char* parse_number(const char* at, const char* end, double& value) {
   // An integer up to 2^53 over a power of ten up to 10^22 is rounded once (Clinger 1990).
   static constexpr std::array<double, 17> power_of_ten = {1e0, 1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7, 1e8,
@@ -169,7 +173,10 @@ struct TextCursor {
   // The length of a list that follows. One that the rest of the text cannot hold is bad, or the text ends in
   // it.
   Token length(std::int64_t& value) {
-    if (const Token token = integer(value); token != Token::ok) return token;
+    const Token token = integer(value);
+    return token == Token::ok ? fitting(value) : token;
+  }
+  Token fitting(std::int64_t value) const {
     if (value >= 0 && value <= end - at) return Token::ok;
     return value > 0 && find_line_end(at, end) == end ? Token::ended : Token::bad;
   }

@@ -67,7 +67,13 @@ TEST_CASE("parse_number: numbers in every spelling, with and without text after 
                                                   {"INF", inf},
                                                   {"1.#INF", inf},
                                                   {"-1.#INF", -inf},
-                                                  {"1.#INF00", inf}};
+                                                  {"1.#INF00", inf},
+                                                  {"1.0D+00", 1},
+                                                  {"-2.5d-1", -0.25},
+                                                  {"1D3", 1000},
+                                                  {".5d1", 5},
+                                                  {"1D400", inf},
+                                                  {"0.12345678901234567D+00", 0.12345678901234567}};
   for (const auto& [token, expected] : cases)
     for (const std::string& behind : {std::string(), std::string("\n"), std::string("#"), room}) {
       CAPTURE(token, behind);
@@ -91,7 +97,8 @@ TEST_CASE("parse_number: text that is not a number is refused") {
        {"",       "-",           "+",      ".",   "-.",        "e5",           "1,5",
         "1.5.2",  "--1",         "+-1",    "1e",  "1e+",       "1x",           "0x10",
         "nanny",  "information", "1.#ABC", "1/2", "12345678x", "0.123456789x", "0.1\0215",
-        "1\0165", "\1771"})
+        "1\0165", "\1771",       "1D",     "D5",  "1D+",       "1e5D3",        "1D5e3",
+        "1D1.5",  "1dd3"})
     for (const std::string& behind : {std::string(), room}) {
       CAPTURE(token, behind);
       bool ok = true;
@@ -100,6 +107,21 @@ TEST_CASE("parse_number: text that is not a number is refused") {
       double value = 0;
       REQUIRE(text::parse_number(text.data(), text.data() + text.size(), value) == nullptr);
     }
+}
+
+TEST_CASE("parse_whole_number: whole numbers with points and exponents, and no others") {
+  const auto whole = [](std::string_view text) {
+    std::int64_t value = -77;
+    const char* const next = text::parse_whole_number(text.data(), text.data() + text.size(), value);
+    return next == nullptr ? std::int64_t{-77} : value;
+  };
+  REQUIRE(whole("3.0") == 3);
+  REQUIRE(whole("3.000000000000000000e+00 1") == 3);
+  REQUIRE(whole("-12") == -12);
+  REQUIRE(whole("1.5e1") == 15);
+  REQUIRE(whole("9007199254740992.0") == 9007199254740992);
+  for (const char* const none : {"1.5", "x", "", "nan", "inf", "1e300", "-1e300", "3,0", "1e-300"})
+    REQUIRE(whole(none) == -77);
 }
 
 TEST_CASE("parse_number: random decimals are rounded as strtod rounds them") {
