@@ -15,10 +15,10 @@ using text::TextCursor;
 using text::Token;
 
 // Reads the keyword at the cursor, if there is one: the counts of a file without one may begin as it does.
-bool read_keyword(TextCursor& cursor, OffHeader& result) {
+// `dimensions`: whether their number follows it.
+bool read_keyword(TextCursor& cursor, OffHeader& result, bool& dimensions) {
   OffHeader header;
   const char* p = cursor.at;
-  bool dimensions = false;
   const auto starts_with = [&](std::string_view lower_case) {
     return static_cast<std::size_t>(cursor.end - p) >= lower_case.size() &&
            text::same_word({p, lower_case.size()}, lower_case);
@@ -48,9 +48,6 @@ bool read_keyword(TextCursor& cursor, OffHeader& result) {
     }
     ++p;
   }
-  if (dimensions)
-    throw ItemError(Status::unsupported_format,
-                    "nOFF: vertices of any number of dimensions are not supported");
   cursor.at = p + 3;
   result = header;
   return true;
@@ -64,6 +61,14 @@ std::uint64_t read_count(std::string_view content, TextCursor& cursor, const cha
   if (cursor.integer(count) != Token::ok || count < 0)
     text::fail_at(content, at, text::quoted(content, at) + " is not a number of " + of_what);
   return static_cast<std::uint64_t>(count);
+}
+
+void read_dimensions(std::string_view content, TextCursor& cursor, OffHeader& header) {
+  const std::uint64_t dimensions = read_count(content, cursor, "dimensions");
+  if (dimensions < 2 || dimensions > 3)
+    throw ItemError(Status::unsupported_format,
+                    "nOFF: vertices of " + std::to_string(dimensions) + " dimensions are not supported");
+  header.dimensions = static_cast<int>(dimensions);
 }
 
 // The number of edges is useless and often left out: a third count belongs to the header when it is on
@@ -87,10 +92,13 @@ OffHeader parse_off_header(std::string_view content) {
   TextCursor cursor{content.data(), content.data() + content.size()};
   if (!cursor.skip_to_token()) throw ItemError(Status::empty, "the file holds no data");
   const char* const first = cursor.at;
-  const bool keyword = read_keyword(cursor, header);
+  bool dimensions = false;
+  const bool keyword = read_keyword(cursor, header, dimensions);
   if (keyword && cursor.token_on_line()) {
     TextCursor ahead = cursor;
     if (text::same_word(ahead.word(), "binary")) {
+      if (dimensions)
+        throw ItemError(Status::unsupported_format, "nOFF: binary files of it are not supported");
       cursor.skip_line();
       header.binary = true;
       header.body = static_cast<std::size_t>(cursor.at - content.data());
@@ -99,6 +107,7 @@ OffHeader parse_off_header(std::string_view content) {
   }
   if (!keyword && !text::is_digit(*first))
     text::fail_at(content, first, "neither OFF nor counts, but " + text::quoted(content, first));
+  if (keyword && dimensions) read_dimensions(content, cursor, header);
   header.vertices = read_count(content, cursor, "vertices");
   const bool counts_on_one_line = cursor.token_on_line();
   header.faces = read_count(content, cursor, "faces");
@@ -109,7 +118,7 @@ OffHeader parse_off_header(std::string_view content) {
 
 OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& header) {
   OffVertexLayout layout;
-  layout.positions = header.homogeneous ? 4 : 3;
+  layout.positions = header.dimensions + (header.homogeneous ? 1 : 0);
   layout.normals = header.normals;
   layout.rest_of_line = header.colours || header.texture;
   TextCursor cursor{content.data() + header.body, content.data() + content.size()};

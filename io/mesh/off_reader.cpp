@@ -86,6 +86,7 @@ struct OffRows {
   bool colors = false;            // into mesh.colors, which has room for all of them
   std::size_t behind_color = 0;   // numbers of a texture coordinate
   ColorTokens* tokens = nullptr;  // of faces, with colours
+  int dimensions = 3;
 
   bool acceptable(std::size_t v) const {
     return wanted == Wanted::mesh ||
@@ -93,10 +94,13 @@ struct OffRows {
   }
 
   Token vertex(TextCursor& cursor, std::size_t v) const {
-    double x = 0, y = 0, z = 0, w = 1;
-    for (double* const value : {&x, &y, &z})
-      if (const Token token = cursor.number(*value); token != Token::ok) return token;
-    if (layout.positions == 4) {
+    std::array<double, 3> position{};
+    auto& [x, y, z] = position;
+    for (int k = 0; k < dimensions; ++k)
+      if (const Token token = cursor.number(position[static_cast<std::size_t>(k)]); token != Token::ok)
+        return token;
+    if (layout.positions > dimensions) {
+      double w = 1;
       if (const Token token = cursor.number(w); token != Token::ok) return token;
       x /= w;
       y /= w;
@@ -123,14 +127,47 @@ struct OffRows {
     return Token::ok;
   }
 
+  // A face whose numbers are written with points and exponents, as by programs that have one format for all.
+  // Its line has to hold three corners or more: a vertex too many is no face. Moves behind the last corner.
+  static bool real_face(TextCursor& cursor, PolygonPart& part) {
+    const std::size_t before = part.corners.size();
+    TextCursor line = cursor;
+    const auto read = [&](std::int64_t& value) {
+      const char* const next =
+          line.token_on_line() ? text::parse_whole_number(line.at, line.end, value) : nullptr;
+      if (next != nullptr) line.at = next;
+      return next != nullptr;
+    };
+    std::int64_t count = 0, number = 0;
+    bool is_face = read(count) && count >= 3;
+    for (std::int64_t c = 0; is_face && c < count; ++c) {
+      is_face = read(number);
+      if (is_face) part.corners.push_back(text::to_index(number));
+    }
+    if (is_face)
+      cursor = line;
+    else
+      part.corners.resize(before);
+    return is_face;
+  }
+
   // bad: the polygon is there without corners, and its line is skipped. ended: nothing was added.
   // color: three numbers that stay as they are without one, or null.
   Token face(TextCursor& cursor, PolygonPart& part, float* color) const {
     std::int64_t count = 0, number = 0;
+    TextCursor start = cursor;
+    const std::size_t before = part.corners.size();
     Token token = cursor.length(count);
     for (std::int64_t c = 0; token == Token::ok && c < count; ++c) {
       token = cursor.integer(number);
       if (token == Token::ok) part.corners.push_back(text::to_index(number));
+    }
+    if (token == Token::bad) {
+      part.corners.resize(before);
+      if (real_face(start, part)) {
+        cursor = start;
+        token = Token::ok;
+      }
     }
     if (token == Token::ok) part.close_polygon();
     if (token == Token::bad) part.give_up_polygon();
@@ -244,7 +281,8 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
   const std::string_view body = content.substr(header.body);
   PolygonMesh mesh;
   ColorTokens tokens;
-  OffRows rows{off_vertex_layout(content, header), mesh, wanted, colors, header.texture ? 2u : 0u, &tokens};
+  OffRows rows{off_vertex_layout(content, header), mesh,    wanted,           colors,
+               header.texture ? 2u : 0u,           &tokens, header.dimensions};
   // A number and a separator take two bytes.
   const auto numbers = static_cast<std::uint64_t>(rows.layout.positions + (rows.layout.normals ? 3 : 0));
   if (header.vertices > (body.size() + 1) / 2 / numbers)

@@ -85,9 +85,33 @@ TEST_CASE("OFF: colours, normals, texture and homogeneous coordinates by prefix"
   check_triangle(off("4OFF\n3 1 0\n0 0 0 5\n2 0 0 2\n0 0.5 0 0.5\n3 0 1 2\n"));
 }
 
-TEST_CASE("OFF: vertices of n dimensions are not supported") {
-  for (const char* const head : {"nOFF\n3\n", "4nOFF\n3\n", "CnOFF 3\n"})
-    REQUIRE(failure(head + triangle, MeshFormat::off)->status() == Status::unsupported_format);
+TEST_CASE("OFF: vertices of a stated number of dimensions, two or three") {
+  check_triangle(off("nOFF\n3\n3 1 0\n" + triangle));
+  check_triangle(off("nOFF 3\n3 1 0\n" + triangle));
+  check_triangle(off("nOFF\n2\n3 1 0\n0 0\n1 0\n0 1\n3 0 1 2\n"));
+  check_triangle(off("4nOFF\n3\n3 1 0\n0 0 0 5\n2 0 0 2\n0 0.5 0 0.5\n3 0 1 2\n"));
+  check_triangle(off("4nOFF\n2\n3 1 0\n0 0 5\n2 0 2\n0 0.5 0.5\n3 0 1 2\n"));
+  check_triangle(off("CnOFF\n3\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n3 0 1 2\n"));
+  REQUIRE(outcome("nOFF\n4\n3 1 0\n" + triangle, MeshFormat::off) ==
+          "unsupported_format: nOFF: vertices of 4 dimensions are not supported");
+  REQUIRE(failure("nOFF\n1\n3 1 0\n" + triangle, MeshFormat::off)->status() == Status::unsupported_format);
+  REQUIRE(failure("nOFF BINARY\n" + triangle, MeshFormat::off)->status() == Status::unsupported_format);
+  REQUIRE(outcome("nOFF\n", MeshFormat::off) ==
+          "unreadable: line 2: the file ends before the number of dimensions");
+}
+
+TEST_CASE("OFF: faces that are written with points and exponents") {
+  const std::string vertices = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
+  for (const char* const face : {"3.0 0.0 1.0 2.0\n", "3 0.0 1.0 2.0\n", "3. 0 1 2. # last\n",
+                                 "3.000000e+00 0.000000e+00 1.000000e+00 2.000000e+00"})
+    check_triangle(off(vertices + face));
+  const PolygonMesh mesh = off("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1.5 2\n3 0 1 2\n");
+  REQUIRE(faces_of(mesh) == Faces{{}, {0, 1, 2}});
+  // A vertex too many is no face.
+  for (const char* const row : {"3.0 0.0 1.0\n", "0.0 0.0 0.0\n", "2.0 1.0 0.0\n"})
+    REQUIRE(failure("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n" + std::string(row) + "3 0 1 2\n3 0 2 1\n",
+                    MeshFormat::off)
+                ->status() == Status::unreadable);
 }
 
 TEST_CASE("OFF: binary in both byte orders, with normals") {
