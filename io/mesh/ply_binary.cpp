@@ -32,6 +32,10 @@ auto with_type(PlyType type, const Action& action) {
       return action(std::uint32_t{});
     case PlyType::float32:
       return action(float{});
+    case PlyType::int64:
+      return action(std::int64_t{});
+    case PlyType::uint64:
+      return action(std::uint64_t{});
     case PlyType::float64:
       break;
   }
@@ -42,8 +46,24 @@ template <class T>
 std::uint32_t index_of(T value) {
   if constexpr (std::is_floating_point_v<T>) {
     return value >= 0 && value < static_cast<T>(4e9) ? static_cast<std::uint32_t>(value) : no_index;
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return value < no_index ? static_cast<std::uint32_t>(value) : no_index;
   } else {
     return text::to_index(value);
+  }
+}
+
+// The length of a list; -1 for what is none.
+template <class T>
+std::int64_t length_of(T value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return value >= 0 && value < static_cast<T>(4e9) && value == std::floor(value)
+               ? static_cast<std::int64_t>(value)
+               : -1;
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return value < no_index ? static_cast<std::int64_t>(value) : -1;
+  } else {
+    return static_cast<std::int64_t>(value);
   }
 }
 
@@ -76,8 +96,7 @@ void gather_indices(PlyType type, const char* from, std::size_t stride, std::siz
 }
 
 std::int64_t load_count(PlyType type, const char* from, bool swap) {
-  return with_type(
-      type, [&](auto sample) { return static_cast<std::int64_t>(load<decltype(sample)>(from, swap)); });
+  return with_type(type, [&](auto sample) { return length_of(load<decltype(sample)>(from, swap)); });
 }
 
 void store(PlyType type, const char* from, bool swap, const PlyColumns::Column& column, std::size_t row) {
@@ -123,7 +142,7 @@ class EqualRows {
         const bool same = with_type(property.count_type, [&](auto sample) {
           bool all = true;
           for (std::size_t r = begin; r < end; ++r)
-            all = all && static_cast<std::int64_t>(load<decltype(sample)>(at(r) + offset, swap_)) == expected;
+            all = all && length_of(load<decltype(sample)>(at(r) + offset, swap_)) == expected;
           return all;
         });
         if (!same) return false;

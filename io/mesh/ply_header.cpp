@@ -24,7 +24,7 @@ struct Line {
 };
 
 PlyType type_named(std::string_view word, const Line& line) {
-  static constexpr std::array<std::pair<std::string_view, PlyType>, 16> names = {
+  static constexpr std::array<std::pair<std::string_view, PlyType>, 18> names = {
       {{"char", PlyType::int8},
        {"int8", PlyType::int8},
        {"uchar", PlyType::uint8},
@@ -37,6 +37,8 @@ PlyType type_named(std::string_view word, const Line& line) {
        {"int32", PlyType::int32},
        {"uint", PlyType::uint32},
        {"uint32", PlyType::uint32},
+       {"int64", PlyType::int64},
+       {"uint64", PlyType::uint64},
        {"float", PlyType::float32},
        {"float32", PlyType::float32},
        {"double", PlyType::float64},
@@ -69,7 +71,6 @@ PlyProperty parse_property(Line& line) {
   property.is_list = word == "list";
   if (property.is_list) {
     property.count_type = type_named(line.next(), line);
-    if (property.count_type >= PlyType::float32) line.fail("the length of a list is not an integer");
     word = line.next();
   }
   property.type = type_named(word, line);
@@ -109,6 +110,16 @@ int PlyElement::index_list() const {
   return -1;
 }
 
+int PlyElement::scalar_named(std::string_view lower_case) const {
+  int found = -1;
+  for (std::size_t p = 0; p < properties.size(); ++p) {
+    if (properties[p].is_list) continue;
+    if (properties[p].name == lower_case) return static_cast<int>(p);
+    if (found < 0 && text::same_word(properties[p].name, lower_case)) found = static_cast<int>(p);
+  }
+  return found;
+}
+
 const PlyElement* PlyHeader::find(std::string_view name) const {
   for (const PlyElement& element : elements)
     if (element.name == name) return &element;
@@ -125,6 +136,8 @@ PlyHeader parse_ply_header(std::string_view content) {
     text::fail_at(content, at, "not a PLY file: it does not begin with `ply`");
   // Files of old Macintosh programs end lines in CR alone; behind the header they may be binary.
   const bool only_cr = first_end + 1 < end && *first_end == '\r' && first_end[1] != '\n';
+  // Where every line ends in LF CR, the last CR is not the first byte of the rows.
+  const bool lf_cr = first_end + 1 < end && *first_end == '\n' && first_end[1] == '\r';
   at = std::min(first_end + (only_cr || first_end == end || *first_end == '\n' ? 1 : 2), end);
   bool format = false;
   while (at < end) {
@@ -144,6 +157,7 @@ PlyHeader parse_ply_header(std::string_view content) {
       take_texture_file(line, header);
     } else if (keyword == "end_header") {
       if (!format) line.fail("the header states no format");
+      if (lf_cr && at < end && *at == '\r') ++at;
       header.body = static_cast<std::size_t>(at - content.data());
       return header;
     } else if (!keyword.empty() && keyword != "obj_info" && !header.elements.empty()) {

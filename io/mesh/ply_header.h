@@ -9,8 +9,21 @@
 
 namespace meander {
 
-enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-inline constexpr std::size_t ply_type_bytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+// Those of 64 bits are not in the format, but programs write them.
+enum class PlyType : std::uint8_t {
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  float32,
+  float64,
+  int64,
+  uint64
+};
+inline constexpr std::size_t ply_type_bytes[] = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
+constexpr bool is_real(PlyType type) { return type == PlyType::float32 || type == PlyType::float64; }
 constexpr std::size_t bytes_of(PlyType type) { return ply_type_bytes[static_cast<std::size_t>(type)]; }
 
 struct PlyProperty {
@@ -30,6 +43,9 @@ struct PlyElement {
   std::size_t fixed_bytes() const;
   // The position of the list of vertex numbers among the properties, or -1. Only faces and strips have one.
   int index_list() const;
+  // The position of the scalar of this name, or -1. Some programs write names in capitals: one of exactly
+  // this name goes first.
+  int scalar_named(std::string_view lower_case) const;
 };
 
 enum class PlyEncoding : std::uint8_t { ascii, little_endian, big_endian };
@@ -44,8 +60,8 @@ struct PlyHeader {
   const PlyElement* find(std::string_view name) const;
 };
 
-// Line ends may be LF, CRLF or CR. Throws ItemError(unreadable) with the line; the word of a version is not
-// looked at.
+// Line ends may be LF, CRLF, CR or LF CR. Throws ItemError(unreadable) with the line; the word of a version
+// is not looked at.
 PlyHeader parse_ply_header(std::string_view text);
 
 // The paths of those images from the model's folder, each once; none for a file that cannot be read.

@@ -32,19 +32,12 @@ class PlyPointReader {
   }
 
  private:
-  int property_named(std::string_view name) const {
-    for (std::size_t p = 0; p < vertices_->properties.size(); ++p)
-      if (!vertices_->properties[p].is_list && vertices_->properties[p].name == name)
-        return static_cast<int>(p);
-    return -1;
-  }
-
   void check_header() {
     vertices_ = header_.find("vertex");
     if (vertices_ == nullptr) throw ItemError(Status::unreadable, "the header has no element vertex");
     if (vertices_->count == 0) throw ItemError(Status::empty, "the header promises no vertex");
     for (const char* const name : {"x", "y", "z"})
-      if (property_named(name) < 0)
+      if (vertices_->scalar_named(name) < 0)
         throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
     last_ = std::all_of(header_.elements.data() + (vertices_ - header_.elements.data()) + 1,
                         header_.elements.data() + header_.elements.size(),
@@ -61,17 +54,19 @@ class PlyPointReader {
     check_count(rows, "vertices");
     columns_.columns.resize(vertices_->properties.size());
     const auto column = [&](const char* name) -> PlyColumns::Column& {
-      return columns_.columns[static_cast<std::size_t>(property_named(name))];
+      return columns_.columns[static_cast<std::size_t>(vertices_->scalar_named(name))];
     };
     for (std::vector<double>* const values : {&cloud_.x, &cloud_.y, &cloud_.z}) values->resize(rows);
     column("x").values = cloud_.x.data();
     column("y").values = cloud_.y.data();
     column("z").values = cloud_.z.data();
-    if (property_named("density") >= 0) {
+    if (vertices_->scalar_named("density") >= 0) {
       cloud_.density.resize(rows);
       column("density").values = cloud_.density.data();
     }
-    if (property_named("nx") < 0 || property_named("ny") < 0 || property_named("nz") < 0) return;
+    if (vertices_->scalar_named("nx") < 0 || vertices_->scalar_named("ny") < 0 ||
+        vertices_->scalar_named("nz") < 0)
+      return;
     cloud_.normals.resize(3 * rows);
     column("nx").normals = cloud_.normals.data();
     column("ny").normals = cloud_.normals.data() + 1;

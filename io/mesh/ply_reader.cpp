@@ -25,7 +25,8 @@ using text::Token;
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 // What an element's rows are to a mesh. Only the first element of a name counts.
-enum class Role : std::uint8_t { other, vertices, faces, strips };
+// Materials only where colours are asked for.
+enum class Role : std::uint8_t { other, vertices, faces, strips, materials };
 
 class PlyMeshReader {
  public:
@@ -38,12 +39,13 @@ class PlyMeshReader {
         header_(parse_ply_header(content)),
         textured_(around.colors && !header_.texture_files.empty()),
         wants_coordinates_(textured_ || around.extras.coordinates) {
-    std::array<bool, 4> taken{};  // by role
+    std::array<bool, 5> taken{};  // by role
     for (const PlyElement& element : header_.elements) {
-      Role role = element.name == "vertex"      ? Role::vertices
-                  : element.name == "face"      ? Role::faces
-                  : element.name == "tristrips" ? Role::strips
-                                                : Role::other;
+      Role role = element.name == "vertex"                       ? Role::vertices
+                  : element.name == "face"                       ? Role::faces
+                  : element.name == "tristrips"                  ? Role::strips
+                  : around_.colors && element.name == "material" ? Role::materials
+                                                                 : Role::other;
       if (std::exchange(taken[static_cast<std::size_t>(role)], true)) role = Role::other;
       roles_.push_back(role);
     }
@@ -61,6 +63,7 @@ class PlyMeshReader {
     if (around_.colors) {
       mesh_.colors.vertex = colors_of("vertex", mesh_.vertex_attributes, mesh_.vertex_count());
       mesh_.colors.face = colors_of("face", mesh_.face_attributes, mesh_.polygon_count());
+      if (mesh_.colors.face.empty()) mesh_.colors.face = colors_of_materials();
     }
     if (wants_coordinates_) {
       CornerCoordinates coordinates = corner_coordinates();
@@ -86,7 +89,7 @@ class PlyMeshReader {
                                          " vertices and no face");
     if (vertices == nullptr) throw ItemError(Status::unreadable, "the header has no element vertex");
     for (const char* const name : {"x", "y", "z"})
-      if (property_named(*vertices, name) < 0)
+      if (vertices->scalar_named(name) < 0)
         throw ItemError(Status::unreadable, std::string("the element vertex has no property ") + name);
   }
 
@@ -102,9 +105,11 @@ class PlyMeshReader {
       bool is_whole = true;
       ColorNumbers numbers = ColorNumbers::whole;
       for (std::size_t c = 0; c < 3; ++c) {
-        const int property = property_named(*element, names[c]);
+        const int property = element->scalar_named(names[c]);
+        const std::string_view name =
+            property < 0 ? names[c] : element->properties[static_cast<std::size_t>(property)].name;
         const auto attribute = std::find_if(attributes.begin(), attributes.end(),
-                                            [&](const ScalarAttribute& a) { return a.name == names[c]; });
+                                            [&](const ScalarAttribute& a) { return a.name == name; });
         is_whole = property >= 0 && attribute != attributes.end() && attribute->values.size() == count;
         if (!is_whole) break;
         const PlyType type = element->properties[static_cast<std::size_t>(property)].type;
@@ -209,10 +214,26 @@ class PlyMeshReader {
     mesh_.colors.textures = std::move(textures);
   }
 
-  static int property_named(const PlyElement& element, std::string_view name) {
-    for (std::size_t p = 0; p < element.properties.size(); ++p)
-      if (!element.properties[p].is_list && element.properties[p].name == name) return static_cast<int>(p);
-    return -1;
+  // Of faces that have the number of one of the file's materials as `material_index`.
+  std::vector<float> colors_of_materials() {
+    const auto numbers = std::find_if(mesh_.face_attributes.begin(), mesh_.face_attributes.end(),
+                                      [](const ScalarAttribute& a) { return a.name == "material_index"; });
+    const std::size_t materials =
+        material_attributes_.empty() ? 0 : material_attributes_.front().values.size();
+    const std::vector<float> known = colors_of("material", material_attributes_, materials);
+    if (known.empty() || numbers == mesh_.face_attributes.end()) return {};
+    std::vector<float> colors(3 * mesh_.polygon_count(), no_color);
+    std::uint64_t missing = 0;
+    for (std::size_t f = 0; f < mesh_.polygon_count(); ++f) {
+      const double number = numbers->values[f];
+      if (number >= 0 && number < static_cast<double>(materials))
+        std::copy_n(known.data() + 3 * static_cast<std::size_t>(number), 3, colors.data() + 3 * f);
+      else
+        ++missing;
+    }
+    mesh_.notes.add(Note::material_missing,
+                    "faces name none of the file's " + std::to_string(materials) + " materials", missing);
+    return colors;
   }
 
   // Takes memory for `rows` rows of element e and says where its properties go.
@@ -226,19 +247,19 @@ class PlyMeshReader {
       columns.number_list = wedge_list(element);
       columns.numbers = &wedges_;
     }
-    if (role != Role::vertices && role != Role::faces) return columns;
-    check_count(rows, role == Role::vertices ? "vertices" : "faces");
+    if (role != Role::vertices && role != Role::faces && role != Role::materials) return columns;
+    check_count(rows, role == Role::vertices ? "vertices" : role == Role::faces ? "faces" : "materials");
     if (rows == 0) return columns;
     const auto column = [&](const char* name) -> PlyColumns::Column& {
-      return columns.columns[static_cast<std::size_t>(property_named(element, name))];
+      return columns.columns[static_cast<std::size_t>(element.scalar_named(name))];
     };
     if (role == Role::vertices) {
       for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->resize(rows);
       column("x").values = mesh_.x.data();
       column("y").values = mesh_.y.data();
       column("z").values = mesh_.z.data();
-      const bool normals = property_named(element, "nx") >= 0 && property_named(element, "ny") >= 0 &&
-                           property_named(element, "nz") >= 0;
+      const bool normals = element.scalar_named("nx") >= 0 && element.scalar_named("ny") >= 0 &&
+                           element.scalar_named("nz") >= 0;
       if (normals) {
         mesh_.normals.resize(3 * rows);
         column("nx").normals = mesh_.normals.data();
@@ -258,7 +279,9 @@ class PlyMeshReader {
   }
 
   std::vector<ScalarAttribute>& attributes_of(Role role) {
-    return role == Role::vertices ? mesh_.vertex_attributes : mesh_.face_attributes;
+    return role == Role::vertices ? mesh_.vertex_attributes
+           : role == Role::faces  ? mesh_.face_attributes
+                                  : material_attributes_;
   }
 
   // Cuts the arrays of element e to the rows that are there and counts what is missing.
@@ -277,7 +300,7 @@ class PlyMeshReader {
       for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->resize(rows);
       if (!mesh_.normals.empty()) mesh_.normals.resize(3 * rows);
     }
-    if (role == Role::vertices || role == Role::faces)
+    if (role == Role::vertices || role == Role::faces || role == Role::materials)
       for (ScalarAttribute& attribute : attributes_of(role)) attribute.values.resize(rows);
   }
 
@@ -323,7 +346,7 @@ class PlyMeshReader {
         continue;
       }
       if (element.properties[p].is_list) {
-        token = read_list(cursor, is_index_list ? &polygons : nullptr);
+        token = read_list(cursor, element.properties[p], is_index_list ? &polygons : nullptr);
         given_up = token == Token::bad;
         if (given_up && repairs != nullptr) token = Token::ok;
         continue;
@@ -378,15 +401,26 @@ class PlyMeshReader {
       list.values.resize(list.begin.back());
   }
 
-  static Token read_list(TextCursor& cursor, PolygonPart* polygons) {
+  // A whole number, with a point or an exponent where the type of the header is real.
+  static Token read_whole(TextCursor& cursor, PlyType type, std::int64_t& value) {
+    const Token token = cursor.integer(value);
+    if (token != Token::bad || !is_real(type)) return token;
+    const char* const next = text::parse_whole_number(cursor.at, cursor.end, value);
+    if (next == nullptr) return Token::bad;
+    cursor.at = next;
+    return Token::ok;
+  }
+
+  static Token read_list(TextCursor& cursor, const PlyProperty& list, PolygonPart* polygons) {
     std::int64_t length = 0, number = 0;
-    if (const Token token = cursor.length(length); token != Token::ok) return token;
+    if (const Token token = read_whole(cursor, list.count_type, length); token != Token::ok) return token;
+    if (const Token token = cursor.fitting(length); token != Token::ok) return token;
     for (std::int64_t k = 0; k < length; ++k) {
       if (polygons == nullptr) {
         if (cursor.word().empty()) return Token::ended;
         continue;
       }
-      if (const Token token = cursor.integer(number); token != Token::ok) return token;
+      if (const Token token = read_whole(cursor, list.type, number); token != Token::ok) return token;
       polygons->corners.push_back(text::to_index(number));
     }
     return Token::ok;
@@ -424,8 +458,19 @@ class PlyMeshReader {
     if (text::for_each_line(body, rows, false, rule_.block_bytes, cancel_, begin_blocks, read_line))
       return true;
     mesh_ = {};
+    material_attributes_.clear();
     faces_.clear();
     strips_.clear();
+    return false;
+  }
+
+  // Comments belong to the header, but some files have them between rows. False at the end.
+  static bool skip_comments(TextCursor& cursor) {
+    while (cursor.skip_to_token()) {
+      TextCursor ahead = cursor;
+      if (*cursor.at != 'c' || ahead.word() != "comment") return true;
+      cursor.skip_line();
+    }
     return false;
   }
 
@@ -446,7 +491,7 @@ class PlyMeshReader {
       bool has_line = roles_[e] == Role::vertices;
       for (; row < fit; ++row) {
         if (row % rows_between_checks == 0) cancel_.check();
-        if (!cursor.skip_to_token()) break;
+        if (!skip_comments(cursor)) break;
         const char* const start = cursor.at;
         const char* const line_end = has_line ? text::find_line_end(start, cursor.end) : cursor.end;
         const Token token = read_row(cursor, e, row, columns, polygons, &mesh_.repairs);
@@ -479,7 +524,7 @@ class PlyMeshReader {
       }
       end_element(e, row);
     }
-    if (complete_ && cursor.skip_to_token())
+    if (complete_ && skip_comments(cursor))
       rest_ = {cursor.at, static_cast<std::size_t>(cursor.end - cursor.at)};
   }
 
@@ -511,6 +556,7 @@ class PlyMeshReader {
   PlyNumberList wedges_;    // those of faces
   std::vector<Role> roles_;
   PolygonMesh mesh_;
+  std::vector<ScalarAttribute> material_attributes_;
   std::vector<PolygonPart> faces_, strips_;
   bool complete_ = true;  // no row was missing so far
   std::string cut_in_;

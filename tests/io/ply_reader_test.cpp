@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "io/mesh/ply_header.h"
 #include "io/reading.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
@@ -75,6 +76,7 @@ TEST_CASE("PLY: every scalar type under both names, in all three encodings") {
   const std::pair<const char*, const char*> names[] = {
       {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
       {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
+  static_assert(bytes_of(PlyType::int64) == 8 && bytes_of(PlyType::uint64) == 8);
   for (const bool second : {false, true}) {
     std::string head = vertex_head;
     for (const auto& [a, b] : names) head += std::string("property ") + (second ? b : a) + " p_" + a + "\n";
@@ -155,6 +157,90 @@ TEST_CASE("PLY: lists of every index type, vertex_index, other lists and other e
     bytes.put(0.5f);
     check(ply(binary_head(big_endian, head) + bytes.data));
   }
+}
+
+TEST_CASE("PLY: lists of real numbers and of integers of 64 bits") {
+  const auto check = [](const PolygonMesh& mesh) {
+    check_consistent(mesh);
+    REQUIRE(faces_of(mesh) == two_faces);
+    REQUIRE(mesh.repairs.counts == RepairCounts{}.counts);
+  };
+  const auto head = [](const char* types) {
+    return vertex_head + "element face 2\nproperty list " + types + " vertex_indices\n";
+  };
+  check(ply(ascii(head("float double"), four_rows + "3.0 0.0 1.0 2.0\n3 1 2 3.000000e+00\n")));
+  check(ply(ascii(head("uint64 int64"), four_rows + two)));
+  for (const bool big_endian : {false, true}) {
+    const auto binary = [&](const char* types, auto length, auto first) {
+      Bytes bytes(big_endian);
+      for (const float value : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f}) bytes.put(value);
+      for (int f = 0; f < 2; ++f) {
+        bytes.put(length);
+        for (int c = 0; c < 3; ++c) bytes.put(static_cast<decltype(first)>(f + c));
+      }
+      return ply(binary_head(big_endian, head(types)) + bytes.data);
+    };
+    check(binary("float int", 3.f, 0));
+    check(binary("double uint64", 3.0, std::uint64_t{0}));
+    check(binary("uint64 int64", std::uint64_t{3}, std::int64_t{0}));
+    check(binary("int64 float", std::int64_t{3}, 0.f));
+    for (const double length : {3.5, -1.0, 1e300, std::numeric_limits<double>::quiet_NaN()})
+      REQUIRE_THROWS_AS(binary("double int", length, 0), ItemError);
+    REQUIRE_THROWS_AS(binary("uint64 int", ~std::uint64_t{0}, 0), ItemError);
+  }
+  // Text of an integer type has no point.
+  REQUIRE(failure(ascii(head("uchar int"), four_rows + "3 0.0 1.0 2.0\n3 1.0 2.0 3.0\n"), MeshFormat::ply)
+              ->status() == Status::unreadable);
+}
+
+TEST_CASE("PLY: lines of the header that end in LF CR, and rows that begin with a line end") {
+  const auto file = [](const std::string& end, const std::string& first) {
+    std::string head;
+    for (const char c : binary_head(false,
+                                    "element vertex 4\nproperty uchar tag\nproperty float x\nproperty "
+                                    "float y\nproperty float z\n" +
+                                        face_head))
+      head += c == '\n' ? end : std::string(1, c);
+    Bytes bytes(false);
+    for (int v = 0; v < 4; ++v) {
+      bytes.data += first;
+      bytes.put(v == 1 ? 1.f : 0.f).put(v == 2 ? 1.f : 0.f).put(v == 3 ? 1.f : 0.f);
+    }
+    for (int f = 0; f < 2; ++f) bytes.put(std::uint8_t{3}).put(f).put(f + 1).put(f + 2);
+    return head + bytes.data;
+  };
+  for (const char* const end : {"\n", "\r\n", "\n\r", "\r"})
+    for (const char* const first : {"\r", "\n", "x"}) {
+      if (std::string(end) == "\r" && *first == '\n') continue;  // CRLF, as far as anyone can tell
+      CAPTURE(end, first);
+      const PolygonMesh mesh = ply(file(end, first));
+      REQUIRE(faces_of(mesh) == two_faces);
+      REQUIRE(mesh.x == std::vector<double>{0, 1, 0, 0});
+    }
+}
+
+TEST_CASE("PLY: comments between rows of text") {
+  const std::string plain = ascii(vertex_head + face_head, four_rows + two);
+  const std::string commented =
+      ascii(vertex_head + face_head,
+            "comment 1 2 3\n\n0 0 0\ncomment\n1 0 0\n0 1 0\n0 0 1\ncomment faces\n3 0 1 2\n"
+            "comment x\n3 1 2 3\ncomment the end\n");
+  REQUIRE(faces_of(ply(commented)) == two_faces);
+  REQUIRE(ply(commented).x == ply(plain).x);
+  REQUIRE(outcome(ascii(vertex_head + face_head, "0 0 0\ncomments\n"), MeshFormat::ply) ==
+          "unreadable: line 13: vertex 1 of 4: `comments` is not a number");
+}
+
+TEST_CASE("PLY: names of coordinates, normals and lists of faces in capitals") {
+  const std::string capitals = "element vertex 4\nproperty float X\nproperty float Y\nproperty float Z\n";
+  REQUIRE(ply(ascii(capitals + face_head, four_rows + two)).x == std::vector<double>{0, 1, 0, 0});
+  // One of exactly the name goes first.
+  const PolygonMesh both =
+      ply(ascii("element vertex 4\nproperty float X\nproperty float x\nproperty float y\nproperty float z\n" +
+                    face_head,
+                "9 0 0 0\n9 1 0 0\n9 0 1 0\n9 0 0 1\n" + two));
+  REQUIRE(both.x == std::vector<double>{0, 1, 0, 0});
+  REQUIRE(values(both.vertex_attributes, "X") == std::vector<double>{9, 9, 9, 9});
 }
 
 TEST_CASE("PLY: normals are kept when all three are there") {
@@ -311,8 +397,9 @@ TEST_CASE("PLY: what cannot be read says where") {
       {format + "element vertex 3\nproperty quad x\n", "unreadable: line 4: unknown type `quad`"},
       {format + "element vertex 3\nproperty \n", "unreadable: line 4: unknown type the end of the line"},
       {format + "element vertex 3\nproperty float\n", "unreadable: line 4: a property has no name"},
-      {format + "element face 3\nproperty list float int a\n",
-       "unreadable: line 4: the length of a list is not an integer"},
+      {ascii(vertex_head + "element face 1\nproperty list float int vertex_indices\n",
+             four_rows + "3.5 0 1 2\n"),
+       "unreadable: none of 1 faces has a corner that can be read"},
       {format + "element vertex 3\nelephant 3\n",
        "unreadable: line 4: unknown keyword `elephant` in the header"},
       {ascii(vertex_head, four_rows), "empty: the header promises 4 vertices and no face"},
