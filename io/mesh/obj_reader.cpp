@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <limits>
 #include <map>
 #include <memory>
@@ -50,13 +51,14 @@ struct ObjPart {
   std::vector<double> x, y, z;
   std::vector<float> normals;
   std::vector<float> colors;           // three per vertex, where they are asked for
+  std::vector<float> painted;          // the same, of comments `#MRGB`, for the vertices in their order
   std::vector<MaterialUse> materials;  // the same
   PolygonPart polygons;
   std::vector<std::uint32_t> corner_normals;      // for the first corners, as far as faces name normals
   std::vector<float> coordinates;                 // two per texture coordinate, where they are asked for
   std::vector<std::uint32_t> corner_coordinates;  // as corner_normals
   std::vector<RelativeIndex> relative_corners, relative_normals, relative_coordinates;
-  std::uint64_t bad_faces = 0;
+  std::uint64_t bad_faces = 0, free_forms = 0;
   const char* first_bad_face = nullptr;
   const char* bad_vertex = nullptr;  // the token that is not a number
   bool cut_vertex = false;           // the last line of the file ends in a vertex
@@ -87,6 +89,10 @@ class ObjBlockReader {
         ++at_;
         read_face();
         skip_logical_line();
+      } else if (first == 'f' && second == 'o' && at_ + 2 < end_ && text::is_separator(at_[2])) {
+        at_ += 2;  // a face before version 3.0 of the format
+        read_face();
+        skip_logical_line();
       } else if (first == 'v' && second == 'n' && at_ + 2 < end_ && text::is_blank(at_[2])) {
         at_ += 2;
         read_normal();
@@ -99,7 +105,9 @@ class ObjBlockReader {
         skip_logical_line();
       } else {
         if (!part_.keywords) part_.keywords = is_keyword();
+        part_.free_forms += is_free_form() ? 1 : 0;
         if (extras_.colors && first == 'u') read_material();
+        if (extras_.colors && first == '#') read_painted();
         // Never continued: a comment or a material path may well end in a backslash.
         at_ = text::find_line_end(at_, end_);
       }
@@ -171,6 +179,22 @@ class ObjBlockReader {
       part_.materials.push_back({part_.polygons.count(), trimmed(line.substr(6))});
   }
 
+  // ZBrush keeps colours of vertices in comments: `#MRGB` and up to 64 times eight digits, mask, red, green
+  // and blue.
+  void read_painted() {
+    const char* const line_end = text::find_line_end(at_, end_);
+    const std::string_view line(at_, static_cast<std::size_t>(line_end - at_));
+    if (!line.starts_with("#MRGB ")) return;
+    const std::string_view digits = trimmed(line.substr(6));
+    for (std::size_t at = 0; at + 8 <= digits.size(); at += 8) {
+      std::uint32_t value = 0;
+      const auto [stop, error] = std::from_chars(digits.data() + at, digits.data() + at + 8, value, 16);
+      if (error != std::errc{} || stop != digits.data() + at + 8) return;
+      for (const int shift : {16, 8, 0})
+        part_.painted.push_back(static_cast<float>(value >> shift & 255u) / 255.0f);
+    }
+  }
+
   // A normal that cannot be read stays in its place as zero: what uses it falls back to the geometric one.
   void read_normal() {
     double n[3] = {0, 0, 0};
@@ -207,6 +231,8 @@ class ObjBlockReader {
         if (const char* const q = text::parse_digits(p, end_, normal)) p = q;
       }
     }
+    if (p < end_ && (*p == '.' || text::lower(*p) == 'e')) p = text::parse_whole_number(at_, end_, vertex);
+    if (p == nullptr) return false;
     if (p < end_ && !text::is_separator(*p) && *p != '#' && *p != '\\') return false;
     at_ = p;
     std::vector<std::uint32_t>& corners = part_.polygons.corners;
@@ -243,11 +269,24 @@ class ObjBlockReader {
     part_.polygons.close_polygon();
   }
 
-  bool is_keyword() const {
-    if (*at_ == '#') return true;
+  std::string_view word() const {
     const char* p = at_;
     while (p < end_ && !text::is_separator(*p)) ++p;
-    const std::string_view word(at_, static_cast<std::size_t>(p - at_));
+    return {at_, static_cast<std::size_t>(p - at_)};
+  }
+
+  // A surface that is no polygon: of version 3.0 of the format, or a patch of those before.
+  bool is_free_form() const {
+    if (*at_ != 's' && *at_ != 'b' && *at_ != 'c') return false;
+    const std::string_view word = this->word();
+    for (const std::string_view known : {"surf", "bzp", "bsp", "cdc", "cdp"})
+      if (word == known) return true;
+    return false;
+  }
+
+  bool is_keyword() const {
+    if (*at_ == '#') return true;
+    const std::string_view word = this->word();
     for (const std::string_view known : {"vt", "vp", "l", "p", "o", "g", "s", "mtllib", "usemtl", "v", "vn"})
       if (text::same_word(word, known)) return true;
     return false;
@@ -484,6 +523,22 @@ void note_lacking_coordinates(const PolygonMesh& mesh, Notes& notes) {
   notes.add(Note::coordinates_missing, "textured faces without texture coordinates", lacking);
 }
 
+// The colours of comments, where there is one for each vertex and no other.
+void add_painted_colors(std::vector<ObjPart>& parts, PolygonMesh& mesh) {
+  std::vector<float> painted;
+  for (ObjPart& part : parts) {
+    painted.insert(painted.end(), part.painted.begin(), part.painted.end());
+    part.painted = {};
+  }
+  if (painted.empty() || !mesh.colors.vertex.empty()) return;
+  if (painted.size() == 3 * mesh.vertex_count())
+    mesh.colors.vertex = std::move(painted);
+  else
+    mesh.notes.add(Note::colors_ignored, "`#MRGB` has " + std::to_string(painted.size() / 3) +
+                                             " colours for " + std::to_string(mesh.vertex_count()) +
+                                             " vertices");
+}
+
 // Errors of the file as a whole, reported at the earliest place whatever the blocks.
 void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
@@ -546,8 +601,12 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
     mesh.colors = join_colors(parts, polygons, materials, extras, std::move(coordinates), around.companions,
                               cancel, mesh.notes);
     note_lacking_coordinates(mesh, mesh.notes);
+    add_painted_colors(parts, mesh);
   }
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
+  std::uint64_t free_forms = 0;
+  for (const ObjPart& part : parts) free_forms += part.free_forms;
+  mesh.notes.add(Note::feature_ignored, "free-form surfaces (`surf`) are not read", free_forms);
   return mesh;
 }
 

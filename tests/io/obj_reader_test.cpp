@@ -37,6 +37,21 @@ TEST_CASE("OBJ: faces of every form, polygons, positions") {
           Faces{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}});
 }
 
+TEST_CASE("OBJ: faces by the keyword of the version before, and numbers with points and exponents") {
+  REQUIRE(faces_of(obj(four + "fo 1 2 3\nfo 1/1 3//2 4/4/4\nfoo 1 2 4\n")) == Faces{{0, 1, 2}, {0, 2, 3}});
+  REQUIRE(faces_of(obj(four + "f 1.0 2.0 3.0\nf 1.000000e+00 3.000000e+00 4.000000e+00\nf -1. -2 -3.0\n")) ==
+          Faces{{0, 1, 2}, {0, 2, 3}, {3, 2, 1}});
+  REQUIRE(faces_of(obj(four + "f 1.5 2 3\nf 1 2 3\nf 1. 2e 3\n")) == Faces{{}, {0, 1, 2}, {}});
+}
+
+TEST_CASE("OBJ: free-form surfaces are noted, curves and faces are not") {
+  const PolygonMesh mesh =
+      obj(four + "cstype bezier\nsurf 0 1 0 1 1 2 3 4\ncurv 0 1 1 2\nend\nbzp 1 2 3 4\nf 1 2 3\nsurface 1\n");
+  REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}});
+  REQUIRE(mesh.notes[Note::feature_ignored] == 2);
+  REQUIRE_FALSE(obj(four + "s 1\ncurv 0 1 1 2\nf 1 2 3\n").notes.any());
+}
+
 TEST_CASE("OBJ: negative indices count backwards from their line") {
   const PolygonMesh mesh = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -3 -1\nf 1 -1 2\n");
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {0, 1, 3}, {0, 3, 1}});
@@ -69,7 +84,7 @@ TEST_CASE("OBJ: normals per corner") {
 TEST_CASE("OBJ: objects, groups, materials, texture, lines, points and free forms are skipped") {
   const PolygonMesh mesh = obj("mtllib a b.mtl\no one\ng x\n" + four +
                                "vt 0 0\nvp 0 1\ns off\nusemtl m\nf 1 2 3\nl 1 2\np 1\n"
-                               "o two\nv 5 5 5\ncurv 0 1 1 2\nf 3 4 5\n# f 1 2 3\nvertex 1 2 3\nfo 1 2 3\n");
+                               "o two\nv 5 5 5\ncurv 0 1 1 2\nf 3 4 5\n# f 1 2 3\nvertex 1 2 3\nfoo 1 2 3\n");
   REQUIRE(mesh.vertex_count() == 5);
   REQUIRE(faces_of(mesh) == Faces{{0, 1, 2}, {2, 3, 4}});
 }
