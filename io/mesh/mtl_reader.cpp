@@ -81,17 +81,64 @@ class Options {
   std::string_view rest_;
 };
 
+// Options of map_Kd with one argument that changes no colour here. -colorspace is not of the format.
+constexpr std::array<std::string_view, 9> map_options_of_one = {
+    "-blendu", "-blendv", "-boost", "-bm", "-cc", "-type", "-texres", "-imfchan", "-colorspace"};
+
+// The number of bytes that the options in front of a line take, with their arguments.
+std::size_t bytes_of_options(std::string_view text) {
+  std::array<double, 3> numbers{};
+  Options line(text);
+  for (;;) {
+    const Options before = line;
+    const std::string_view option = line.take();
+    if (option == "-clamp" ||
+        std::find(map_options_of_one.begin(), map_options_of_one.end(), option) != map_options_of_one.end())
+      line.take();
+    else if (option == "-s" || option == "-o" || option == "-t" || option == "-mm")
+      line.take_numbers(option == "-mm" ? 2 : 3, numbers.data());
+    else
+      return before.rest().empty() ? text.size()
+                                   : static_cast<std::size_t>(before.rest().data() - text.data());
+  }
+}
+
+// By the format options stand in front of the name, but some programs write them behind: moves them. A
+// comment behind the extension goes. O(bytes).
+std::string with_options_in_front(std::string_view line) {
+  line = trimmed(line);
+  for (std::size_t at = bytes_of_options(line); at + 1 < line.size(); ++at) {
+    if (!text::is_separator(line[at])) continue;
+    const std::string_view front = trimmed(line.substr(0, at)), behind = line.substr(at + 1);
+    const std::string_view tail = front.substr(front.size() - std::min<std::size_t>(front.size(), 5));
+    const bool has_extension = tail.size() == 5 && (tail[0] == '.' || tail[1] == '.');
+    if (behind.front() == '#' && has_extension) return std::string(front);
+    if (behind.front() != '-') continue;
+    const std::size_t options = bytes_of_options(behind);
+    if (options == behind.size()) return std::string(behind) + " " + std::string(front);
+    at += options;
+  }
+  return std::string(line);
+}
+
+// Some programs write blanks in names as `\ `.
+std::string without_escapes(std::string_view name) {
+  std::string plain;
+  for (std::size_t at = 0; at < name.size(); ++at)
+    if (name[at] != '\\' || at + 1 == name.size() || name[at + 1] != ' ') plain += name[at];
+  return plain;
+}
+
 // What stands behind map_Kd.
 void read_map(std::string_view folder, std::string_view line, MtlMaterial& material) {
-  static constexpr std::array<std::string_view, 8> of_one = {"-blendu", "-blendv", "-boost",  "-bm",
-                                                             "-cc",     "-type",   "-texres", "-imfchan"};
   std::array<double, 3> scale = {1, 1, 1}, offset{}, turbulence{};
   std::array<double, 2> range = {0, 1};
   Texture texture;
-  Options options(line);
+  const std::string ordered = with_options_in_front(line);
+  Options options(ordered);
   for (;;) {
     const std::string_view option = options.next();
-    if (std::find(of_one.begin(), of_one.end(), option) != of_one.end()) {
+    if (std::find(map_options_of_one.begin(), map_options_of_one.end(), option) != map_options_of_one.end()) {
       options.take();
       options.take();
     } else if (option == "-clamp") {
@@ -130,7 +177,7 @@ std::vector<std::string_view> library_names(std::string_view names) {
   }
   for (std::size_t begin = 0, at = 0; at < names.size(); ++at) {
     const bool is_end = at + 1 == names.size();
-    if (!is_end && !text::is_separator(names[at + 1])) continue;
+    if (!is_end && (!text::is_separator(names[at + 1]) || names[at] == '\\')) continue;
     const std::string_view name = trimmed(names.substr(begin, at + 1 - begin));
     if (!is_end && (name.size() < 5 || !text::same_word(name.substr(name.size() - 4), ".mtl"))) continue;
     if (!name.empty()) found.push_back(name);
@@ -159,7 +206,7 @@ std::string meant_path(std::string_view folder, std::string_view name) {
   name = trimmed(name);
   if (name.size() >= 2 && (name.front() == '"' || name.front() == '\'') && name.back() == name.front())
     name = name.substr(1, name.size() - 2);
-  std::string path(name);
+  std::string path = without_escapes(name);
   std::replace(path.begin(), path.end(), '\\', '/');
   const bool has_drive = path.size() >= 2 && path[1] == ':';
   if (path.starts_with("file:")) path.erase(0, 5);
@@ -231,6 +278,18 @@ MtlMaterials read_materials(std::span<const CompanionFile> libraries) {
     }
   }
   return materials;
+}
+
+const MtlMaterial* MtlMaterials::find(std::string_view name) const {
+  auto at = by_name.find(std::string(name));
+  // A comment may stand behind the name, but names may hold a `#`, too: the first few are tried.
+  std::size_t mark = name.find('#');
+  for (int tries = 0; tries < 8 && at == by_name.end() && mark != std::string_view::npos; ++tries) {
+    if (mark > 0 && text::is_separator(name[mark - 1]))
+      at = by_name.find(std::string(trimmed(name.substr(0, mark))));
+    mark = name.find('#', mark + 1);
+  }
+  return at == by_name.end() ? nullptr : &at->second;
 }
 
 namespace {

@@ -33,10 +33,8 @@ struct MtlMaterials {
   Notes notes;            // on libraries that are lost
   bool any_read = false;  // a library
 
-  const MtlMaterial* find(std::string_view name) const {
-    const auto at = by_name.find(std::string(name));
-    return at == by_name.end() ? nullptr : &at->second;
-  }
+  // A comment behind the name is left out. Null: there is none.
+  const MtlMaterial* find(std::string_view name) const;
   // The only material there is; null where there are others or none. Faces of an OBJ file that names no
   // material have it: programs that export scans leave `usemtl` out.
   const std::pair<const std::string, MtlMaterial>* only() const {
@@ -47,10 +45,10 @@ struct MtlMaterials {
 // The materials of all libraries; of those of one name the first. Libraries are texts as OBJ files are, with
 // any line ends, in UTF-8 or UTF-16; keywords may be in capitals. `Kd r` means r three times; spectral and
 // CIE XYZ colours are none. Of map_Kd the options -s, -o, -clamp and -mm are honoured; -blendu, -blendv,
-// -boost, -bm, -cc, -imfchan, -t, -texres and -type are read over. Images repeat, are bilinear, and v points
-// up in them. Nothing is an error: a line that cannot be read has no colour, a library with a problem or
-// beyond 16 MiB no materials, which is noted, and after 16384 materials the rest have none. Images
-// (CompanionFile::is_image) are skipped.
+// -boost, -bm, -cc, -colorspace, -imfchan, -t, -texres and -type are read over, also behind the name. Images
+// repeat, are bilinear, and v points up in them. Nothing is an error: a line that cannot be read has no
+// colour, a library with a problem or beyond 16 MiB no materials, which is noted, and after 16384 materials
+// the rest have none. Images (CompanionFile::is_image) are skipped.
 MtlMaterials read_materials(std::span<const CompanionFile> libraries);
 
 // Without blanks at both ends.

@@ -184,6 +184,71 @@ TEST_CASE("colours: OBJ vertices with three, four, one and no number behind the 
   CHECK(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", MeshFormat::obj).colors.vertex.empty());
 }
 
+TEST_CASE("colours: OBJ comments #MRGB, one colour for each vertex") {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
+  const Values expected = {1, 0, 0, 0, 1, 0, 0, 0, 51 / 255.f};
+  const std::string red = "ffFF0000", green = "ff00ff00", blue = "00000033";
+  for (const std::string& painted :
+       {"#MRGB " + red + green + blue + "\n", "#MRGB " + red + "\r\n#MRGB " + green + blue + " \n"})
+    CHECK(same(read_text(vertices + painted + face, MeshFormat::obj).colors.vertex, expected));
+  // In blocks of few bytes, too.
+  CHECK(same(read_text(vertices + "#MRGB " + red + "\n#MRGB " + green + "\n#MRGB " + blue + "\n" + face,
+                       MeshFormat::obj, true, BlockRule{1, 16})
+                 .colors.vertex,
+             expected));
+  CHECK(read_text(vertices + "#MRGB " + red + "\n" + face, MeshFormat::obj, false).colors.vertex.empty());
+  const PolygonMesh fewer = read_text(vertices + "#MRGB " + red + green + "\n" + face, MeshFormat::obj);
+  CHECK(fewer.colors.vertex.empty());
+  CHECK(fewer.notes[Note::colors_ignored] == 1);
+  const PolygonMesh inline_colors =
+      read_text("v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n#MRGB " + red + green + blue + "\n" + face,
+                MeshFormat::obj);
+  CHECK(same(inline_colors.colors.vertex, {1, 1, 1, 1, 1, 1, 1, 1, 1}));
+}
+
+TEST_CASE("colours: comments and options behind the names of materials and images") {
+  const std::string text =
+      "newmtl red\nmap_Kd tex #1.png # inline\nnewmtl Material #25\nmap_Kd tex.png -s 2 3 -bm 1\n"
+      "newmtl c\nmap_Kd -colorspace sRGB -s 4 my -s tex.png\nnewmtl d\nmap_Kd sub\\my\\ tex.png\nnewmtl "
+      "e\nmap_Kd a #b\n";
+  const CompanionFile file = library(text);
+  const MtlMaterials materials = read_materials(std::span(&file, 1));
+  CHECK(materials.find("red")->image == "tex #1.png");
+  CHECK(materials.find("red # a comment")->image == "tex #1.png");
+  CHECK(materials.find("Material #25")->image == "tex.png");
+  CHECK(materials.find("Material #25 # a # b")->image == "tex.png");
+  CHECK(materials.find("Material #25")->texture.placement[0] == 2);
+  CHECK(materials.find("Material #25")->texture.placement[4] == -3);
+  CHECK(materials.find("c")->image == "my -s tex.png");
+  CHECK(materials.find("c")->texture.placement[0] == 4);
+  CHECK(materials.find("d")->image == "sub/my tex.png");
+  CHECK(materials.find("e")->image == "a #b");
+  CHECK(materials.find("Material") == nullptr);
+  CHECK(materials.find("red#") == nullptr);
+  const std::string obj = "mtllib none.mtl not\\ there.mtl my own.mtl\n";
+  CHECK(color_companion_paths(std::as_bytes(std::span(obj.data(), obj.size())), MeshFormat::obj) ==
+        std::vector<std::string>{"none.mtl", "not there.mtl", "my own.mtl"});
+}
+
+TEST_CASE("colours: PLY materials that faces name by their number") {
+  const auto file = [](const char* rows) {
+    return std::string(
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+               "z\n"
+               "element face 2\nproperty list uchar int vertex_indices\nproperty int material_index\n"
+               "element material 2\nproperty uchar ambient_red\nproperty uchar diffuse_red\nproperty uchar "
+               "diffuse_green\nproperty uchar diffuse_blue\nend_header\n0 0 0\n1 0 0\n0 1 0\n") +
+           rows + "9 255 0 0\n9 0 0 51\n";
+  };
+  const PolygonMesh mesh = read_text(file("3 0 1 2 1\n3 0 2 1 0\n"), MeshFormat::ply);
+  CHECK(same(mesh.colors.face, {0, 0, .2f, 1, 0, 0}));
+  CHECK_FALSE(mesh.notes.any());
+  const PolygonMesh wrong = read_text(file("3 0 1 2 2\n3 0 2 1 0\n"), MeshFormat::ply);
+  CHECK(same(wrong.colors.face, {none, none, none, 1, 0, 0}));
+  CHECK(wrong.notes[Note::material_missing] == 1);
+  CHECK(read_text(file("3 0 1 2 1\n3 0 2 1 0\n"), MeshFormat::ply, false).colors.face.empty());
+}
+
 TEST_CASE("colours: materials of OBJ, the first of a name, without a Kd, and unknown ones") {
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a b\nf 1 2 3\nusemtl grey\r\nf 1 2 3\nusemtl dull\nf 1 2 "
@@ -205,7 +270,8 @@ TEST_CASE("colours: the material libraries that an OBJ file names, absolute ones
       "../up.mtl\n"
       "mtllib /etc/passwd\nmtllib\nv 0 0 0\nmtllib last.mtl";
   CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::obj) ==
-        std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "../up.mtl", "passwd", "last.mtl"});
+        std::vector<std::string>{"a.mtl", "b.mtl", "two words.mtl", "tex/c.MTL", "../up.mtl", "passwd",
+                                 "last.mtl"});
   CHECK(color_companion_paths(std::as_bytes(std::span(text.data(), text.size())), MeshFormat::off).empty());
 }
 
