@@ -101,6 +101,11 @@ PolygonMesh read_binary(std::string_view content, const CancelToken& cancel, con
 
 bool is_text(char c) { return (c >= ' ' && c <= '~') || c == '\n' || c == '\r' || c == '\t'; }
 
+// Moves to the end of a line, whatever ends it: behind the # that a comment begins with.
+void skip_comment(TextCursor& cursor) {
+  while (cursor.at < cursor.end && *cursor.at != '\n' && *cursor.at != '\r') ++cursor.at;
+}
+
 // The facets of a text. A loop of more than three vertices (polygons do occur) becomes a fan; one of fewer
 // keeps its number as a polygon without corners. Every facet has three vertices of its own, NaN where the
 // file has none.
@@ -120,7 +125,9 @@ class AsciiReader {
       if (words % words_between_checks == 0) cancel_.check();
       const std::string_view word = cursor_.word();
       if (word.empty()) break;
-      if (text::same_word(word, "vertex")) {
+      if (word.front() == '#') {
+        skip_comment(cursor_);
+      } else if (text::same_word(word, "vertex")) {
         read_vertex();
       } else if (text::same_word(word, "facet")) {
         end_facet(false);
@@ -270,7 +277,8 @@ bool is_exact_binary_stl(std::string_view content) {
 
 bool looks_like_ascii_stl(std::string_view content) {
   TextCursor cursor{content.data(), content.data() + content.size(), false};
-  const std::string_view first = cursor.word();
+  std::string_view first = cursor.word();
+  for (; first.starts_with('#'); first = cursor.word()) skip_comment(cursor);
   if (text::same_word(first, "facet")) return true;
   if (first.size() < 5 || !text::same_word(first.substr(0, 5), "solid")) return false;
   // The name may be several words, and some programs put the first facet on its line.

@@ -38,6 +38,19 @@ void check_own_vertices(const PolygonMesh& mesh) {
 
 }  // namespace
 
+TEST_CASE("STL: comments of a text, before, in and behind its facets") {
+  std::string commented = "# vertex 9 9 9\n# solid\n", cr;
+  for (const char c : "solid name\n" + facet(three) + "endsolid name\n")
+    commented += c == '\n' ? std::string(" # vertex 7 7 7\n # facet\n") : std::string(1, c);
+  cr = commented;
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  for (const std::string& text : {commented, cr}) {
+    const PolygonMesh mesh = stl(text);
+    check_own_vertices(mesh);
+    REQUIRE(mesh.x == std::vector<double>{0, 1, 0});
+  }
+}
+
 TEST_CASE("STL: binary and ascii hold the same facets, each with its own vertices") {
   PolygonMesh sphere = icosphere(2);
   for (std::vector<double>* const values : {&sphere.x, &sphere.y, &sphere.z})
