@@ -367,7 +367,7 @@ TEST_CASE("read_points: what is wrong in OFF, and where") {
   CHECK(result("a.off", "OFF\n400000000 0 0\n" + three_rows) ==
         "unreadable: the header promises 400000000 vertices, but only 19 bytes follow it");
   CHECK(result("a.off", "nOFF\n5\n1 0 0\n") ==
-        "unsupported_format: nOFF: vertices of any number of dimensions are not supported");
+        "unsupported_format: nOFF: vertices of 5 dimensions are not supported");
   // The reader of meshes still wants faces.
   CHECK(outcome("OFF\n3 0 0\n" + three_rows, MeshFormat::off) ==
         "empty: the header promises 3 vertices and no face");
