@@ -200,6 +200,9 @@ def main():
         paths = sorted({os.path.abspath(p) for p in given} | generated)
         text = [p for p in paths if p.lower().endswith(TEXT_MODELS)] if open3d else []
         gltf = [p for p in paths if p.lower().endswith(GLTF_MODELS)] if node else []
+        if not text and not gltf:
+            print("skipped: no model that the programs which are there read")
+            return 77
         peers = open3d_models(text, scratch) if text else {}
         peers.update(gltf_models(gltf, arguments.modules, scratch) if gltf else {})
         ours = meander_models(arguments.program, text + gltf, scratch)
