@@ -75,7 +75,8 @@ const std::string ply_vertices =
     "green\nproperty uchar blue\nproperty float s\nproperty float t\n";
 const std::string ply_rows = "0 0 0 9 9 9 0 0\n1 0 0 9 9 9 1 0\n0 1 0 9 9 9 0 1\n";
 
-std::string ply(const std::string& comment, const std::string& more_elements, const std::string& more_rows) {
+std::string ply_text(const std::string& comment, const std::string& more_elements,
+                     const std::string& more_rows) {
   return ply_head + comment + ply_vertices + "element face 1\nproperty list uchar int vertex_indices\n" +
          more_elements + "end_header\n" + ply_rows + "3 0 1 2\n" + more_rows;
 }
@@ -90,7 +91,7 @@ std::string binary_stl(std::uint16_t attribute) {
 const std::string ascii_facet =
     "facet normal 9 9 9\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 
-std::string gltf(const std::string& rest) {
+std::string gltf_text(const std::string& rest) {
   GltfFile file;
   file.add_points(gltf_cube_points);
   file.add_indices(gltf_cube_indices);
@@ -101,7 +102,7 @@ std::string gltf(const std::string& rest) {
 const std::string one_mesh = R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}])";
 
 std::size_t faces_of_gltf(const std::string& rest) {
-  return read_all(gltf(rest), MeshFormat::gltf).polygon_count();
+  return read_all(gltf_text(rest), MeshFormat::gltf).polygon_count();
 }
 
 using Check = std::function<std::string()>;
@@ -173,7 +174,7 @@ std::map<std::string, Check> checks() {
   add("OBJ points, lines, curves, smoothing groups",
       [] { return happens(obj_body + "p 1\nl 1 2\ns 1\ncurv 0 1 1 2\nf 1 2 3\n", obj); });
   add("PLY any elements and properties, in text and binary of either byte order",
-      [] { return happens(ply("", "", ""), MeshFormat::ply); });
+      [] { return happens(ply_text("", "", ""), MeshFormat::ply); });
   add("PLY `tristrips`", [] {
     return happens(ply_head + ply_vertices +
                        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" + ply_rows +
@@ -181,17 +182,17 @@ std::map<std::string, Check> checks() {
                    MeshFormat::ply);
   });
   add("PLY colours of vertices and of faces", [] {
-    return std::string(read_all(ply("", "", ""), MeshFormat::ply).colors.vertex.size() == 9 ? "none"
-                                                                                            : "lost");
+    return std::string(read_all(ply_text("", "", ""), MeshFormat::ply).colors.vertex.size() == 9 ? "none"
+                                                                                                 : "lost");
   });
   add("PLY `comment TextureFile` with `texcoord` of faces or coordinates of vertices", [] {
-    const PolygonMesh mesh = read_all(ply("comment TextureFile t.png\n", "", ""), MeshFormat::ply);
+    const PolygonMesh mesh = read_all(ply_text("comment TextureFile t.png\n", "", ""), MeshFormat::ply);
     return std::string(mesh.colors.textures != nullptr ? "none" : "lost");
   });
   add("PLY an image of the header that is not there",
-      [] { return happens(ply("comment TextureFile t.png\n", "", ""), MeshFormat::ply); });
+      [] { return happens(ply_text("comment TextureFile t.png\n", "", ""), MeshFormat::ply); });
   add("PLY edges and other elements", [] {
-    return happens(ply("", "element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 1\n"),
+    return happens(ply_text("", "element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 1\n"),
                    MeshFormat::ply);
   });
   add("STL binary and text, told by the size",
@@ -205,7 +206,8 @@ std::map<std::string, Check> checks() {
       [] { return happens(binary_stl(7), stl); });
   add("STL normals of facets", [] { return happens("solid\n" + ascii_facet, stl); });
   add("glTF scenes, nodes, skins in rest pose, strips and fans", [] {
-    return happens(gltf(one_mesh + R"(,"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}])"), MeshFormat::gltf);
+    return happens(gltf_text(one_mesh + R"(,"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}])"),
+                   MeshFormat::gltf);
   });
   add("glTF `EXT_mesh_gpu_instancing`", [] {
     const std::size_t faces = faces_of_gltf(
@@ -215,36 +217,38 @@ std::map<std::string, Check> checks() {
   });
   add("glTF default weights of morph targets", [] {
     const PolygonMesh mesh = read_all(
-        gltf(
+        gltf_text(
             R"(,"meshes":[{"weights":[1],"primitives":[{"attributes":{"POSITION":0},"indices":1,"targets":[{"POSITION":3}]}]}],"nodes":[{"mesh":0}])"),
         MeshFormat::gltf);
     return std::string(*std::min_element(mesh.x.begin(), mesh.x.end()) == 1 ? "none" : "lost");
   });
   add("glTF a node below two parents", [] {
-    return happens(gltf(one_mesh + R"(,"nodes":[{"children":[2]},{"children":[2]},{"mesh":0}])"),
+    return happens(gltf_text(one_mesh + R"(,"nodes":[{"children":[2]},{"children":[2]},{"mesh":0}])"),
                    MeshFormat::gltf);
   });
   add("glTF `KHR_materials_variants`", [] {
-    return happens(gltf(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsUsed":["KHR_materials_variants"])"),
-                   MeshFormat::gltf);
+    return happens(
+        gltf_text(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsUsed":["KHR_materials_variants"])"),
+        MeshFormat::gltf);
   });
   add("glTF an extension that is not known", [] {
-    return happens(gltf(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsUsed":["EXT_any_shape"])"),
+    return happens(gltf_text(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsUsed":["EXT_any_shape"])"),
                    MeshFormat::gltf);
   });
   add("glTF an extension that is not known and required", [] {
-    return happens(gltf(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsRequired":["EXT_any_shape"])"),
+    return happens(gltf_text(one_mesh + R"(,"nodes":[{"mesh":0}],"extensionsRequired":["EXT_any_shape"])"),
                    MeshFormat::gltf);
   });
   add("glTF lights, animations, cameras, metadata", [] {
     return happens(
-        gltf(one_mesh +
-             R"(,"nodes":[{"mesh":0,"camera":0}],"extensionsUsed":["KHR_lights_punctual"],"animations":[])"),
+        gltf_text(
+            one_mesh +
+            R"(,"nodes":[{"mesh":0,"camera":0}],"extensionsUsed":["KHR_lights_punctual"],"animations":[])"),
         MeshFormat::gltf);
   });
   add("glTF points and lines", [] {
     return happens(
-        gltf(
+        gltf_text(
             R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1},{"attributes":{"POSITION":0},"mode":0}]}],"nodes":[{"mesh":0}])"),
         MeshFormat::gltf);
   });
