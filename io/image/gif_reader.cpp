@@ -1,7 +1,6 @@
 // GIF, its first picture, by lines of our own: stb_image, which Debian packages, makes transparent pixels
-// black instead of leaving transparency to whoever asks, fills what a cut file lacks with zeros, and takes
-// colours beyond the palette from memory that nobody set. Its code for the pictures that follow reads beyond
-// its buffers (CVE-2023-45661).
+// black instead of leaving transparency to whoever asks, and fills what a cut file lacks with black. Its code
+// for the pictures that follow reads beyond its buffers (CVE-2023-45661).
 #include <algorithm>
 #include <array>
 #include <string_view>
