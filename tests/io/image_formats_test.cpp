@@ -340,14 +340,16 @@ TEST_CASE(
   const std::string gif = gif_bytes(image, {true, false, false, 40, 30, 2, 4, 3, 5}),
                     webp = animation({webp_bytes(image), webp_bytes(smooth(21, 13))}, 21, 13);
   const ImageColor gif_background = ImagePalette(image).colors[3];
-  for (const auto& [bytes, background] :
-       {std::pair{gif, gif_background}, {webp, ImageColor{0x1E, 0x14, 0x0A}}}) {
+  const std::array<NamedFile, 2> files = {{{"gif", gif}, {"webp", webp}}};
+  for (const NamedFile& file : files) {
+    CAPTURE(file.name);
+    const ImageColor background = file.name == "gif" ? gif_background : ImageColor{0x1E, 0x14, 0x0A};
     const TestImage whole(40, 30, [&](std::uint32_t x, std::uint32_t y) {
       const bool inside = x >= 2 && y >= 4 && x < 23 && y < 17;
       const ImageColor color = inside ? color_at(image, x - 2, y - 4) : background;
       return std::vector<int>{color[0], color[1], color[2]};
     });
-    check_pixels(bytes, whole);
+    check_pixels(file.bytes, whole);
   }
   check_lost(decoded(gif_bytes(image, {false, false, false, 22, 30, 2, 4})), Note::image_unreadable, "edges");
   check_lost(decoded(animation({webp_bytes(smooth(39, 13))}, 39, 13)), Note::image_unreadable, "edges");
@@ -525,15 +527,26 @@ TEST_CASE("image formats: damaged files of other kinds are not taken for TGA") {
   std::vector<std::string> files = {png_bytes(image), jpeg_bytes(image)};
   for (const NamedFile& file : all_kinds())
     if (!file.name.starts_with("tga")) files.push_back(file.bytes);
+  const auto check = [](const std::string& damaged) {
+    REQUIRE_FALSE(decoded(damaged).problem.starts_with("the TGA file"));
+  };
+  // Numbers that a header of TGA has: one at each place, and two where it says what kind it is.
+  const std::vector<char> numbers = {0, 1, 2, 3, 8, 9, 10, 11, 15, 16, 24, 32, 64, '\x80', '\xFF'};
   for (const std::string& file : files)
-    for (std::size_t at = 0; at < 8; ++at)
-      for (int value = 0; value < 256; ++value) {
-        std::string damaged = file;
-        if (damaged[at] == static_cast<char>(value)) continue;
-        damaged[at] = static_cast<char>(value);
-        const ColorImage read = decoded(damaged);
-        REQUIRE_FALSE(read.problem.starts_with("the TGA file"));
+    for (const char number : numbers) {
+      std::string damaged = file;
+      for (std::size_t at = 0; at < 8; ++at) {
+        damaged = file;
+        damaged[at] = number;
+        check(damaged);
       }
+      damaged = file;
+      damaged[1] = number;
+      for (const char kind : numbers) {
+        damaged[2] = kind;
+        check(damaged);
+      }
+    }
   for (const std::size_t size : {18u, 100u, 5000u})
     for (int value = 0; value < 256; ++value) {
       const ColorImage read = decoded(std::string(size, static_cast<char>(value)));
