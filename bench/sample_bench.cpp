@@ -37,7 +37,7 @@ BENCHMARK(order)->Arg(2048)->Arg(100000)->Unit(benchmark::kMicrosecond);
 template <class Order>
 void place(benchmark::State& state, const Order& order, const SampleParameters& parameters) {
   const Model& model = prepared_shape(state.range(0));
-  const OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
+  OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   Samples result;
   for ([[maybe_unused]] auto _ : state) {
     RepairCounts repairs;

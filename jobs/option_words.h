@@ -44,7 +44,9 @@ inline constexpr Word<CurveKind> curve_words[] = {{"hilbert", CurveKind::hilbert
                                                   {"peano-meander", CurveKind::peano_meander}};
 inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind::none},
                                                           {"unit-sphere", NormalizeKind::unit_sphere},
-                                                          {"unit-box", NormalizeKind::unit_box}};
+                                                          {"unit-box", NormalizeKind::unit_box},
+                                                          {"unit-diagonal", NormalizeKind::unit_diagonal},
+                                                          {"pointnet", NormalizeKind::pointnet}};
 inline constexpr Word<DensityKind> density_words[] = {
     {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
     {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},

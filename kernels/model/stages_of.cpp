@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "kernels/sample/point_frames.h"
 #include "kernels/sample/sample_attributes.h"
 #include "kernels/sample/sample_colors.h"
+#include "kernels/sample/sample_frame.h"
 
 namespace meander {
 
@@ -237,10 +239,14 @@ ModelStages locating(const SampleParameters& p, const EmbreeDevice* device, Doma
 }
 
 // The frame of the stored points, which the row names.
-OutputFrame report_frame(Model& model, const PlaceParameters& parameters) {
+void report_frame(const OutputFrame& frame, ItemReport& report) {
+  report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
+  report.scale = frame.scale;
+}
+// The frame in which samples are placed; it may become that of the samples.
+OutputFrame first_frame(Model& model, const PlaceParameters& parameters) {
   const OutputFrame frame = output_frame(model.surface, parameters.normalize);
-  model.row.report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};
-  model.row.report.scale = frame.scale;
+  report_frame(frame, model.row.report);
   return frame;
 }
 OutputFrame reported_frame(const ItemReport& report) {
@@ -250,38 +256,55 @@ OutputFrame reported_frame(const ItemReport& report) {
 void place(Model& model, const PlaceParameters& parameters, const Domain& domain,
            const MetricAt& metric = {}) {
   ItemReport& report = model.row.report;
-  const OutputFrame frame = report_frame(model, parameters);
-  if (model.regions.count() > 0) {
-    model.row.samples =
-        place_samples(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
-                      model.regions, model.key, parameters, frame, report.repairs, model.cancel);
-    return;
-  }
+  OutputFrame frame = first_frame(model, parameters);
   const auto placed = [&](const auto& order) {
     return place_samples(model.file, domain.mesh, domain.measure.density, order, model.key, parameters, frame,
                          report.repairs, model.cancel, metric);
   };
-  model.row.samples = model.cells.count() > 0 ? placed(model.cells) : placed(model.elements);
+  if (model.regions.count() > 0)
+    model.row.samples =
+        place_samples(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
+                      model.regions, model.key, parameters, frame, report.repairs, model.cancel);
+  else
+    model.row.samples = model.cells.count() > 0 ? placed(model.cells) : placed(model.elements);
+  report_frame(frame, report);
 }
 
-// Moves the samples from the chords to the smooth surface that the vertex normals describe.
-void lift(Model& model) {
+// The frame that lifted samples define, whatever their order in the file. lifted: in working units.
+OutputFrame frame_of_lifted(const Model& model, std::span<const double> lifted) {
+  const std::vector<std::uint32_t>& rank = model.row.samples.curve_rank;
+  std::vector<std::uint32_t> by_rank(rank.size());
+  for (std::size_t i = 0; i < rank.size(); ++i) by_rank[rank[i]] = static_cast<std::uint32_t>(i);
+  return frame_of_points(
+      model.surface, rank.size(),
+      [&](const Vector3& from, std::size_t r) {
+        const double* const at = &lifted[3 * std::size_t{by_rank[r]}];
+        return Vector3{at[0], at[1], at[2]} - to_working(model.surface, from);
+      },
+      reported_frame(model.row.report));
+}
+
+// Moves the samples, on these triangles of the surface, from the chords to the smooth surface that the vertex
+// normals describe.
+void lift(Model& model, const PlaceParameters& parameters, std::span<const std::uint32_t> triangle) {
   const PreparedMesh& mesh = model.surface;
   Samples& samples = model.row.samples;
-  const ItemReport& report = model.row.report;
   const std::vector<double> normals = crease_normals(mesh.x, mesh.y, mesh.z, mesh.triangles);
   const std::vector<double> lifted =
-      lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, samples.triangle, samples.barycentric);
-  samples.points = stored_points(lifted, mesh, reported_frame(report));
+      lift_samples(mesh.x, mesh.y, mesh.z, mesh.triangles, normals, triangle, samples.barycentric);
+  if (parameters.normalize == NormalizeKind::pointnet)
+    report_frame(frame_of_lifted(model, lifted), model.row.report);
+  samples.points = stored_points(lifted, mesh, reported_frame(model.row.report));
 }
 
 // The same for sets that nobody needs as a whole. What they are made of has served.
 void place_as_sites(Model& model, const PlaceParameters& parameters) {
   ItemReport& report = model.row.report;
   const Domain domain = surface_domain(model);
-  const OutputFrame frame = report_frame(model, parameters);
+  OutputFrame frame = first_frame(model, parameters);
   model.sites = place_sites(model.file, domain.mesh, domain.measure.density, {model.charts, domain.coarse},
                             model.regions, model.key, parameters, frame, report.repairs, model.cancel);
+  report_frame(frame, report);
   release_charts(model);
   report.status = Status::ok;
 }
@@ -291,7 +314,7 @@ ModelStages placing_on_surface(const SampleParameters& p) {
     return {{"place_samples", [parameters = p.place](Model& model) { place_as_sites(model, parameters); }}};
   return {{"place_samples", [parameters = p.place, curved = p.curved](Model& model) {
              place(model, parameters, surface_domain(model));
-             if (curved) lift(model);
+             if (curved) lift(model, parameters, model.row.samples.triangle);
              model.row.report.status = Status::ok;
            }}};
 }
@@ -303,10 +326,12 @@ ModelStages placing_on_segments(const SampleParameters& p) {
              };
              place(model, parameters, segments_domain(model), metric);
              Samples& samples = model.row.samples;
+             std::vector<std::uint32_t> sources;
+             for (const std::uint32_t triangle : samples.triangle)
+               sources.push_back(model.segments.source_triangle[triangle]);
+             if (curved) lift(model, parameters, sources);  // may change the scale, which tensors need
              add_sample_tensors(model.segments, model.row.report.scale, samples);
-             for (std::uint32_t& triangle : samples.triangle)
-               triangle = model.segments.source_triangle[triangle];
-             if (curved) lift(model);
+             samples.triangle = std::move(sources);
              model.row.report.status = Status::ok;
            }}};
 }

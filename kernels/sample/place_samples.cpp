@@ -13,6 +13,7 @@
 #include "kernels/sample/placer.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/redraw_limit.h"
+#include "kernels/sample/sample_frame.h"
 #include "kernels/sample/sample_sites.h"
 #include "kernels/sample/sequence.h"
 
@@ -47,6 +48,8 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
   if (kind == NormalizeKind::unit_box) {
     frame.scale =
         std::max({mesh.bbox[3] - mesh.bbox[0], mesh.bbox[4] - mesh.bbox[1], mesh.bbox[5] - mesh.bbox[2]});
+  } else if (kind == NormalizeKind::unit_diagonal) {
+    frame.scale = mesh.diagonal;
   } else {
     double radius = 0;
     // Not over the vertices: without topology those that no face uses are there too.
@@ -59,19 +62,61 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
 
 namespace {
 
-// Draws the samples at their sites; their points, 3 numbers each, by curve rank: duplicates must be found in
-// one fixed order. chosen: points by rank, if they are not to be drawn.
-std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
-                                 std::span<const StratumPoint> chosen, RepairCounts& repairs,
-                                 const CancelToken& cancel) {
+// Points by curve rank, 3 numbers each, and their frame.
+struct RankedPoints {
+  std::vector<float> points;
+  OutputFrame frame;
+};
+
+void set_point(const Placer& placer, std::size_t rank, std::vector<float>& points) {
+  const SampleSite& site = placer.sites.site[rank];
+  const auto p = placer.stored_point(site.triangle, site.b1, site.b2);
+  std::copy(p.begin(), p.end(), points.begin() + 3 * static_cast<std::ptrdiff_t>(rank));
+}
+
+// Draws again what coincides with a sample of lower rank. counter: of the draw after the first, by rank.
+Redrawn redraw_repeated(const Placer& placer, SampleSites& sites, std::span<const std::uint8_t> counter,
+                        std::vector<float>& points, const CancelToken& cancel) {
+  const auto count = static_cast<std::uint32_t>(sites.count());
+  const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
+  Redrawn redrawn;
+  PointSet seen(count);
+  RedrawLimit limit(max_redraws);
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    if (rank % sum_block == 0) cancel.check();
+    if (seen.insert(points, rank)) continue;
+    if (placer.frame_follows()) redrawn.first.emplace_back(rank, sites.site[rank]);
+    const Piece piece = placer.redraw_piece(rank);
+    bool distinct = false;
+    std::uint32_t next_counter = counter[rank];
+    for (int redraw = 0; redraw < limit.now() && !distinct; ++redraw) {
+      const Draw draw = at_vertices ? placer.draw(sites.site[rank].triangle, piece, rank, next_counter)
+                                    : placer.draw_in_element(rank, piece, next_counter);
+      next_counter = draw.next_counter;
+      sites.set_point(rank, {draw.b1, draw.b2});
+      set_point(placer, rank, points);
+      distinct = seen.insert(points, rank);
+    }
+    if (distinct) {
+      limit.found();
+    } else {
+      limit.exhausted();
+      ++redrawn.coincident;
+    }
+  }
+  return redrawn;
+}
+
+// Draws the samples at their sites; their points by curve rank: duplicates must be found in one fixed order.
+// chosen: points by rank, if they are not to be drawn.
+RankedPoints place_by_rank(const Placer& placer, SampleSites& sites, std::span<const StratumPoint> chosen,
+                           RepairCounts& repairs, const CancelToken& cancel) {
   const std::uint32_t count = placer.parameters.samples;
   const bool at_vertices = placer.parameters.place == PlaceKind::vertex;
   std::vector<float> points(3 * std::size_t{count});
   const auto set = [&](std::size_t rank, double b1, double b2) {
     sites.set_point(rank, {b1, b2});
-    const SampleSite& site = sites.site[rank];
-    const auto p = placer.stored_point(site.triangle, site.b1, site.b2);
-    std::copy(p.begin(), p.end(), points.begin() + 3 * static_cast<std::ptrdiff_t>(rank));
+    set_point(placer, rank, points);
   };
   std::vector<std::uint8_t> counter(count, 0);  // of the next draw: at most 2 max_draws
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
@@ -91,40 +136,26 @@ std::vector<float> place_by_rank(const Placer& placer, SampleSites& sites,
       set(r, draw.b1, draw.b2);
     }
   });
-  PointSet seen(count);
-  RedrawLimit limit(max_redraws);
-  for (std::uint32_t rank = 0; rank < count; ++rank) {
-    if (rank % sum_block == 0) cancel.check();
-    if (seen.insert(points, rank)) continue;
-    const Piece piece = placer.redraw_piece(rank);
-    bool distinct = false;
-    std::uint32_t next_counter = counter[rank];
-    for (int redraw = 0; redraw < limit.now() && !distinct; ++redraw) {
-      const Draw draw = at_vertices ? placer.draw(sites.site[rank].triangle, piece, rank, next_counter)
-                                    : placer.draw_in_element(rank, piece, next_counter);
-      next_counter = draw.next_counter;
-      set(rank, draw.b1, draw.b2);
-      distinct = seen.insert(points, rank);
-    }
-    if (distinct) {
-      limit.found();
-    } else {
-      limit.exhausted();
-      ++repairs[Repair::coincident_points];
-    }
-  }
-  return points;
+  const OutputFrame frame = draw_in_frame(placer, sites, repairs, [&](const Placer& framed) {
+    if (framed.frame_follows())
+      parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
+        cancel.check();
+        for (std::size_t r = begin; r < end; ++r) set_point(framed, r, points);
+      });
+    return redraw_repeated(framed, sites, counter, points, cancel);
+  });
+  return {std::move(points), frame};
 }
 
 // rank_of_index: order in the file, if the sequence has one of its own; net: cells whose samples form one, or
 // null.
 Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_t> rank_of_index,
-              const BalancedCells* net, std::span<const StratumPoint> chosen, RepairCounts& repairs,
-              const CancelToken& cancel) {
+              const BalancedCells* net, std::span<const StratumPoint> chosen, OutputFrame& frame,
+              RepairCounts& repairs, const CancelToken& cancel) {
   const PlaceParameters& parameters = placer.parameters;
   const std::uint32_t count = parameters.samples;
   cancel.check();
-  const std::vector<float> points = place_by_rank(placer, sites, chosen, repairs, cancel);
+  const RankedPoints placed = place_by_rank(placer, sites, chosen, repairs, cancel);
   cancel.check();
 
   std::vector<std::uint32_t> order;
@@ -140,11 +171,12 @@ Samples place(const Placer& placer, SampleSites& sites, std::vector<std::uint32_
   Samples samples = room_for_samples(count);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const float* const p = &points[3 * std::size_t{order[i]}];
+      const float* const p = &placed.points[3 * std::size_t{order[i]}];
       set_sample(placer, order[i], {p[0], p[1], p[2]}, i, samples);
     }
   });
   samples.curve_rank = std::move(order);
+  frame = placed.frame;
   return samples;
 }
 
@@ -160,7 +192,7 @@ CellStrata strata_of(const ElementCells& cells, const MeasuredMesh& surface, con
 template <class Order>
 Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                        const Order& order, RandomKey key, const PlaceParameters& parameters,
-                       const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                       OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
                        const MetricAt& metric) {
   if (order.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   if (parameters.sequence == SequenceKind::spaced) {
@@ -171,39 +203,39 @@ Samples place_in_order(const PolygonMesh& file, const MeasuredMesh& surface, con
     for (std::size_t r = 0; r < parameters.samples; ++r)
       sites.set(r, spaced.point[r].triangle, spaced.point[r].path);
     return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-                 std::move(spaced.rank_of_index), nullptr, spaced.point, repairs, cancel);
+                 std::move(spaced.rank_of_index), nullptr, spaced.point, frame, repairs, cancel);
   }
   SampleSequence sequence = make_sequence(parameters.sequence, parameters.samples, parameters.jitter, key);
   SampleSites sites = elements_at(order, sequence.position, parameters.place == PlaceKind::vertex, cancel);
   sequence.position = std::vector<double>();
   return place(Placer{file, surface, density, sites, key, parameters, frame}, sites,
-               std::move(sequence.rank_of_index), nullptr, {}, repairs, cancel);
+               std::move(sequence.rank_of_index), nullptr, {}, frame, repairs, cancel);
 }
 
 }  // namespace
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
                       const MetricAt& metric) {
   return place_in_order(file, surface, density, elements, key, parameters, frame, repairs, cancel, metric);
 }
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
+                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel,
                       const MetricAt& metric) {
   if (forms_net(parameters) && cells.count() > 0) {
     SampleSites sites = elements_in_net(cells, key, parameters.place == PlaceKind::vertex, cancel);
     return place(Placer{file, surface, density, sites, key, parameters, frame}, sites, {}, &cells.cells, {},
-                 repairs, cancel);
+                 frame, repairs, cancel);
   }
   return place_in_order(file, surface, density, cells, key, parameters, frame, repairs, cancel, metric);
 }
 
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                      const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                      const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
                       const CancelToken& cancel) {
   const PlacedSites placed =
       place_sites(file, surface, density, charts, regions, key, parameters, frame, repairs, cancel);

@@ -24,7 +24,7 @@ struct SurfaceRegions;
 enum class SequenceKind : std::uint8_t { shifted, stratified, owen, regular, random, spaced };
 enum class OrderKind : std::uint8_t { progressive, curve };
 enum class PlaceKind : std::uint8_t { element, vertex };
-enum class NormalizeKind : std::uint8_t { none, unit_sphere, unit_box };
+enum class NormalizeKind : std::uint8_t { none, unit_sphere, unit_box, unit_diagonal, pointnet };
 
 struct PlaceParameters {
   std::uint32_t samples = 2048;  // N, 1..2^31
@@ -48,14 +48,18 @@ std::vector<std::uint32_t> progressive_order(std::uint32_t count, RandomKey key)
 struct OutputFrame {
   Vector3 loc;
   double scale = 1;
+  friend bool operator==(const OutputFrame& a, const OutputFrame& b) {
+    return a.loc.x == b.loc.x && a.loc.y == b.loc.y && a.loc.z == b.loc.z && a.scale == b.scale;
+  }
 };
 // The frame that keeps points in the box apart in float32: loc 0 and scale 1 wherever that holds them. loc is
 // the box centre once max |coordinate| > 2^10 diagonal; scale is the box's unit, a power of two, where
 // coordinates would come near the largest float32 (above 2^120) or the box is not large against the least one
 // (unit below 2^-126).
 OutputFrame float_frame(const std::array<double, 6>& bbox, const BoxFrame& box);
-// none: float_frame; unit_box: box centre and longest side; unit_sphere: box centre and largest distance of a
-// used vertex from it.
+// none: float_frame. The others have the box centre as loc and as scale: unit_box its longest side,
+// unit_diagonal its diagonal, unit_sphere the largest distance of a used vertex from that centre. The frame
+// of pointnet follows from the samples: place_samples makes it, and is given that of unit_sphere, as here.
 OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 
 // Exactly N distinct points (as stored in float32): sample of rank i lies in the element that holds t_i
@@ -65,16 +69,18 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind);
 // E).
 // The sequence `spaced` chooses the points by space_samples, with distances in `metric`, which is for it
 // alone.
+// frame: of the stored points. With the normalisation pointnet it becomes that of the samples
+// (sample_frame.h); what is drawn again is then what coincides in it.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const CurveElements& elements, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
+                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
                       const MetricAt& metric = {});
 
 // The same in cells: the sample of rank i lies in the entry that holds the share t_i N - floor(t_i N) of cell
 // floor(t_i N) along the path. Expected O(N P) for P entries a cell.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ElementCells& cells, RandomKey key, const PlaceParameters& parameters,
-                      const OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
+                      OutputFrame& frame, RepairCounts& repairs, const CancelToken& cancel = {},
                       const MetricAt& metric = {});
 
 // The same in regions of the surface over these charts, with the key that they were made with. The elements
@@ -82,7 +88,7 @@ Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, cons
 // std::invalid_argument for `spaced`, whose places depend on each other.
 Samples place_samples(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                       const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                      const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                      const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
                       const CancelToken& cancel = {});
 
 }  // namespace meander

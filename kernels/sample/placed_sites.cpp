@@ -7,6 +7,7 @@
 #include "kernels/locate/element_source.h"
 #include "kernels/sample/distinct_points.h"
 #include "kernels/sample/placer.h"
+#include "kernels/sample/sample_frame.h"
 #include "kernels/sample/sequence.h"
 
 namespace meander {
@@ -37,16 +38,8 @@ std::uint32_t redraw_counter(const Placer& placer, std::uint32_t rank) {
   return placer.draw_in_element(rank, placer.piece(rank), 0).next_counter;
 }
 
-// Draws every sample in its element, unless that is done or it lies at the curve vertex, and then those again
-// that are not at a place of their own.
-void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs, const CancelToken& cancel) {
-  if (placer.parameters.place == PlaceKind::element && !sites.drawn)
-    parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
-      cancel.check();
-      PieceWalk walk(placer.surface);
-      for (std::size_t r = begin; r < end; ++r)
-        sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r), walk));
-    });
+// Draws those samples again that are not at a place of their own.
+Redrawn redraw_sites(const Placer& placer, SampleSites& sites, const CancelToken& cancel) {
   const Redraws redraws = find_redraws(
       sites.count(), [&](std::uint32_t rank) { return point_at(placer, sites.site[rank]); },
       [&](std::uint32_t rank) { return redraw_counter(placer, rank); },
@@ -55,10 +48,29 @@ void draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
         return DrawnPoint{point_at(placer, drawn_site(sites.site[rank], draw)), draw.next_counter};
       },
       max_redraws, cancel);
-  for (const Redraw& redraw : redraws.redraw)
-    sites.site[redraw.rank] =
-        drawn_site(sites.site[redraw.rank], draw_again(placer, redraw.rank, redraw.counter));
-  repairs[Repair::coincident_points] += redraws.coincident;
+  Redrawn redrawn;
+  redrawn.coincident = redraws.coincident;
+  for (const Redraw& redraw : redraws.redraw) {
+    SampleSite& site = sites.site[redraw.rank];
+    if (placer.frame_follows()) redrawn.first.emplace_back(redraw.rank, site);
+    site = drawn_site(site, draw_again(placer, redraw.rank, redraw.counter));
+  }
+  return redrawn;
+}
+
+// Draws every sample in its element, unless that is done or it lies at the curve vertex, and then those again
+// that are not at a place of their own. Returns the frame of the points (draw_in_frame).
+OutputFrame draw_sites(const Placer& placer, SampleSites& sites, RepairCounts& repairs,
+                       const CancelToken& cancel) {
+  if (placer.parameters.place == PlaceKind::element && !sites.drawn)
+    parallel_blocks(sites.count(), sum_block, [&](std::size_t begin, std::size_t end) {
+      cancel.check();
+      PieceWalk walk(placer.surface);
+      for (std::size_t r = begin; r < end; ++r)
+        sites.site[r] = drawn_site(sites.site[r], placer.first_draw(static_cast<std::uint32_t>(r), walk));
+    });
+  return draw_in_frame(placer, sites, repairs,
+                       [&](const Placer& framed) { return redraw_sites(framed, sites, cancel); });
 }
 
 // Empty where triangles are not so few, or where samples have normals of their own.
@@ -83,7 +95,7 @@ std::vector<SharedBySamples> shared_by_samples(const Placer& placer) {
 
 PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                         const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                        const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                        const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
                         const CancelToken& cancel) {
   if (regions.count() == 0) throw ItemError(Status::zero_density, "no curve element has any mass");
   PlacedSites placed;
@@ -100,10 +112,10 @@ PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, co
     }
   }
   cancel.check();
-  const Placer placer{file, surface, density, placed.sites, key, parameters, frame};
-  draw_sites(placer, placed.sites, repairs, cancel);
+  frame = draw_sites(Placer{file, surface, density, placed.sites, key, parameters, frame}, placed.sites,
+                     repairs, cancel);
   placed.sites.mass = std::vector<double>();
-  placed.shared = shared_by_samples(placer);
+  placed.shared = shared_by_samples(Placer{file, surface, density, placed.sites, key, parameters, frame});
   repairs[Repair::bad_normals] += count_bad_normals(file);
   if (parameters.order == OrderKind::curve)
     placed.order = std::vector<std::uint32_t>();

@@ -41,10 +41,10 @@ struct PlacedSites {
 // The samples that place_samples places in these regions. At most 24 bytes a sample (32 for the sequences
 // owen and random, whose positions are sorted; 8 more at curve vertices), 60 for each that is drawn
 // again, 13 where triangles have records, and what the regions that are worked on take. O(N + E log E).
-// Throws what place_samples throws.
+// Throws what place_samples throws. frame: as there; samples_at takes the one that is left.
 PlacedSites place_sites(const PolygonMesh& file, const MeasuredMesh& surface, const Density& density,
                         const ChartSet& charts, const SurfaceRegions& regions, RandomKey key,
-                        const PlaceParameters& parameters, const OutputFrame& frame, RepairCounts& repairs,
+                        const PlaceParameters& parameters, OutputFrame& frame, RepairCounts& repairs,
                         const CancelToken& cancel = {});
 
 // Samples [begin, end) of the file, of what place_sites was given. Pure: blocks may be asked for in any

@@ -45,6 +45,9 @@ struct Placer {
   ExactDivision in_units{mesh.unit};
   double scale_in_units = frame.scale / mesh.unit;
 
+  // Whether the samples define the frame of their points (sample_frame.h).
+  bool frame_follows() const { return parameters.normalize == NormalizeKind::pointnet; }
+
   double density_at(std::uint32_t triangle, double b1, double b2) const {
     if (density.uniform()) return 1.0;
     if (density.in_pieces()) return source_of(mesh, density, triangle).density_at(b1, b2);
@@ -134,7 +137,9 @@ struct Placer {
 
   // Corner 0, and the ways from there to the other two: in units of the mesh, where nothing leaves the range
   // of double.
-  CornerFrame corner_frame(std::uint32_t triangle) const {
+  CornerFrame corner_frame(std::uint32_t triangle) const { return corner_frame(triangle, frame.loc); }
+  // The same from another place of the file.
+  CornerFrame corner_frame(std::uint32_t triangle, const Vector3& from) const {
     const auto [v0, v1, v2] = corners(triangle);
     CornerFrame result;
     const auto set = [&, v0 = v0, v1 = v1, v2 = v2](const std::vector<double>& c, double loc, std::size_t k) {
@@ -142,9 +147,9 @@ struct Placer {
       result.first[k] = in_units(c[v1] - c[v0]);
       result.second[k] = in_units(c[v2] - c[v0]);
     };
-    set(file.x, frame.loc.x, 0);
-    set(file.y, frame.loc.y, 1);
-    set(file.z, frame.loc.z, 2);
+    set(file.x, from.x, 0);
+    set(file.y, from.y, 1);
+    set(file.z, from.z, 2);
     return result;
   }
 
@@ -160,6 +165,16 @@ struct Placer {
   }
   std::array<float, 3> stored_point(std::uint32_t triangle, float b1, float b2) const {
     return stored_point(corner_frame(triangle), b1, b2);
+  }
+
+  // Where a sample lies from that place of the file, in units of the mesh.
+  Vector3 place_from(const Vector3& from, std::size_t rank) const {
+    const SampleSite& site = sites.site[rank];
+    const CornerFrame corner = corner_frame(site.triangle, from);
+    const auto at = [&](std::size_t k) {
+      return corner.origin[k] + site.b1 * corner.first[k] + site.b2 * corner.second[k];
+    };
+    return {at(0), at(1), at(2)};
   }
 
   // Where a sample lies on the mesh as it is worked on, whatever the stored coordinates are.
@@ -200,6 +215,11 @@ struct Placer {
     return length > 1e-6 ? (1 / length) * sum : geometric_normal(triangle);
   }
 };
+
+// The same with points in another frame, which must outlive it.
+inline Placer in_frame(const Placer& placer, const OutputFrame& frame) {
+  return {placer.file, placer.surface, placer.density, placer.sites, placer.key, placer.parameters, frame};
+}
 
 // Normals of the file without a direction.
 inline std::uint32_t count_bad_normals(const PolygonMesh& file) {

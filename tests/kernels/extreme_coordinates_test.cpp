@@ -178,7 +178,8 @@ TEST_CASE("extreme coordinates: normalised, lifted off the chords, and with a cu
     parameters = parameters_of(extreme_methods[1]);
     parameters.density.kind = DensityKind::mean;
     check_whole(sampled(mesh, parameters));
-    for (const NormalizeKind kind : {NormalizeKind::unit_box, NormalizeKind::unit_sphere}) {
+    for (const NormalizeKind kind : {NormalizeKind::unit_box, NormalizeKind::unit_sphere,
+                                     NormalizeKind::unit_diagonal, NormalizeKind::pointnet}) {
       parameters = parameters_of(extreme_methods[1]);
       parameters.place.normalize = kind;
       const Row row = sampled(mesh, parameters);

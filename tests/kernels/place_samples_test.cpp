@@ -38,8 +38,14 @@ CurveElements direct_elements(const PreparedMesh& mesh, const Density& density, 
   return build_elements(mesh, measure_of(mesh, density), {}, {}, test_key, parameters);
 }
 
-Samples place(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
-              std::uint64_t seed = 5) {
+struct FramedSamples {
+  Samples samples;
+  OutputFrame frame;
+  RepairCounts repairs;
+};
+
+FramedSamples place_framed(const PolygonMesh& file, std::uint32_t n, PlaceParameters parameters = {},
+                           std::uint64_t seed = 5) {
   const PreparedMesh mesh = prepare_mesh(file);
   const Density density = uniform_density();
   parameters.samples = n;
@@ -47,10 +53,16 @@ Samples place(const PolygonMesh& file, std::uint32_t n, PlaceParameters paramete
   element.samples = n;
   element.keep_vertices = true;
   const RandomKey key = make_random_key(seed, {});
-  RepairCounts repairs;
-  return place_samples(file, mesh, density,
-                       build_elements(mesh, measure_of(mesh, density), {}, {}, key, element), key, parameters,
-                       output_frame(mesh, parameters.normalize), repairs);
+  FramedSamples result;
+  result.frame = output_frame(mesh, parameters.normalize);
+  result.samples = place_samples(file, mesh, density,
+                                 build_elements(mesh, measure_of(mesh, density), {}, {}, key, element), key,
+                                 parameters, result.frame, result.repairs);
+  return result;
+}
+Samples place(const PolygonMesh& file, std::uint32_t n, const PlaceParameters& parameters = {},
+              std::uint64_t seed = 5) {
+  return place_framed(file, n, parameters, seed).samples;
 }
 
 }  // namespace
@@ -451,6 +463,153 @@ TEST_CASE(
     if (kind == NormalizeKind::unit_sphere) CHECK(radius == Approx(1).margin(0.05));
     if (kind == NormalizeKind::unit_box) CHECK(box == Approx(0.5).margin(0.02));
   }
+}
+
+namespace {
+
+constexpr NormalizeKind all_normalizations[] = {NormalizeKind::none, NormalizeKind::unit_sphere,
+                                                NormalizeKind::unit_box, NormalizeKind::unit_diagonal,
+                                                NormalizeKind::pointnet};
+
+Vector3 stored_point_of(const FramedSamples& s, std::size_t i) {
+  return {s.samples.points[3 * i], s.samples.points[3 * i + 1], s.samples.points[3 * i + 2]};
+}
+Vector3 file_point_of(const FramedSamples& s, std::size_t i) {
+  return s.frame.loc + s.frame.scale * stored_point_of(s, i);
+}
+
+// Mean and largest distance from 0 of the stored points.
+struct Spread {
+  Vector3 mean;
+  double farthest = 0;
+};
+Spread spread_of(const FramedSamples& s) {
+  Spread spread;
+  const std::size_t n = s.samples.count();
+  for (std::size_t i = 0; i < n; ++i) {
+    spread.mean = spread.mean + 1.0 / static_cast<double>(n) * stored_point_of(s, i);
+    spread.farthest = std::max(spread.farthest, norm(stored_point_of(s, i)));
+  }
+  return spread;
+}
+
+std::size_t count_distinct(const Samples& samples) {
+  std::set<std::array<float, 3>> distinct;
+  for (std::size_t i = 0; i < samples.count(); ++i)
+    distinct.insert({samples.points[3 * i], samples.points[3 * i + 1], samples.points[3 * i + 2]});
+  return distinct.size();
+}
+
+}  // namespace
+
+TEST_CASE("output_frame: closed forms of a box, for every normalisation") {
+  PolygonMesh box = cube();  // sides 4, 2 and 1, centre 10, -20, 30
+  for (std::size_t v = 0; v < box.vertex_count(); ++v) {
+    box.x[v] = 10 + 2 * box.x[v];
+    box.y[v] = -20 + box.y[v];
+    box.z[v] = 30 + 0.5 * box.z[v];
+  }
+  const PreparedMesh mesh = prepare_mesh(box);
+  CHECK(output_frame(mesh, NormalizeKind::none) == OutputFrame{});
+  CHECK(output_frame(mesh, NormalizeKind::unit_box).scale == 4);
+  CHECK(output_frame(mesh, NormalizeKind::unit_sphere).scale == Approx(std::sqrt(21.0) / 2).epsilon(1e-15));
+  CHECK(output_frame(mesh, NormalizeKind::unit_diagonal).scale == Approx(std::sqrt(21.0)).epsilon(1e-15));
+  for (const NormalizeKind kind :
+       {NormalizeKind::unit_sphere, NormalizeKind::unit_box, NormalizeKind::unit_diagonal})
+    CHECK(distance(output_frame(mesh, kind).loc, {10, -20, 30}) == 0);
+}
+
+TEST_CASE("place_samples: the same points of the file for every normalisation, up to float32") {
+  for (const PolygonMesh& file : {moved(torus(24, 12), 3, 10, 20, 30), moved(tetrahedron(), 1e-3, 0.5, 0, 0),
+                                  moved(cube(), 50, 1e6, -1e6, 0)})
+    for (const SequenceKind sequence : {SequenceKind::shifted, SequenceKind::random, SequenceKind::spaced}) {
+      PlaceParameters parameters;
+      parameters.sequence = sequence;
+      const FramedSamples plain = place_framed(file, 1000, parameters);
+      const double diagonal = prepare_mesh(file).diagonal;
+      for (const NormalizeKind kind : all_normalizations) {
+        parameters.normalize = kind;
+        const FramedSamples s = place_framed(file, 1000, parameters);
+        REQUIRE(s.samples.barycentric == plain.samples.barycentric);
+        REQUIRE(s.samples.face == plain.samples.face);
+        REQUIRE(count_distinct(s.samples) == 1000);
+        double far = 0;
+        for (std::size_t i = 0; i < 1000; ++i)
+          far = std::max(far, distance(file_point_of(s, i), file_point_of(plain, i)));
+        CHECK(far < 1e-4 * diagonal);  // float32 keeps 2^-14 of it, 2^-24 where normalised
+      }
+    }
+}
+
+TEST_CASE("place_samples: pointnet has the mean of the samples as centre, and the farthest at 1") {
+  for (const std::uint32_t n : {2u, 3u, 64u, 5000u, 40000u})
+    for (const OrderKind order : {OrderKind::progressive, OrderKind::curve}) {
+      PlaceParameters parameters;
+      parameters.normalize = NormalizeKind::pointnet;
+      parameters.order = order;
+      // Not symmetric: the mean is not the centre of the box.
+      const PolygonMesh file = moved(merged(icosphere(2), moved(cube(), 0.2, 3, 0, 0)), 7, 100, -50, 20);
+      const FramedSamples s = place_framed(file, n, parameters);
+      const Spread spread = spread_of(s);
+      INFO(n);
+      CHECK(norm(spread.mean) < 1e-7);
+      CHECK(std::abs(spread.farthest - 1) <= 0x1p-24);
+      // As pc_normalize computes it from the points of the file.
+      parameters.normalize = NormalizeKind::none;
+      const FramedSamples plain = place_framed(file, n, parameters);
+      Vector3 mean;
+      for (std::size_t i = 0; i < n; ++i) mean = mean + 1.0 / n * file_point_of(plain, i);
+      double farthest = 0;
+      for (std::size_t i = 0; i < n; ++i)
+        farthest = std::max(farthest, distance(file_point_of(plain, i), mean));
+      CHECK(distance(s.frame.loc, mean) < 1e-5);
+      CHECK(s.frame.scale == Approx(farthest).epsilon(1e-6));
+      CHECK(distance(s.frame.loc, output_frame(prepare_mesh(file), NormalizeKind::pointnet).loc) > 0.1);
+      // Whatever the order in the file and the threads.
+      parameters.normalize = NormalizeKind::pointnet;
+      parameters.order = order == OrderKind::curve ? OrderKind::progressive : OrderKind::curve;
+      CHECK(place_framed(file, n, parameters).frame == s.frame);
+      for (const std::size_t threads : {1, 3})
+        CHECK(on_threads(threads, [&] { return place_framed(file, n, parameters).frame; }) == s.frame);
+    }
+}
+
+TEST_CASE("place_samples: pointnet of a single sample has it at 0, in the scale of unit-sphere") {
+  PlaceParameters parameters;
+  parameters.normalize = NormalizeKind::pointnet;
+  const PolygonMesh file = moved(torus(12, 8), 1, 1e5, 0, 0);
+  const FramedSamples s = place_framed(file, 1, parameters);
+  CHECK(norm(stored_point_of(s, 0)) < 1e-9);
+  CHECK(s.frame.scale == output_frame(prepare_mesh(file), NormalizeKind::unit_sphere).scale);
+  parameters.normalize = NormalizeKind::none;
+  CHECK(distance(s.frame.loc, file_point_of(place_framed(file, 1, parameters), 0)) < 1e-2);
+}
+
+TEST_CASE("place_samples: pointnet is the frame of what is left once repeated points are drawn again") {
+  // Two specks of some 1,000 places of float32 each, far apart.
+  const double side = 40 * 0x1p-23;
+  const auto speck = [&](double at) {
+    return polygon_mesh({at, at, at, at + side, at, at, at, at + side, at}, {{0, 1, 2}});
+  };
+  const PolygonMesh file = merged(speck(1), speck(-1));
+  PlaceParameters parameters;
+  parameters.normalize = NormalizeKind::pointnet;
+  const FramedSamples s = place_framed(file, 200, parameters);
+  CHECK(count_distinct(s.samples) == 200);
+  CHECK(s.repairs[Repair::coincident_points] == 0);
+  CHECK(norm(spread_of(s).mean) < 1e-7);
+  CHECK(std::abs(spread_of(s).farthest - 1) <= 0x1p-24);
+  // Other samples are drawn again than in another frame.
+  parameters.normalize = NormalizeKind::none;
+  const FramedSamples plain = place_framed(file, 200, parameters);
+  CHECK(plain.samples.barycentric != s.samples.barycentric);
+  // More samples than places: some stay at one place, and the frame is that of all of them all the same.
+  parameters.normalize = NormalizeKind::pointnet;
+  const FramedSamples crowded = place_framed(file, 6000, parameters);
+  CHECK(crowded.repairs[Repair::coincident_points] > 0);
+  CHECK(count_distinct(crowded.samples) + crowded.repairs[Repair::coincident_points] == 6000);
+  CHECK(norm(spread_of(crowded).mean) < 1e-7);
+  CHECK(std::abs(spread_of(crowded).farthest - 1) <= 2 * 0x1p-24);
 }
 
 TEST_CASE("place_samples: normals of the file are interpolated, useless ones replaced") {

@@ -11,8 +11,8 @@ using namespace meander::test;
 
 TEST_CASE("points go from the store to the file and to working units, and back") {
   const PreparedMesh mesh = prepare_mesh(moved(cube(), 300, 5000, -7000, 11000));
-  for (const NormalizeKind kind :
-       {NormalizeKind::none, NormalizeKind::unit_box, NormalizeKind::unit_sphere}) {
+  for (const NormalizeKind kind : {NormalizeKind::none, NormalizeKind::unit_box, NormalizeKind::unit_sphere,
+                                   NormalizeKind::unit_diagonal}) {
     const OutputFrame frame = output_frame(mesh, kind);
     ItemReport report;
     report.loc = {frame.loc.x, frame.loc.y, frame.loc.z};

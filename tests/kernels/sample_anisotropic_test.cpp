@@ -10,6 +10,7 @@
 #include "kernels/analyse/region_counts.h"
 #include "kernels/analyse/spacing.h"
 #include "kernels/model/sampler.h"
+#include "kernels/sample/point_frames.h"
 #include "kernels/unit_vector.h"
 #include "support/anisotropic_models.h"
 #include "support/hand_charts.h"
@@ -245,9 +246,43 @@ TEST_CASE("anisotropic sampling: the isotropic tensor gives samples as good as t
   CHECK(equal.state.segments.report.accepted_share == 1);
 }
 
+TEST_CASE(
+    "anisotropic sampling: lifted samples define the frame of pointnet, and spacings are in its units") {
+  SampleParameters parameters = anisotropic();
+  set_samples(parameters, 500);
+  parameters.curved = true;
+  const PolygonMesh mesh = moved(merged(torus(30, 16), moved(icosphere(1), 0.3, 3, 0, 0)), 5, 10, 20, 30);
+  const Row plain = sampled(mesh, parameters);
+  parameters.place.normalize = NormalizeKind::pointnet;
+  const Row row = sampled(mesh, parameters);
+  REQUIRE(row.report.status == Status::ok);
+  CHECK(row.samples.barycentric == plain.samples.barycentric);
+  CHECK(row.samples.tensor_direction == plain.samples.tensor_direction);
+  Vector3 mean;
+  double farthest = 0;
+  for (std::size_t i = 0; i < 500; ++i) {
+    const Vector3 point = file_point(ItemReport(), row.samples.points, i);
+    mean = mean + 1.0 / 500 * point;
+    farthest = std::max(farthest, norm(point));
+    CHECK(distance(file_point(row.report, row.samples.points, i),
+                   file_point(plain.report, plain.samples.points, i)) < 1e-5);
+    for (const std::size_t k : {2 * i, 2 * i + 1})
+      CHECK(row.report.scale * static_cast<double>(row.samples.tensor_spacing[k]) ==
+            Approx(plain.samples.tensor_spacing[k]).epsilon(1e-6));
+  }
+  CHECK(norm(mean) < 1e-7);
+  CHECK(std::abs(farthest - 1) <= 0x1p-24);
+  // The same in the order of the curve.
+  parameters.place.order = OrderKind::curve;
+  const Row ordered = sampled(mesh, parameters);
+  CHECK(ordered.report.loc == row.report.loc);
+  CHECK(ordered.report.scale == row.report.scale);
+}
+
 TEST_CASE("anisotropic sampling: stored directions and spacings are those of the field") {
   const PolygonMesh mesh = torus(60, 30);
-  for (const NormalizeKind normalize : {NormalizeKind::none, NormalizeKind::unit_sphere}) {
+  for (const NormalizeKind normalize :
+       {NormalizeKind::none, NormalizeKind::unit_sphere, NormalizeKind::pointnet}) {
     SampleParameters parameters = anisotropic();
     parameters.place.normalize = normalize;
     ChartedModel model = charted(mesh, parameters, around_torus(mesh));

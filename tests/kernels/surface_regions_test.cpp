@@ -99,7 +99,7 @@ Model placed(const PolygonMesh& file, SampleParameters parameters, std::uint32_t
     return model;
   }
   RepairCounts repairs;
-  const OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
+  OutputFrame frame = output_frame(model.surface, NormalizeKind::none);
   const ElementParameters elements = element_parameters(parameters);
   const auto place = [&](const auto& order) {
     return place_samples(model.file, model.surface, model.measure.density, order, model.key, parameters.place,
@@ -337,12 +337,15 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
   const PolygonMesh small = merged(moved(torus(24, 12), 2e-5, 1, 0, 0), moved(torus(3, 3), 1e-9, -1, 0, 0));
   for (const PolygonMesh& file : {torus(24, 12), small})
     for (const PlaceKind place : {PlaceKind::element, PlaceKind::vertex})
-      for (const auto& [method, sequence] : {std::pair{"auto", SequenceKind::shifted},
-                                             {"direct", SequenceKind::shifted},
-                                             {"auto", SequenceKind::owen}}) {
+      for (const auto& [method, sequence, normalize] :
+           {std::tuple{"auto", SequenceKind::shifted, NormalizeKind::none},
+            {"direct", SequenceKind::shifted, NormalizeKind::none},
+            {"auto", SequenceKind::owen, NormalizeKind::none},
+            {"auto", SequenceKind::shifted, NormalizeKind::pointnet}}) {
         // Release builds take every sequence at curve vertices, too.
         if (sanitized && place == PlaceKind::vertex && sequence != SequenceKind::owen) continue;
         SampleParameters parameters = parameters_for(method);
+        parameters.place.normalize = normalize;
         parameters.place.sequence = sequence;
         parameters.place.place = place;
         constexpr std::uint32_t n = 140001;
@@ -354,6 +357,8 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
         REQUIRE(model.sites.count() == n);
         CHECK(model.row.report.status == Status::ok);
         CHECK(model.row.report.repairs.counts == whole.row.report.repairs.counts);
+        CHECK(model.row.report.loc == whole.row.report.loc);
+        CHECK(model.row.report.scale == whole.row.report.scale);
         set_samples(parameters, n);
         const Samples& expected = whole.row.samples;
         std::vector<std::array<float, 3>> points;
@@ -382,6 +387,30 @@ TEST_CASE("samples_at: the blocks of sites are the samples that are placed as a 
       }
 }
 
+TEST_CASE("place_samples in regions: pointnet is the frame of all samples, for any number of threads") {
+  SampleParameters parameters = parameters_for("auto");
+  parameters.place.normalize = NormalizeKind::pointnet;
+  parameters.rows_only = true;
+  parameters.most_kept_samples = 0;
+  const PolygonMesh file = moved(merged(icosphere(2), moved(cube(), 0.2, 3, 0, 0)), 7, 100, -50, 20);
+  constexpr std::uint32_t n = 140001;
+  const Model model = on_threads(1, [&] { return placed(file, parameters, n, true); });
+  set_samples(parameters, n);
+  const Samples samples = samples_at(model, parameters.place, 0, n);
+  Vector3 mean;
+  double farthest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3 point = {samples.points[3 * i], samples.points[3 * i + 1], samples.points[3 * i + 2]};
+    mean = mean + 1.0 / n * point;
+    farthest = std::max(farthest, norm(point));
+  }
+  CHECK(norm(mean) < 1e-7);
+  CHECK(std::abs(farthest - 1) <= 0x1p-24);
+  const Model other = on_threads(3, [&] { return placed(file, parameters, n, true); });
+  CHECK(other.row.report.loc == model.row.report.loc);
+  CHECK(other.row.report.scale == model.row.report.scale);
+}
+
 TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole") {
   SampleParameters parameters = parameters_for("auto");
   parameters.rows_only = true;
@@ -404,6 +433,7 @@ TEST_CASE("leaves_sites: large sets on the surface that nobody needs as a whole"
   CHECK_FALSE(with([](SampleParameters& p) { p.attributes = {{"heat", 1}}; }));
   CHECK_FALSE(with([](SampleParameters& p) { p.describe.descriptors = {Descriptor::d2}; }));
   CHECK(with([](SampleParameters& p) { p.method = MethodChoice::conformal; }));
+  CHECK(with([](SampleParameters& p) { p.place.normalize = NormalizeKind::pointnet; }));
 }
 
 TEST_CASE("samples_at: what samples of a triangle share is what is looked up for each of them") {

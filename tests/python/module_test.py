@@ -106,6 +106,9 @@ class SameAsTheProgram(WithMeshes):
         (["--sequence", "spaced", "--spacing", "fast"], dict(sequence="spaced", spacing="fast")),
         (["--method", "anisotropic", "--normalize", "unit-sphere"],
          dict(method="anisotropic", normalize="unit-sphere")),
+        (["--normalize", "unit-diagonal"], dict(normalize="unit-diagonal")),
+        (["--normalize", "pointnet", "--order", "curve"], dict(normalize="pointnet", order="curve")),
+        (["--normalize", "pointnet", "--curved"], dict(normalize="pointnet", curved=True)),
         (["--topology", "none"], dict(topology=False)),
         (["--curved", "--curve", "hilbert", "--method", "direct"], dict(curved=True, curve="hilbert", method="direct")),
     ]

@@ -160,8 +160,11 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
         "random" or "spaced" (samples keep their distance; `spacing` "fast", "default" or "best").
     density: "uniform", "mean", "gaussian", "max" (curvature), or numbers >= 0 at the V vertices or F faces
         (`density_at` says which where V = F). Points are distributed by area x density.
-    order: "progressive" or "curve". normalize: "none", "unit-sphere" or "unit-box". curve: "hilbert", "peano",
-        "peano-meander" or "balanced". curved: lift the points to the smooth surface that the mesh approximates.
+    order: "progressive" or "curve". curve: "hilbert", "peano", "peano-meander" or "balanced".
+    normalize: "none"; "unit-sphere", "unit-box" or "unit-diagonal": the centre of the box at 0, and the farthest vertex
+        of a face at distance 1, the longest side of the box 1, or its diagonal 1 (ShapeNet); "pointnet": the mean of
+        the n samples at 0, the farthest sample at distance 1. `loc` and `scale` undo each.
+    curved: lift the points to the smooth surface that the mesh approximates.
     normals: (V, 3), interpolated at the samples; without them normals are those of the triangles.
     topology: with False triangles are taken as they are, which is faster: normals follow their winding, and components,
         genus and boundaries are 0 (methods "auto" and "direct" without curvature densities).

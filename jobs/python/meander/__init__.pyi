@@ -11,7 +11,7 @@ __version__: str
 Method = Literal["auto", "conformal", "direct", "anisotropic"]
 Sequence_ = Literal["shifted", "stratified", "owen", "regular", "random", "spaced"]
 Order = Literal["progressive", "curve"]
-Normalize = Literal["none", "unit-sphere", "unit-box"]
+Normalize = Literal["none", "unit-sphere", "unit-box", "unit-diagonal", "pointnet"]
 Spacing = Literal["fast", "default", "best"]
 Curve = Literal["hilbert", "peano", "peano-meander", "balanced"]
 Content = Union[bytes, str, None]
