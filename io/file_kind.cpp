@@ -176,10 +176,13 @@ bool is_failed_list(const std::vector<std::string_view>& lines) {
 }
 
 bool is_xyz(const std::vector<std::string_view>& lines) {
-  return !lines.empty() && std::all_of(lines.begin(), lines.end(), [](std::string_view line) {
-    const auto words = words_of(line);
-    return words.size() >= 3 && std::all_of(words.begin(), words.end(), is_number);
-  });
+  const auto is_comment = [](std::string_view line) { return line.starts_with('#'); };
+  return !std::all_of(lines.begin(), lines.end(), is_comment) &&
+         std::all_of(lines.begin(), lines.end(), [&](std::string_view line) {
+           if (is_comment(line)) return true;
+           const auto words = words_of(line);
+           return words.size() >= 3 && std::all_of(words.begin(), words.end(), is_number);
+         });
 }
 
 // An object, or an array that an .ini file's [section] is not.

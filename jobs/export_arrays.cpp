@@ -17,6 +17,7 @@
 #include "jobs/inputs.h"
 #include "jobs/units.h"
 #include "kernels/core/spelling.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -68,28 +69,42 @@ std::string npy_file(std::string_view type, std::span<const Number> values, std:
   return file;
 }
 
-// Coordinates as stored, then red, green and blue from 0 to 1.
-std::vector<float> points_and_colors(const Samples& samples) {
-  std::vector<float> values;
-  values.reserve(6 * samples.count());
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) values.push_back(samples.points[3 * i + k]);
-    for (std::size_t k = 0; k < 3; ++k) values.push_back(static_cast<float>(samples.rgb[3 * i + k]) / 255);
+// The array with coordinates in the frame, of their type: float32 as stored, float64 of the file.
+template <class Make>
+std::string in_frame(PointFrame frame, const Row& row, const Make& make) {
+  if (frame == PointFrame::stored) return make("<f4", std::span<const float>(row.samples.points));
+  return make("<f8", std::span<const double>(file_points(row.report, row.samples.points)));
+}
+
+// Coordinates, then red, green and blue from 0 to 1.
+template <class Number>
+std::vector<Number> points_and_colors(std::span<const Number> points, std::span<const std::uint8_t> rgb) {
+  std::vector<Number> values;
+  values.reserve(2 * points.size());
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    for (std::size_t k = 0; k < 3; ++k) values.push_back(points[i + k]);
+    for (std::size_t k = 0; k < 3; ++k) values.push_back(static_cast<Number>(rgb[i + k]) / 255);
   }
   return values;
 }
 
-std::string npy_of(const std::string& name, const StoreColumns& columns, const Samples& samples) {
+std::string npy_of(const std::string& name, const StoreColumns& columns, PointFrame frame, const Row& row) {
+  const Samples& samples = row.samples;
   const auto floats = [](const std::vector<float>& values, std::uint64_t width) {
     return npy_file("<f4", std::span<const float>(values), width);
   };
   const auto numbers = [](const std::vector<std::uint32_t>& values, std::uint64_t width) {
     return npy_file("<u4", std::span<const std::uint32_t>(values), width);
   };
-  if (name == "points") return floats(samples.points, 3);
+  if (name == "points")
+    return in_frame(frame, row, [](std::string_view type, auto points) { return npy_file(type, points, 3); });
   if (name == "normals") return floats(samples.normals, 3);
   if (name == "rgb") return npy_file("|u1", std::span<const std::uint8_t>(samples.rgb), 3);
-  if (name == "points_rgb") return floats(points_and_colors(samples), 6);
+  if (name == "points_rgb")
+    return in_frame(frame, row, [&]<class Number>(std::string_view type, std::span<const Number> points) {
+      const std::vector<Number> values = points_and_colors(points, std::span(samples.rgb));
+      return npy_file(type, std::span<const Number>(values), 6);
+    });
   if (name == "face_index") return numbers(samples.face, 1);
   if (name == "corners") return numbers(samples.corners, 3);
   if (name == "barycentric") return floats(samples.barycentric, 2);
@@ -103,7 +118,17 @@ std::string npy_of(const std::string& name, const StoreColumns& columns, const S
   return floats(samples.density, 1);
 }
 
-std::string json_of(const StoreReader& store, std::uint64_t number, const Row& row) {
+// A text as an array of numpy without dimensions.
+std::string npy_text(std::string_view ascii) {
+  std::string file = npy_header(fmt::format("<U{}", ascii.size()), {});
+  for (const char c : ascii) {  // UTF-32
+    file += c;
+    file.append(3, '\0');
+  }
+  return file;
+}
+
+std::string json_of(const StoreReader& store, std::uint64_t number, PointFrame frame, const Row& row) {
   const ItemReport& report = row.report;
   JsonWriter json;
   json.begin_object();
@@ -119,6 +144,7 @@ std::string json_of(const StoreReader& store, std::uint64_t number, const Row& r
     json.end_array();
   };
   list("bbox", report.bbox);
+  json.member("frame", name_of(frame));
   list("loc", report.loc);
   json.member("scale", report.scale);
   json.end_object();
@@ -231,11 +257,12 @@ std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExpo
 }
 
 void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vector<std::string>& arrays,
-               const Row& row, const std::string& id) {
+               PointFrame frame, const Row& row, const std::string& id) {
   try {
     StoredZipWriter zip(put);
     for (const std::string& name : arrays)
-      zip.add(file_word(name) + ".npy", {npy_of(name, columns, row.samples)});
+      zip.add(file_word(name) + ".npy", {npy_of(name, columns, frame, row)});
+    zip.add("frame.npy", {npy_text(name_of(frame))});
     zip.add("loc.npy", {npy_file("<f8", std::span<const double>(row.report.loc), 1)});
     const std::string_view scale(reinterpret_cast<const char*>(&row.report.scale), sizeof(double));
     zip.add("scale.npy", {npy_header("<f8", {}), scale});
@@ -277,12 +304,12 @@ bool export_webdataset(const StoreReader& store, const std::vector<std::uint64_t
     std::vector<std::pair<std::string, std::string>> members;
     for (const std::string& name : wanted.arrays)
       members.emplace_back(fmt::format("{}.{}.npy", key, file_word(name)),
-                           npy_of(name, store.columns(), row.samples));
+                           npy_of(name, store.columns(), wanted.frame, row));
     if (row.label >= 0)
       members.emplace_back(key + ".cls", std::to_string(row.label));
     else
       ++unlabelled;
-    members.emplace_back(key + ".json", json_of(store, number, row));
+    members.emplace_back(key + ".json", json_of(store, number, wanted.frame, row));
     const Split split = store.split(number);
     files.try_emplace(split, wanted.folder, wanted.stem, split, wanted.most_bytes).first->second.add(members);
   }

@@ -31,16 +31,18 @@ void check_array_export(const ArrayExport& options, const std::string& format);
 // The names, each once. Throws UsageError for an array that the store does not have.
 std::vector<std::string> chosen_arrays(const StoreReader& store, const ArrayExport& options);
 
-// An .npz file: the arrays, and `loc` (3 float64) and `scale` (float64); coordinates of the model's file are
-// loc + scale * points. Throws RunError(unusable) for 4 GiB and more.
+// An .npz file: the arrays, and `loc` (3 float64), `scale` (float64) and `frame` (a text). Stored points lie
+// at loc + scale * points in the model's file; with the frame `file` the points are there already, as
+// float64. Throws RunError(unusable) for 4 GiB and more.
 void write_npz(const PutBytes& put, const StoreColumns& columns, const std::vector<std::string>& arrays,
-               const Row& row, const std::string& id);
+               PointFrame frame, const Row& row, const std::string& id);
 
 struct WebdatasetExport {
   std::string stem;  // of the names of the shards
   std::filesystem::path folder;
   std::vector<std::string> arrays;  // see chosen_arrays
   std::uint64_t most_bytes = 0;     // of a shard
+  PointFrame frame = PointFrame::stored;
 };
 
 // The rows as FOLDER/STEM-000000.tar and so on in a folder that exists, rows with a split in STEM-train-,

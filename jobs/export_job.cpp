@@ -21,6 +21,7 @@
 #include "jobs/export_page.h"
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
+#include "jobs/option_words.h"
 #include "jobs/output_guard.h"
 #include "jobs/output_names.h"
 #include "jobs/standard_streams.h"
@@ -40,6 +41,7 @@ struct ExportOptions {
   std::string store, output;
   std::vector<std::string> items;
   std::string format = "ply";
+  std::string frame;  // empty: that of the format
   bool pointnet = false;
   std::uint32_t shard_rows = 2048;
   DescriptorExport descriptors;
@@ -48,6 +50,11 @@ struct ExportOptions {
   bool fresh = false;
 
   Existing existing() const { return fresh ? Existing::replace : Existing::keep; }
+  // Point files have the coordinates of the model's file, arrays for training those of the store.
+  PointFrame point_frame() const {
+    if (!frame.empty()) return value_of(frame_words, frame);
+    return pointnet || is_array_format(format) ? PointFrame::stored : PointFrame::file;
+  }
   StoreCheck check = StoreCheck::every_byte;
   std::uint64_t store_bytes = 0;  // facts of the store before it was opened
   std::int64_t store_modified_ns = 0;
@@ -100,6 +107,7 @@ std::string parameters_of(const StoreReader& store, const ExportOptions& options
   json.member("program", std::string(meander_version));
   json.member("format", options.pointnet ? std::string("pointnet") : options.format);
   list("arrays", arrays);
+  json.member("frame", name_of(options.point_frame()));
   if (options.pointnet) json.member("shard_rows", options.shard_rows);
   if (options.format == "webdataset") {
     json.member("stem", escape_id(fs::path(options.store).stem().string()));  // of the names of the shards
@@ -161,11 +169,12 @@ int export_points(const StoreReader& store, const std::vector<std::uint64_t>& ro
   if (options.format == "xyz") store.require(SampleColumn::normals, "--format xyz");
   const auto write_row = [&](const PutBytes& put, std::uint64_t row) {
     const Row content = store.read_row(row);
-    if (options.format == "npz") return write_npz(put, store.columns(), arrays, content, store.id(row));
+    if (options.format == "npz")
+      return write_npz(put, store.columns(), arrays, options.point_frame(), content, store.id(row));
     const PointFormat format = options.format == "ply"   ? PointFormat::ply
                                : options.format == "off" ? PointFormat::off
                                                          : PointFormat::xyz;
-    write_points(put, format, content.samples, content.report);
+    write_points(put, format, content.samples, content.report, options.point_frame());
   };
   if (options.output == standard_output) {
     if (rows.size() != 1)
@@ -226,8 +235,8 @@ int export_shards(const StoreReader& store, const ExportOptions& options, Output
   check_pointnet_files(options, unfinished.existing(), guard);
   if (unfinished.begin())
     remove_temporaries(options.output, [](const std::string& name) { return is_pointnet_file(name); });
-  const PointnetCounts counts =
-      export_pointnet(store, options.output, options.shard_rows, &catch_stop_signals());
+  const PointnetCounts counts = export_pointnet(store, options.output, options.shard_rows,
+                                                &catch_stop_signals(), options.point_frame());
   unfinished.end();
   fmt::print("PointNet shards in {}: {} rows for training, {} for tests, {} for validation\n", options.output,
              counts.train, counts.test, counts.validation);
@@ -240,7 +249,7 @@ int export_arrays(const StoreReader& store, const std::vector<std::uint64_t>& ro
   const std::vector<std::string> arrays = chosen_arrays(store, options.arrays);
   UnfinishedExport unfinished(options.output, parameters_of(store, options, arrays), options.fresh, guard);
   const WebdatasetExport wanted{fs::path(options.store).stem().string(), options.output, arrays,
-                                parse_bytes(options.arrays.shard_bytes)};
+                                parse_bytes(options.arrays.shard_bytes), options.point_frame()};
   const std::vector<fs::path> earlier = webdataset_files(wanted);
   for (const fs::path& file : earlier) guard.check(file, {FileKind::tar}, "-o", unfinished.existing());
   if (unfinished.begin())
@@ -299,6 +308,13 @@ JobFunction add_export_job(Command& program) {
       command.add_option("--format", options->format, "Of the point files, or of the file of descriptors")
           .show_default()
           .one_of({"ply", "off", "xyz", "npz", "webdataset", "csv", "fbin", "npy", "ann-hdf5"});
+  command
+      .add_option(
+          "--frame", options->frame,
+          "Coordinates of the points: file, those of the model's file (the default of ply, off and xyz), "
+          "or stored, those of the store, as --normalize of the run made them (the default of npz, "
+          "webdataset and --pointnet); each file says which it has")
+      .one_of(all_words(frame_words));
   const Option pointnet = command
                               .add_flag("--pointnet", options->pointnet,
                                         "HDF5 shards for PointNet-style loaders: all ok rows with a class, "
@@ -318,6 +334,12 @@ JobFunction add_export_job(Command& program) {
     check_array_export(options->arrays, options->format);
     if (options->page.shapes_page && options->page.output.empty())
       throw UsageError("--models and --points apply to --html only");
+    if (!options->frame.empty() &&
+        (!options->page.output.empty() || (!options->pointnet && is_descriptor_format(options->format))))
+      throw UsageError(
+          "--frame applies to points in files and shards; the page of --html has stored points, descriptors "
+          "have "
+          "no frame");
     if (options->output.empty() && options->page.output.empty())
       throw UsageError("export needs -o FOLDER, or --html FILE");
     if (options->pointnet && options->output == standard_output)

@@ -306,8 +306,8 @@ Option add_page_export_options(const Command& whole, PageExport& options) {
   const auto given = [&options] { options.shapes_page = true; };
   Command command = whole.under("Page");
   Option html = command.add_option("--html", options.output,
-                                   "Write one HTML page to turn the models in, with failures, certificates, "
-                                   "histograms and nearest models");
+                                   "Write one HTML page to turn the models in, as they are stored, with "
+                                   "failures, certificates, histograms and nearest models");
   command
       .add_option("--models", options.models,
                   "--html: models on the page at most, spread over the ids, and failures listed")

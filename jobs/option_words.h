@@ -47,6 +47,8 @@ inline constexpr Word<NormalizeKind> normalize_words[] = {{"none", NormalizeKind
                                                           {"unit-box", NormalizeKind::unit_box},
                                                           {"unit-diagonal", NormalizeKind::unit_diagonal},
                                                           {"pointnet", NormalizeKind::pointnet}};
+inline constexpr Word<PointFrame> frame_words[] = {{"stored", PointFrame::stored},
+                                                   {"file", PointFrame::file}};
 inline constexpr Word<DensityKind> density_words[] = {
     {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
     {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},

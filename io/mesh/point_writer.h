@@ -12,9 +12,12 @@ enum class PointFormat : std::uint8_t { ply, off, xyz };
 
 // PLY: binary little-endian with x y z nx ny nz, face (u v for parametric surfaces), density and, where
 // there are colours, red green blue; OFF:
-// vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. loc
-// and scale are applied (file coordinates, double in OFF/XYZ/PLY). The bytes come in pieces of about 1 MB.
+// vertices only (COFF-free, zero faces); XYZ: one `x y z nx ny nz` a line, shortest round-trip decimals. Of
+// the frame `file` loc and scale are applied, and coordinates are double; of `stored` they are the float32 of
+// the samples. The file says which: `frame file`, or `frame stored loc X Y Z scale S`, as a comment in the
+// header of PLY and in the last line of the others (`# frame file`), where readers have taken all rows that
+// they count on. The bytes come in pieces of about 1 MB.
 void write_points(const std::function<void(std::string_view)>& put, PointFormat format,
-                  const Samples& samples, const ItemReport& report);
+                  const Samples& samples, const ItemReport& report, PointFrame frame = PointFrame::file);
 
 }  // namespace meander

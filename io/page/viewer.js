@@ -458,6 +458,7 @@ function fillRun() {
   const order = facts.order === 'progressive' ? 'progressive: the first points are a set of their own' : 'along the curve';
   fillList(byId('origin'), [
     ['store', facts.store], ['content', facts.content], ['order', order], ['seed', String(facts.seed)],
+    ['coordinates', 'points as stored (--normalize), sizes and areas in units of the files'],
     ['made by', `meander ${facts.tool_version}`], ['versions', `format ${facts.format_version}, method ${facts.method_version}`],
   ]);
   try {

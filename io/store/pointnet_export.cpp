@@ -12,6 +12,8 @@
 #include "io/json_writer.h"
 #include "io/store/hdf5_handles.h"
 #include "io/store/store.h"
+#include "io/store/store_file.h"
+#include "kernels/sample/point_frames.h"
 
 namespace meander {
 
@@ -30,6 +32,12 @@ struct PointnetShard {
 struct ExportSource {
   const StoreReader& store;
   const std::atomic<bool>* stop;
+  PointFrame frame;
+
+  // Of a sample: three coordinates.
+  std::uint64_t point_bytes() const {
+    return 3 * (frame == PointFrame::file ? sizeof(double) : sizeof(float));
+  }
 
   void check() const {
     if (stop != nullptr && *stop)
@@ -67,38 +75,61 @@ void write_rows(const Hdf5Dataset& dataset, hid_t type, const std::vector<hsize_
              "write rows");
 }
 
-// Rows of a chunk of points.
+// Rows of a chunk of points, of 12 bytes each.
 hsize_t chunk_rows(const StoreReader& store) {
   constexpr hsize_t chunk_bytes = hsize_t{1} << 20;
   return std::max<hsize_t>(1, chunk_bytes / (hsize_t{store.samples()} * 12));
 }
 
 // What the file takes at most: chunks that do not shrink are stored as they are, and the last is whole.
-std::uint64_t most_bytes(const StoreReader& store, std::uint64_t rows) {
-  constexpr std::uint64_t overhead = 65536, chunk_overhead = 256;
-  const std::uint64_t batch = chunk_rows(store), chunks = (rows + batch - 1) / batch;
-  return 2 * chunks * (std::min(batch, rows) * store.samples() * 12 + chunk_overhead) + rows + overhead;
+std::uint64_t most_bytes(const ExportSource& source, std::uint64_t rows) {
+  constexpr std::uint64_t overhead = 65536, chunk_overhead = 256, normal_bytes = 12;
+  const std::uint64_t batch = chunk_rows(source.store), chunks = (rows + batch - 1) / batch;
+  const std::uint64_t samples = std::min(batch, rows) * source.store.samples();
+  return chunks * (samples * (source.point_bytes() + normal_bytes) + 2 * chunk_overhead) + rows + overhead;
 }
+
+// Points of rows one after the other, in the frame of the export.
+struct PointRows {
+  std::vector<float> stored;
+  std::vector<double> file;
+
+  void add(const Row& row, PointFrame frame) {
+    if (frame == PointFrame::stored) {
+      stored.insert(stored.end(), row.samples.points.begin(), row.samples.points.end());
+      return;
+    }
+    const std::vector<double> points = file_points(row.report, row.samples.points);
+    file.insert(file.end(), points.begin(), points.end());
+  }
+};
 
 void write_datasets(const Hdf5File& file, const ExportSource& source, const PointnetShard& shard,
                     const fs::path& path) {
   const StoreReader& store = source.store;
   const hsize_t rows = shard.rows.size(), samples = store.samples(), batch = chunk_rows(store);
-  const Hdf5Dataset data = make_dataset(file, "data", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
+  const bool of_file = source.frame == PointFrame::file;
+  const Hdf5Dataset data =
+      make_dataset(file, "data", of_file ? H5T_IEEE_F64LE : H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
+  write_attribute(data.get(), "frame", name_of(source.frame));
   const Hdf5Dataset normal = make_dataset(file, "normal", H5T_IEEE_F32LE, {rows, samples, 3}, batch, 4);
   const Hdf5Dataset label = make_dataset(file, "label", H5T_STD_U8LE, {rows, 1}, rows, 1);
   try {
     write_rows(label, H5T_NATIVE_UINT8, {0, 0}, {rows, 1}, shard.labels.data());
     for (hsize_t begin = 0; begin < rows; begin += batch) {
       const hsize_t count = std::min(batch, rows - begin);
-      std::vector<float> points, normals;
+      PointRows points;
+      std::vector<float> normals;
       source.check();
       for (hsize_t i = 0; i < count; ++i) {
-        const Samples row = store.read_row(shard.rows[begin + i]).samples;
-        points.insert(points.end(), row.points.begin(), row.points.end());
-        normals.insert(normals.end(), row.normals.begin(), row.normals.end());
+        const Row row = store.read_row(shard.rows[begin + i]);
+        points.add(row, source.frame);
+        normals.insert(normals.end(), row.samples.normals.begin(), row.samples.normals.end());
       }
-      write_rows(data, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, points.data());
+      const void* const values =
+          of_file ? static_cast<const void*>(points.file.data()) : points.stored.data();
+      write_rows(data, of_file ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3},
+                 values);
       write_rows(normal, H5T_NATIVE_FLOAT, {begin, 0, 0}, {count, samples, 3}, normals.data());
     }
     // While the datasets are open: what their caches hold and cannot be written then is only dropped when
@@ -116,7 +147,7 @@ void write_hdf5(const fs::path& path, const ExportSource& source, const Pointnet
   pending.create();  // says what is wrong with the place, if anything
   const fs::path& temporary = pending.temporary();
   // Asked before HDF5 holds the file: 1.10 crashes at the end of a process that could not close one.
-  reserve_space(temporary, most_bytes(source.store, shard.rows.size()), FullDisk::stops_run);
+  reserve_space(temporary, most_bytes(source, shard.rows.size()), FullDisk::stops_run);
   const Hdf5Lock lock;
   try {
     const Hdf5Properties creation(H5Pcreate(H5P_FILE_CREATE), "make file properties");
@@ -230,7 +261,7 @@ void require_pointnet_rows(const StoreReader& store) {
 }
 
 PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder, std::uint32_t shard_rows,
-                               const std::atomic<bool>* stop) {
+                               const std::atomic<bool>* stop, PointFrame frame) {
   if (shard_rows == 0) throw RunError(RunError::Kind::unusable, "a PointNet file needs one row or more");
   require_pointnet_rows(store);
   Parts parts = make_parts();
@@ -256,7 +287,7 @@ PointnetCounts export_pointnet(const StoreReader& store, const fs::path& folder,
   replace_file(folder / written.front(), classes, FullDisk::stops_run);
   for (const Part& part : parts) {
     if (!part.is_written()) continue;
-    const std::vector<std::string> names = write_part({store, stop}, folder, part);
+    const std::vector<std::string> names = write_part({store, stop, frame}, folder, part);
     written.insert(written.end(), names.begin(), names.end());
   }
   // Loaders take every shard that they find.

@@ -324,7 +324,8 @@ struct PointnetCounts {
   std::uint64_t train = 0, test = 0, validation = 0, unlabelled = 0;
 };
 PointnetCounts export_pointnet(const StoreReader& store, const std::filesystem::path& folder,
-                               std::uint32_t shard_rows = 2048, const std::atomic<bool>* stop = nullptr);
+                               std::uint32_t shard_rows = 2048, const std::atomic<bool>* stop = nullptr,
+                               PointFrame frame = PointFrame::stored);
 // Throws as export_pointnet does where the store has nothing for such files, or too many classes.
 void require_pointnet_rows(const StoreReader& store);
 // Whether a file may be one of such an export.

@@ -4,6 +4,16 @@
 
 namespace meander {
 
+std::vector<double> file_points(const ItemReport& report, std::span<const float> points) {
+  std::vector<double> result;
+  result.reserve(points.size());
+  for (std::size_t i = 0; i < points.size() / 3; ++i) {
+    const Vector3 at = file_point(report, points, i);
+    result.insert(result.end(), {at.x, at.y, at.z});
+  }
+  return result;
+}
+
 std::vector<double> working_points(const ItemReport& report, std::span<const float> points,
                                    const PreparedMesh& mesh) {
   std::vector<double> working;

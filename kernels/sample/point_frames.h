@@ -19,6 +19,9 @@ inline Vector3 file_point(const ItemReport& report, std::span<const float> point
           report.loc[2] + report.scale * double{points[3 * i + 2]}};
 }
 
+// All points of a row in coordinates of the file, 3 N numbers. O(N).
+std::vector<double> file_points(const ItemReport& report, std::span<const float> points);
+
 // File coordinates in working units, and back.
 inline Vector3 to_working(const PreparedMesh& mesh, Vector3 file) {
   return {(file.x - mesh.centre.x) / mesh.unit, (file.y - mesh.centre.y) / mesh.unit,

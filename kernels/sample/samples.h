@@ -26,6 +26,13 @@ constexpr std::string_view name_of(ColorSource source) {
   return color_source_names[static_cast<std::size_t>(source)];
 }
 
+// The coordinates in which points are handed out: as they are stored, or those of the model's file.
+enum class PointFrame : std::uint8_t { stored, file };
+inline constexpr std::array<std::string_view, 2> point_frame_names = {"stored", "file"};
+constexpr std::string_view name_of(PointFrame frame) {
+  return point_frame_names[static_cast<std::size_t>(frame)];
+}
+
 // A column of samples that holds an attribute of the model: numbers of vertices or faces by the name that its
 // file gives them.
 struct AttributeColumn {

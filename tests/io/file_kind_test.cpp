@@ -64,6 +64,7 @@ TEST_CASE("file kind: what this program writes is known again") {
   CHECK(kind_of("ply\nformat ascii 1.0\nelement vertex 2\nend_header\n") == FileKind::ply_points);
   CHECK(kind_of("OFF\n2 0 0\n0 0 0\n1 1 1\n") == FileKind::off_points);
   CHECK(kind_of("1 2 3 0 0 1\n1e-5 -2 3 0 0 1\n") == FileKind::xyz);
+  CHECK(kind_of("1 2 3 0 0 1\n1e-5 -2 3 0 0 1\n# frame file\n") == FileKind::xyz);
   const std::vector<std::uint32_t> header = {2, 3};
   CHECK(kind_of(raw(header) + raw(std::vector<float>(6, 0.5f))) == FileKind::fbin);
   CHECK(kind_of(raw(std::vector<float>{0, 1, 2, 1, 0, 3, 2, 3, 0})) == FileKind::distance_matrix);

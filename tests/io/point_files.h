@@ -10,9 +10,10 @@
 namespace meander::test {
 
 inline void write_points(const std::filesystem::path& path, PointFormat format, const Samples& samples,
-                         const ItemReport& report) {
+                         const ItemReport& report, PointFrame frame = PointFrame::file) {
   AtomicFile file(path);
-  meander::write_points([&file](std::string_view data) { file.append(data); }, format, samples, report);
+  meander::write_points([&file](std::string_view data) { file.append(data); }, format, samples, report,
+                        frame);
   file.commit();
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "io/mesh/point_reader.h"
 #include "io/point_files.h"
 #include "io/reading.h"
 #include "io/run_error.h"
@@ -59,6 +60,8 @@ TEST_CASE("write_points: XYZ holds positions in file coordinates and normals, di
     REQUIRE_FALSE(row >> value);
   }
   std::string rest;
+  REQUIRE(std::getline(text, rest));
+  REQUIRE(rest == "# frame file");
   REQUIRE_FALSE(std::getline(text, rest));
 }
 
@@ -68,6 +71,7 @@ TEST_CASE("write_points: OFF has vertices and no face") {
   write_points(folder / "a.off", PointFormat::off, samples, placed());
   std::string content = read_file(folder / "a.off");
   REQUIRE(content.starts_with("OFF\n3 0 0\n"));
+  REQUIRE(content.ends_with("\n# frame file\n"));
   // With a face added it is a mesh with these vertices.
   content.replace(4, 5, "3 1 0");
   const PolygonMesh mesh = read(content + "3 0 1 2\n", MeshFormat::off);
@@ -83,6 +87,8 @@ TEST_CASE("write_points: PLY reads back with normals, faces and densities") {
   const Samples samples = three_samples();
   write_points(folder / "a.ply", PointFormat::ply, samples, placed());
   std::string content = read_file(folder / "a.ply");
+  REQUIRE(
+      content.starts_with("ply\nformat binary_little_endian 1.0\ncomment frame file\nelement vertex 3\n"));
   const std::string end = "end_header\n";
   content.replace(content.find(end), end.size(),
                   "element face 1\nproperty list uchar uchar vertex_indices\n" + end);
@@ -98,6 +104,33 @@ TEST_CASE("write_points: PLY reads back with normals, faces and densities") {
   REQUIRE(mesh.vertex_attributes[0].values == std::vector<double>{5, 0, 4000000000.0});
   REQUIRE(mesh.vertex_attributes[1].name == "density");
   REQUIRE(mesh.vertex_attributes[1].values == std::vector<double>{1, 0.5, 2});
+}
+
+TEST_CASE("write_points: as stored, float32 and the frame that leads to the file") {
+  const ScratchFolder folder;
+  const Samples samples = three_samples();
+  const std::string words = "frame stored loc 1e+08 -0.125 3 scale 0.3";
+  for (const auto& [name, format] :
+       {std::pair{"a.ply", PointFormat::ply}, {"a.off", PointFormat::off}, {"a.xyz", PointFormat::xyz}}) {
+    INFO(name);
+    write_points(folder / name, format, samples, placed(), PointFrame::stored);
+    const std::string content = read_file(folder / name);
+    if (format == PointFormat::ply)
+      CHECK(content.find("\ncomment " + words + "\nelement vertex 3\nproperty float x\n") !=
+            std::string::npos);
+    else
+      CHECK(content.ends_with("\n# " + words + "\n"));
+    const PointCloud cloud = read_points(folder / name);
+    REQUIRE(cloud.count() == 3);
+    // Digit for digit: as float32 writes and reads itself.
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(static_cast<float>(cloud.x[i]) == samples.points[3 * i]);
+      CHECK(static_cast<float>(cloud.y[i]) == samples.points[3 * i + 1]);
+      CHECK(static_cast<float>(cloud.z[i]) == samples.points[3 * i + 2]);
+    }
+    if (format != PointFormat::off) CHECK(cloud.normals == samples.normals);
+  }
+  CHECK(read_file(folder / "a.xyz").starts_with("0 0 0 0 0 1\n0.1 -0.25 1 0.6 0.8 0\n"));
 }
 
 TEST_CASE("write_points: more than one buffer, and no point at all") {
@@ -117,7 +150,7 @@ TEST_CASE("write_points: more than one buffer, and no point at all") {
   REQUIRE(content.size() - body == 44 * 100000);
   for (const PointFormat format : {PointFormat::ply, PointFormat::off, PointFormat::xyz})
     REQUIRE_NOTHROW(write_points(folder / "none", format, {}, {}));
-  REQUIRE(read_file(folder / "none").empty());
+  REQUIRE(read_file(folder / "none") == "# frame file\n");
 }
 
 TEST_CASE("write_points: the old file stays when writing fails, and nothing else is left") {
@@ -129,5 +162,5 @@ TEST_CASE("write_points: the old file stays when writing fails, and nothing else
   REQUIRE(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
   write_points(folder / "b.xyz", PointFormat::xyz, three_samples(), {});
   write_points(folder / "b.xyz", PointFormat::xyz, {}, {});
-  REQUIRE(read_file(folder / "b.xyz").empty());
+  REQUIRE(read_file(folder / "b.xyz") == "# frame file\n");
 }

@@ -349,6 +349,39 @@ TEST_CASE("export_pointnet: ok rows with a class, in shards of each part, with t
   CHECK(read_file(folder / "out/pointnet/shape_names.txt") == "airplane\nchair\n\xC3\xA9tag\xC3\xA8re\n");
 }
 
+TEST_CASE("export_pointnet: as stored or in coordinates of the files, and each shard says which") {
+  const StoreHeader header = make_header(150, 20);
+  const ScratchFolder folder;
+  write_store(folder / "s.h5", header);
+  const StoreReader store(folder / "s.h5");
+  std::vector<std::uint64_t> trained;  // the rows of the first shard
+  for (std::uint64_t row = 0; row < 150 && trained.size() < 8; ++row)
+    if (store.report(row).status == Status::ok && store.label(row) >= 0 &&
+        (store.split(row) == Split::train || store.split(row) == Split::none))
+      trained.push_back(row);
+  for (const PointFrame frame : {PointFrame::stored, PointFrame::file}) {
+    export_pointnet(store, folder / "out", 8, nullptr, frame);
+    const hid_t file = H5Fopen((folder / "out/ply_data_train0.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    const hid_t data = H5Dopen2(file, "data", H5P_DEFAULT), type = H5Dget_type(data);
+    CHECK(H5Tget_size(type) == (frame == PointFrame::file ? 8 : 4));
+    std::vector<double> values(8 * 60);
+    REQUIRE(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0);
+    CHECK(store::read_text_attribute(data, "frame") == name_of(frame));
+    H5Tclose(type);
+    H5Dclose(data);
+    H5Fclose(file);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Row row = make_row(header, trained[i]);
+      for (std::size_t k = 0; k < 60; ++k) {
+        const double stored = row.samples.points[k];
+        const double expected =
+            frame == PointFrame::file ? row.report.loc[k % 3] + row.report.scale * stored : stored;
+        REQUIRE(values[60 * i + k] == expected);
+      }
+    }
+  }
+}
+
 TEST_CASE("export_pointnet: a second export leaves nothing of the first, and nothing else is touched") {
   StoreHeader header = make_header(60, 5);
   const ScratchFolder folder;

@@ -171,7 +171,7 @@ def check_arrays(meander, store, folder):
     subprocess.run([*export, str(folder / "npz"), "--format", "npz", "--arrays", ",".join(sorted(DATASETS))], check=True)
     subprocess.run([*export, str(folder / "default"), "--format", "npz", "flat/box00.off"], check=True)
     with numpy.load(folder / "default" / "flat" / "box00.off.npz") as made:
-        assert sorted(made.files) == ["loc", "normals", "points", "rgb", "scale"]
+        assert sorted(made.files) == ["frame", "loc", "normals", "points", "rgb", "scale"]
     subprocess.run([*export, str(folder / "shards"), "--format", "webdataset", "--arrays", "points_rgb,normals",
                     "--shard-bytes", "30k"], check=True)
     found = {}
@@ -194,6 +194,7 @@ def check_arrays(meander, store, folder):
             assert (arrays.pop("loc") == original["items/loc"][row]).all()
             scale = arrays.pop("scale")
             assert scale.shape == () and scale == original["items/scale"][row]
+            assert arrays.pop("frame") == "stored"
             assert sorted(arrays) == sorted(DATASETS)
             check_equal(arrays, original, row)
             members = found[f"{row:08}"]
@@ -205,6 +206,67 @@ def check_arrays(meander, store, folder):
             assert int(members["cls"]) == original["label"][row]
             assert about["class"] == ids[row].split("/")[0] and "split" not in about
             assert about["area"] == original["items/area"][row]
+            assert about["frame"] == "stored" and about["scale"] == original["items/scale"][row]
+
+
+def read_members(folder):
+    """Of the shards of a folder: key: {name: bytes}."""
+    found = {}
+    for shard in sorted(folder.glob("*.tar")):
+        with tarfile.open(shard) as tar:
+            for member in tar:
+                key, _, name = member.name.partition(".")
+                found.setdefault(key, {})[name] = tar.extractfile(member).read()
+    return found
+
+
+def check_frames(meander, folder):
+    """Every format in either frame has the values that it says, for numpy and h5py."""
+    store = folder / "framed.h5"
+    subprocess.run([meander, "run", str(folder / "in"), "-o", str(store), "-n", "128", "--normalize", "pointnet",
+                    "--colors", "--label-from-folder", "--progress", "none"], check=False)
+    with h5py.File(store) as file:
+        ids = file["items/id"].asstr()[:].tolist()
+        ok = [row for row in range(len(ids)) if file["items/status"][row] == 0]
+        stored, loc, scale = file["points"][:], file["items/loc"][:], file["items/scale"][:]
+        rgb, labels = file["rgb"][:], file["label"][:, 0]
+    assert len(ok) == 40
+    assert numpy.abs(stored[ok].mean(axis=1, dtype=float)).max() < 1e-7
+    assert numpy.allclose(numpy.linalg.norm(stored[ok], axis=2).max(axis=1), 1, atol=2e-7)
+    of_file = loc[:, None] + scale[:, None, None] * stored.astype(float)
+
+    def expected(frame, rows):
+        return (of_file if frame == "file" else stored)[rows]
+    for frame in ("stored", "file"):
+        def export(form, *words):
+            out = folder / f"{form}-{frame}"
+            subprocess.run([meander, "export", str(store), "-o", str(out), "--frame", frame, *words], check=True,
+                           stdout=subprocess.DEVNULL)
+            return out
+        number = numpy.float64 if frame == "file" else numpy.float32
+        npz, shards = (export(form, "--format", form, "--arrays", "points,points_rgb") for form in ("npz", "webdataset"))
+        members = read_members(shards)
+        xyz = export("xyz", "--format", "xyz")
+        for row in ok:
+            both = numpy.hstack([expected(frame, row), rgb[row].astype(number) / 255])
+            with numpy.load(npz / (ids[row] + ".npz")) as made:
+                assert str(made["frame"]) == frame and (made["loc"] == loc[row]).all() and made["scale"] == scale[row]
+                assert made["points"].dtype == number and (made["points"] == expected(frame, row)).all()
+                assert made["points_rgb"].dtype == number and (made["points_rgb"] == both).all()
+            of_row = members[f"{row:08}"]
+            about = json.loads(of_row["json"])
+            assert about["frame"] == frame and about["loc"] == loc[row].tolist() and about["scale"] == scale[row]
+            assert (numpy.load(io.BytesIO(of_row["points.npy"])) == expected(frame, row)).all()
+            assert (numpy.load(io.BytesIO(of_row["points_rgb.npy"])) == both).all()
+            text = numpy.loadtxt(xyz / (ids[row] + ".xyz"))  # which takes the last line for a comment
+            assert text.shape == (128, 6) and (text[:, :3].astype(number) == expected(frame, row)).all()
+        pointnet = export("pointnet", "--pointnet")
+        with h5py.File(pointnet / "ply_data_train0.h5") as shard:
+            listed = json.loads((pointnet / "ply_data_train_0_id2file.json").read_text())
+            rows = [ids.index(item) for item in listed]
+            assert shard["data"].attrs["frame"] == frame and shard["data"].dtype == number
+            assert (shard["data"][:] == expected(frame, rows)).all()
+            assert (shard["label"][:, 0] == labels[rows]).all()
 
 
 def write_numbered_box(path):
@@ -286,6 +348,7 @@ def main():
                                "--label-from-folder", "--progress", "none"], check=False)
         assert made.returncode == 3
         check_arrays(meander, coloured, folder)
+        check_frames(meander, folder)
         check_packs(meander, load_store, folder)
         check_chosen(load_store, meander, folder)
     print("numpy, data set and files of descriptors are as the store says")
