@@ -8,6 +8,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   # GCC 12 reports overlapping copies inside std::string concatenation that cannot happen (GCC bug 105651).
   target_compile_options(meander_flags INTERFACE -Wno-restrict)
 endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  # Members and templates of one source that nothing calls. GCC, and -Wall of either, tell of functions alone.
+  target_compile_options(meander_flags INTERFACE -Wunused-member-function -Wunused-template)
+endif()
 if(CMAKE_UNITY_BUILD)
   # Among the sources of a unity, a local name may be that of another source's constant.
   target_compile_options(meander_flags INTERFACE

@@ -66,14 +66,14 @@ void separate_masses(SurfaceMatrices& matrices) {
   }
 }
 
-// The two products that Spectra asks for.
+// The two products that Spectra asks for, and their sizes; this version of it does without that of columns.
 class ShiftedInverse {
  public:
   using Scalar = double;
   ShiftedInverse(const SparseCholesky& factor, std::size_t rows, const CancelToken& cancel)
       : factor_(factor), rows_(static_cast<Eigen::Index>(rows)), cancel_(cancel) {}
   Eigen::Index rows() const { return rows_; }
-  Eigen::Index cols() const { return rows_; }
+  [[maybe_unused]] Eigen::Index cols() const { return rows_; }
   void set_shift(double) {}  // the factor has it
   void perform_op(const double* x, double* y) const {
     cancel_.check();
@@ -92,7 +92,7 @@ class MassProduct {
   using Scalar = double;
   explicit MassProduct(const SurfaceMatrices& matrices) : matrices_(matrices) {}
   Eigen::Index rows() const { return static_cast<Eigen::Index>(matrices_.mass_diagonal.size()); }
-  Eigen::Index cols() const { return rows(); }
+  [[maybe_unused]] Eigen::Index cols() const { return rows(); }
   void perform_op(const double* x, double* y) const {
     const UnknownGraph& graph = matrices_.stiffness.graph;
     for (std::size_t v = 0; v < graph.count(); ++v) {

@@ -26,10 +26,6 @@ struct PlaneBox {
     low = {std::min(low.x, q.x), std::min(low.y, q.y)};
     high = {std::max(high.x, q.x), std::max(high.y, q.y)};
   }
-  void hold(const PlaneBox& box) {
-    hold(box.low);
-    hold(box.high);
-  }
   // Whether a point of the box may lie on the left of an edge. Rounding is monotone, so that no point of the
   // box has a larger turn than the corner that is farthest to the left.
   bool reaches_left_of(PlanePoint a, PlanePoint b) const {
