@@ -111,7 +111,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "run --normalize pointnet: the same bytes for any threads, shards and a second run; all samples count") {
+    "run --normalize pointnet: all samples define it, and bytes are the same for any threads and shards") {
   const ScratchFolder scratch;
   put_models(scratch / "in");
   for (const std::vector<std::string>& more : {std::vector<std::string>{"-n", "2048"},
