@@ -287,12 +287,12 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
       "spacing", "--spacing", [&sample] { return text_of(spacing_words, sample.place.spacing); },
       [&sample] { return sample.place.sequence == SequenceKind::spaced; });
   table.add(points, "seed", "--seed", sample.seed, "Seed, 0 to 2^64 - 1").whole_number();
-  table.add(
-      points, "normalize", "--normalize", sample.place.normalize, normalize_words,
-      "Stored coordinates; loc and scale undo it. none: those of the file; unit-sphere: the centre of "
-      "the box at 0, the farthest vertex of a face at distance 1; unit-box: that centre at 0, the longest "
-      "side of the box 1; unit-diagonal: that centre at 0, the diagonal of the box 1, as in ShapeNet; "
-      "pointnet: the mean of the samples at 0, the farthest sample at distance 1");
+  table.add(points, "normalize", "--normalize", sample.place.normalize, normalize_words,
+            "Stored coordinates; loc and scale undo it. none: those of the file; unit-sphere: the centre of "
+            "the box at 0, the farthest vertex of a face with an area at distance 1; unit-box: that centre "
+            "at 0, the longest "
+            "side of the box 1; unit-diagonal: that centre at 0, the diagonal of the box 1, as in ShapeNet; "
+            "pointnet: the mean of the samples at 0, the farthest sample at distance 1");
   add_tensor_options(points, texts.tensor_table, texts.tensor, sample);
   points.add_flag(
       "--curved", sample.curved,

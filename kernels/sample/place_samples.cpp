@@ -52,9 +52,14 @@ OutputFrame output_frame(const PreparedMesh& mesh, NormalizeKind kind) {
     frame.scale = mesh.diagonal;
   } else {
     double radius = 0;
-    // Not over the vertices: without topology those that no face uses are there too.
-    for (const std::uint32_t v : mesh.triangles)
-      radius = std::max(radius, norm({mesh.x[v], mesh.y[v], mesh.z[v]}));
+    // Over the faces that are sampled: others, and vertices of no face, bound nothing.
+    for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
+      if (mesh.area[t] == 0) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = mesh.triangles[3 * t + k];
+        radius = std::max(radius, norm({mesh.x[v], mesh.y[v], mesh.z[v]}));
+      }
+    }
     frame.scale = radius * mesh.unit;
   }
   return frame;

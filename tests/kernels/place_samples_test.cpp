@@ -659,3 +659,11 @@ TEST_CASE("elements_at: the element that holds each position, wherever positions
     }
   }
 }
+
+TEST_CASE("output_frame: unit-sphere does not see faces without an area inside the box") {
+  // A rhombus, and a face without area that ends in a corner of its box.
+  const PolygonMesh mesh =
+      polygon_mesh({1, 0, 0, 2, 1, 0, 1, 2, 0, 0, 1, 0, 0, 2, 0, 0, 1.5, 0}, {{0, 1, 2, 3}, {3, 5, 4}});
+  for (const PreparedMesh& prepared : {prepare_mesh(mesh), prepare_soup(mesh)})
+    CHECK(output_frame(prepared, NormalizeKind::unit_sphere).scale == 1);
+}
