@@ -255,6 +255,7 @@ RunOptions planned_options(const RunArray& array, const StoreHeader& header, con
   line.parse(static_cast<int>(pointers.size()), pointers.data());
   texts.tensor.folder = array.folder;
   resolve_run_options(options.run, texts, laboratory);
+  choose_attribute_kinds(options.run, texts, &*header.columns, {});
   options.run.sample.rows_only = !options.run.certify;
   if (options.run.parameters_json != header.parameters_json || header.method_version != store_method_version)
     throw RunError(

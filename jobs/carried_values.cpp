@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -76,6 +77,8 @@ float between_numbers(float a, float b, double share) {
   return static_cast<float>((1 - share) * double{a} + share * double{b});
 }
 
+float of_nearer(float a, float b, double share) { return share <= 0.5 ? a : b; }
+
 std::uint8_t between_bytes(std::uint8_t a, std::uint8_t b, double share) {
   return static_cast<std::uint8_t>(std::lround((1 - share) * a + share * b));
 }
@@ -84,6 +87,14 @@ bool has_nan(std::span<const float> values) {
   for (const float value : values)
     if (std::isnan(value)) return true;
   return false;
+}
+
+// Whether they are whole numbers within int32, all of them.
+bool fit_int(std::span<const float> values) {
+  constexpr double limit = 0x1p31;
+  return std::all_of(values.begin(), values.end(), [](float value) {
+    return double{value} >= -limit && double{value} < limit && value == std::floor(value);
+  });
 }
 
 }  // namespace
@@ -98,7 +109,8 @@ std::vector<std::string> attribute_properties(std::span<const AttributeColumn> a
 
 WrittenValues CarriedValues::view() const {
   WrittenValues values{rgb, texcoord, {}};
-  for (std::size_t i = 0; i < names.size(); ++i) values.attributes.push_back({names[i], attributes[i]});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    values.attributes.push_back({names[i], attributes[i], integers[i]});
   return values;
 }
 
@@ -122,9 +134,11 @@ CarriedValues carried_values(const Model& model, const RemeshedSurface& mesh, co
     const AttributeColumn& column = columns.attributes[i];
     const SampleValues places = sample_attribute(model.file, column, surface.places, model.cancel);
     const std::vector<float> values =
-        all_values<float>(mesh, column.width, samples.attributes[i], places.values, surface, between_numbers);
+        all_values<float>(mesh, column.width, samples.attributes[i], places.values, surface,
+                          places.is_nearest ? of_nearer : between_numbers);
     if (has_nan(values)) made.lacks |= std::uint32_t{1} << i;
     for (std::size_t k = 0; k < column.width; ++k) {
+      made.integers.push_back(places.is_nearest && fit_int(values));
       std::vector<float>& one = made.attributes.emplace_back();
       for (std::size_t at = k; at < values.size(); at += column.width) one.push_back(values[at]);
     }

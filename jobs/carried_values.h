@@ -26,6 +26,7 @@ struct CarriedValues {
   std::vector<float> texcoord;                 // 2 V
   std::vector<std::string> names;              // of the numbers of attributes
   std::vector<std::vector<float>> attributes;  // V each
+  std::vector<bool> integers;                  // of each: whole numbers throughout, none missing
   std::uint32_t lacks = 0;                     // bit i: attribute i; the next one: texture coordinates
   bool lacks_colors = false;
 
@@ -33,7 +34,8 @@ struct CarriedValues {
 };
 
 // Of the samples what the stages of `run` made (color_samples, attribute_samples), of vertices of the surface
-// their own values, of vertices on edges what is linear between the two ends. O(V).
+// their own values, of vertices on edges what is linear between the two ends, of integers the value of the
+// nearer one. O(V).
 CarriedValues carried_values(const Model& model, const RemeshedSurface& mesh, const CarriedColumns& columns);
 
 // The columns of which a model has no value at some vertices: the words of the options, separated by commas.

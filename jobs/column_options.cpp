@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace meander {
 
@@ -12,18 +14,41 @@ constexpr std::array<SampleColumn, sample_column_names.size()> all_sample_column
     SampleColumn::normals, SampleColumn::face,       SampleColumn::corners, SampleColumn::barycentric,
     SampleColumn::uv,      SampleColumn::curve_rank, SampleColumn::density, SampleColumn::tensor};
 
+// The words behind the name and the width.
+constexpr std::array<std::pair<std::string_view, AttributeKind>, 2> kind_words = {
+    {{"class", AttributeKind::classes}, {"linear", AttributeKind::linear}}};
+
+// Takes what stands behind the last colon away; empty where there is none.
+std::string take_word(std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos) return {};
+  std::string word = text.substr(colon + 1);
+  text.erase(colon);
+  return word;
+}
+
 AttributeColumn parse_attribute(const std::string& text, std::vector<std::string>& problems) {
-  const std::size_t colon = std::min(text.rfind(':'), text.size());
-  AttributeColumn column{text.substr(0, colon), 1};
-  const std::string width = text.substr(std::min(colon + 1, text.size()));
+  AttributeColumn column;
+  std::string rest = text;
+  bool has_width = rest.find(':') != std::string::npos;
+  std::string word = take_word(rest);
+  for (const auto& [known, kind] : kind_words) {
+    if (word != known || column.kind != AttributeKind::plain) continue;
+    column.kind = kind;
+    has_width = rest.find(':') != std::string::npos;
+    word = take_word(rest);
+  }
+  column.name = rest;
   if (const std::string problem = attribute_name_problem(column.name); !problem.empty())
     problems.push_back(fmt::format("--attribute: `{}` {}", text, problem));
-  if (colon == text.size()) return column;
-  if (width.size() == 1 && width[0] >= '1' && width[0] <= '4')
-    column.width = static_cast<std::uint32_t>(width[0] - '0');
+  if (!has_width) return column;
+  if (word.size() == 1 && word[0] >= '1' && word[0] <= '4')
+    column.width = static_cast<std::uint32_t>(word[0] - '0');
   else
-    problems.push_back(
-        fmt::format("--attribute: `{}` has the width `{}`, which must be 1, 2, 3 or 4", text, width));
+    problems.push_back(fmt::format(
+        "--attribute: `{}` has `{}` behind its name, where a width of 1, 2, 3 or 4 may stand, and then "
+        "`class` or `linear`",
+        text, word));
   return column;
 }
 
@@ -72,6 +97,8 @@ std::string text_of(const std::vector<AttributeColumn>& attributes) {
   for (const AttributeColumn& column : attributes) {
     text += (text.empty() ? "" : ",") + column.name;
     if (column.width > 1) text += fmt::format(":{}", column.width);
+    for (const auto& [word, kind] : kind_words)
+      if (column.kind == kind) text += fmt::format(":{}", word);
   }
   return text;
 }

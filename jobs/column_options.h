@@ -13,7 +13,8 @@ namespace meander {
 // Adds --store for rows of this kind.
 void add_store_columns_option(Command command, RowKind rows, std::vector<std::string>& stored);
 
-// NAME or NAME:WIDTH of each text; ascending by name. Adds to `problems` what is wrong.
+// NAME, NAME:WIDTH, and either with `:class` or `:linear` behind it, of each text; ascending by name. Adds to
+// `problems` what is wrong.
 std::vector<AttributeColumn> parse_attributes(const std::vector<std::string>& texts,
                                               std::vector<std::string>& problems);
 // The same as one text: what --attribute takes, its commas included.

@@ -113,6 +113,8 @@ std::string npy_of(const std::string& name, const StoreColumns& columns, PointFr
   if (name == "texcoord") return floats(samples.texcoord, 2);
   if (name.starts_with(attribute_word)) {
     const std::size_t i = *attribute_of_array(columns, name);
+    if (columns.attributes[i].is_classes())
+      return npy_file("<i4", std::span<const std::int32_t>(samples.classes[i]), columns.attributes[i].width);
     return floats(samples.attributes[i], columns.attributes[i].width);
   }
   return floats(samples.density, 1);

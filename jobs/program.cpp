@@ -28,7 +28,8 @@ namespace {
 
 constexpr const char* footer =
     "Exit codes: 0 all done, 1 internal error, 2 usage or cannot start, 3 finished but some items failed,\n"
-    "            75 stopped early, the same command continues.";
+    "            or no model has an attribute that was asked for, 75 stopped early, the same command "
+    "continues.";
 
 int say(int status, const std::string& text) {
   fmt::print(stderr, "meander: {}\n", text);

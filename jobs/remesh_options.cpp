@@ -1,5 +1,7 @@
 #include "jobs/remesh_options.h"
 
+#include <fmt/format.h>
+
 #include "jobs/input_options.h"
 #include "jobs/option_words.h"
 
@@ -56,6 +58,11 @@ void resolve_remesh_options(RemeshOptions& options) {
   if (reads_textures(options.run.sample.density.kind))
     throw UsageError("--density texture: remeshing places no samples by the images of models");
   const CarriedColumns carried = carried_columns(options);
+  for (const AttributeColumn& column : carried.attributes)
+    if (column.is_classes())
+      throw UsageError(fmt::format(
+          "--attribute: `{}:class` is for stores: meshes keep the integers of their files as they are",
+          column.name));
   if (const std::string problem = written_values_problem(options.format, carried.colors, carried.texcoord,
                                                          attribute_properties(carried.attributes));
       !problem.empty())

@@ -10,6 +10,7 @@
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"
 #include "jobs/array_plan.h"
+#include "jobs/attribute_types.h"
 #include "jobs/command_line.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/exit_status.h"
@@ -38,8 +39,9 @@ namespace {
 // the inputs and brought up to date.
 class RunJob {
  public:
-  RunJob(RunOptions& options, const Laboratory* laboratory, const StageHook& hook)
-      : options_(options), laboratory_(laboratory), hook_(hook) {}
+  RunJob(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory,
+         const StageHook& hook)
+      : options_(options), texts_(texts), laboratory_(laboratory), hook_(hook) {}
 
   int run() {
     const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -63,14 +65,15 @@ class RunJob {
       throw UsageError(
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
           "readable first");
-    header_ = run_header(options_, inputs_, laboratory_);
-    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,
-                                             options_.threads, inputs_.index_bytes);
     if (options_.dry_run && options_.json)
       throw UsageError("--dry-run prints a table, --json a summary of what was done: give one of them");
     std::vector<std::filesystem::path> read = input_files(options_.inputs, inputs_.items);
     for (const std::string& labels : options_.collect.labels) read.push_back(path_of_labels(labels));
     check_run_outputs(options_.store, options_.fresh, read);
+    choose_kinds(unfinished);
+    header_ = run_header(options_, inputs_, laboratory_);
+    options_.model_bytes = memory_for_models(options_.memory_bytes, header_, options_.sample,
+                                             options_.threads, inputs_.index_bytes);
     if (options_.dry_run) return print_plan(unfinished);
     if (unfinished) look_at_unfinished_run(*unfinished);
     if (!options_.reuse.empty())
@@ -92,6 +95,17 @@ class RunJob {
   std::string earlier_root(const std::optional<RunPlan>& unfinished) const {
     if (unfinished && (!unfinished->root.empty() || !retry_of(unfinished->purpose))) return unfinished->root;
     return remembered_root(options_.store);
+  }
+
+  // A store keeps the kinds of its columns, whatever its models were when they were chosen.
+  void choose_kinds(const std::optional<RunPlan>& unfinished) {
+    if (!has_open_kinds(options_.sample.attributes)) return;
+    std::optional<StoreColumns> known;
+    if (unfinished)
+      known = *unfinished->header.columns;
+    else if (!options_.fresh && std::filesystem::exists(options_.store))
+      known = StoreReader(options_.store, take_check()).columns();
+    choose_attribute_kinds(options_, texts_, known ? &*known : nullptr, inputs_.items);
   }
 
   // What is to be done with the store that is there, if any.
@@ -306,6 +320,7 @@ class RunJob {
       tidy_store(options_.store);
     }
     outcome_.inputs = inputs_.notes;
+    outcome_.near = [this](const std::string& name) { return near_attributes(name, inputs_.items); };
     for (const std::uint64_t row : compared.changed) outcome_.changed.push_back(store.id(row));
     for (const std::uint64_t row : compared.vanished) outcome_.vanished.push_back(store.id(row));
     print_summary(outcome_, options_);
@@ -315,6 +330,7 @@ class RunJob {
   using TimePoint = std::chrono::system_clock::time_point;
 
   RunOptions& options_;
+  const RunOptionTexts& texts_;
   const Laboratory* laboratory_;
   const StageHook& hook_;
   // File systems keep coarser times than the system clock.
@@ -352,7 +368,7 @@ JobFunction add_run_job(Command& program, const Laboratory* laboratory, StageHoo
       if (options->certify) laboratory->add_certificate_stage(stages);
       if (hook) hook(stages);
     };
-    return RunJob(*options, laboratory, whole).run();
+    return RunJob(*options, *texts, laboratory, whole).run();
   };
 }
 

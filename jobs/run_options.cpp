@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "io/store/run_array.h"
+#include "jobs/attribute_types.h"
 #include "jobs/column_options.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/input_options.h"
@@ -224,8 +225,10 @@ void add_value_options(Command command, RunOptions& options, RunOptionTexts& tex
       .add_option(
           "--attribute", texts.attributes,
           fmt::format("{} an attribute of the models {}{}, NAME:2, NAME:3 or NAME:4 "
-                      "a vector; of vertices interpolated, of faces that of the face. Repeat it for several",
-                      verb, where, stores ? " (/attributes/NAME)" : ""))
+                      "a vector; of vertices interpolated, integers that of the nearest corner ({}"
+                      "`NAME:linear` interpolates them), of faces that of the face. Repeat it for several",
+                      verb, where, stores ? " (/attributes/NAME)" : "",
+                      stores ? "as int32; `NAME:class` takes any for such, " : ""))
       .separator(',')
       .one_at_a_time();
   table.compute(
@@ -451,6 +454,12 @@ void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const
   if (options.fresh && !texts.retry.empty()) problems.push_back("--fresh discards what --retry would keep");
   choose_threads(options);
   if (!problems.empty()) throw UsageError(fmt::format("{}", fmt::join(problems, "\n")));
+  options.parameters_json = parameters_json(options, texts);
+}
+
+void choose_attribute_kinds(RunOptions& options, const RunOptionTexts& texts, const StoreColumns* known,
+                            std::span<const PlanItem> items) {
+  choose_kinds(options.sample.attributes, known, items);
   options.parameters_json = parameters_json(options, texts);
 }
 

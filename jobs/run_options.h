@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "jobs/parameter_table.h"
 #include "jobs/tensor_options.h"
 #include "kernels/model/sample_parameters.h"
+#include "pipeline/sampling_graph.h"
 
 namespace meander {
 
@@ -101,6 +103,9 @@ void add_task_options(Command& array, int& offset, std::uint64_t& shards_a_task)
 Command add_run_command(Command& program, RunOptions& options, RunOptionTexts& texts, ShardOptions& shard);
 // Threads and memory alone, as resolve_run_options does it.
 void resolve_budget_options(RunOptions& options, const RunOptionTexts& texts);
+// Of attributes that were named without their kind: see choose_kinds.
+void choose_attribute_kinds(RunOptions& options, const RunOptionTexts& texts, const StoreColumns* known,
+                            std::span<const PlanItem> items);
 // Throws UsageError with every problem at once; also when an option needs the laboratory and there is none.
 void resolve_run_options(RunOptions& options, const RunOptionTexts& texts, const Laboratory* laboratory);
 

@@ -110,7 +110,7 @@ std::string summary_json(const RunOutcome& outcome, const RunOptions& options) {
     write_counts(json, "color_source", color_source_names, summary.by_color_source);
     json.member("items_with_color_fills", summary.rows_with_fills);
   }
-  write_lacking(json, summary);
+  write_lacking(json, summary, outcome.near);
   if (reads_textures(options.sample.density.kind))
     json.member("items_without_texture", untextured(summary, options));
   if (const std::string lacking = lacking_attribute(summary); !lacking.empty())
@@ -181,6 +181,7 @@ StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
   summary.has_colors = store.columns().colors;
   for (std::size_t bit = 0; bit < store.columns().chosen_count(); ++bit)
     summary.lacking.emplace_back(chosen_column_text(store.columns(), bit), 0);
+  std::uint32_t missing = ~std::uint32_t{0};  // in all rows that are ok
   for (std::uint64_t row = 0; row < summary.rows; ++row) {
     ItemReport report = store.report(row);
     ++summary.by_status[static_cast<std::size_t>(report.status)];
@@ -189,6 +190,7 @@ StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
       ++summary.by_order_reason[static_cast<std::size_t>(report.order_reason)];
       ++summary.by_color_source[static_cast<std::size_t>(report.color_source)];
       if (report.color_fills > 0) ++summary.rows_with_fills;
+      missing &= report.missing;
       for (std::size_t bit = 0; bit < summary.lacking.size(); ++bit)
         summary.lacking[bit].second += report.lacks >> bit & 1;
     }
@@ -203,6 +205,8 @@ StoreSummary summarise(const StoreReader& store, bool count_descriptors) {
     if (report.status != Status::ok)
       summary.failures.push_back({row, store.id(row), report.status, std::move(report.reason)});
   }
+  for (std::size_t i = 0; summary.failed() < summary.rows && i < store.columns().attributes.size(); ++i)
+    if ((missing >> i & 1) != 0) summary.absent.push_back(store.columns().attributes[i].name);
   if (count_descriptors) summary.undescribed = count_undescribed(store);
   return summary;
 }
@@ -262,10 +266,15 @@ void write_tallies(JsonWriter& json, const StoreSummary& summary) {
   json.end_object();
 }
 
-void print_lacking(const StoreSummary& summary) {
+void print_lacking(const StoreSummary& summary, const NearAttributes& near) {
+  for (const std::string& name : summary.absent) {
+    const std::vector<std::string> names = near ? near(name) : std::vector<std::string>();
+    fmt::print("  no model has the attribute `{}`{}\n", name,
+               names.empty() ? std::string() : fmt::format("; they have `{}`", fmt::join(names, "`, `")));
+  }
   for (const auto& [column, rows] : summary.lacking)
     if (rows > 0)
-      fmt::print("  {} {} {}, at some or all points, which have NaN\n", rows,
+      fmt::print("  {} {} {}, at some or all points, which have no value\n", rows,
                  rows == 1 ? "model lacks" : "models lack", column);
   for (const auto& [name, rows] : summary.undescribed)
     if (rows > 0)
@@ -273,7 +282,14 @@ void print_lacking(const StoreSummary& summary) {
                  rows == 1 ? "model lacks" : "models lack", name);
 }
 
-void write_lacking(JsonWriter& json, const StoreSummary& summary) {
+void write_lacking(JsonWriter& json, const StoreSummary& summary, const NearAttributes& near) {
+  if (!summary.absent.empty()) {
+    json.key("attributes_of_no_model");
+    json.begin_object();
+    for (const std::string& name : summary.absent)
+      write_ids(json, name.c_str(), near ? near(name) : std::vector<std::string>());
+    json.end_object();
+  }
   const auto write = [&](const char* name, const auto& counts) {
     if (counts.empty()) return;
     json.key(name);
@@ -286,7 +302,8 @@ void write_lacking(JsonWriter& json, const StoreSummary& summary) {
 }
 
 int RunOutcome::exit_code() const {
-  return summary.failed() > 0 || !changed.empty() || !vanished.empty() || !inputs.unread.empty()
+  return summary.failed() > 0 || !summary.absent.empty() || !changed.empty() || !vanished.empty() ||
+                 !inputs.unread.empty()
              ? exit_some_failed
              : exit_done;
 }
@@ -324,7 +341,7 @@ void print_summary(const RunOutcome& outcome, const RunOptions& options) {
         "  {:<20}{:>10}   some of their samples have no colour, or an image that is lost, and got the grey "
         "{}\n",
         "color fills", summary.rows_with_fills, color_fill);
-  print_lacking(summary);
+  print_lacking(summary, outcome.near);
   print_tallies(summary);
   if (const std::uint64_t rows = untextured(summary, options); rows > 0)
     fmt::print("  {:<20}{:>10}   their density is 1: no image of theirs is there to follow\n", "no texture",

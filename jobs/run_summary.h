@@ -38,6 +38,7 @@ struct StoreSummary {
   // Attributes and texture coordinates, as users name them, with the ok rows that lack them at one sample or
   // more.
   std::vector<std::pair<std::string, std::uint64_t>> lacking;
+  std::vector<std::string> absent;  // names of attributes that none of the ok rows has, where there are some
   std::vector<std::pair<std::string, std::uint64_t>>
       undescribed;  // see count_undescribed; empty: not counted
   struct Failure {
@@ -49,6 +50,9 @@ struct StoreSummary {
   std::vector<Failure> failures;
   std::uint64_t failed() const { return rows - by_status[0]; }
 };
+
+// Attributes of the models that have names near that of an attribute of the run, the nearest first.
+using NearAttributes = std::function<std::vector<std::string>(const std::string& name)>;
 
 // "attribute `NAME`", or "texture coordinates".
 std::string chosen_column_text(const StoreColumns& columns, std::size_t bit);
@@ -62,10 +66,11 @@ void print_tallies(const StoreSummary& summary);
 void write_tallies(JsonWriter& json, const StoreSummary& summary);
 // What the text of the notes of a model (text_of) says of one kind.
 std::string_view clause_of(std::string_view note_text, Note note);
-// A line for each column and descriptor that models lack; the members "items_that_lack" where there are such
-// columns and "items_without_descriptor" where there are descriptors.
-void print_lacking(const StoreSummary& summary);
-void write_lacking(JsonWriter& json, const StoreSummary& summary);
+// A line for each column and descriptor that models lack, and each attribute that none has; the members
+// "items_that_lack" where there are such columns, "attributes_of_no_model", each with the names that are near
+// it, where there are such, and "items_without_descriptor" where there are descriptors. `near` may be empty.
+void print_lacking(const StoreSummary& summary, const NearAttributes& near = {});
+void write_lacking(JsonWriter& json, const StoreSummary& summary, const NearAttributes& near = {});
 
 // Everything that a run reports at the end.
 struct RunOutcome {
@@ -79,6 +84,7 @@ struct RunOutcome {
   double seconds = 0, longest_wait_seconds = 0;
   std::vector<NodeStatistics> nodes;  // of the last part
   std::int64_t inputs_read_since_unix_ns = 0;
+  NearAttributes near;  // may be empty
 
   int exit_code() const;
 };

@@ -249,10 +249,10 @@ class SceneReader {
     std::vector<std::uint32_t> corners = std::move(mesh_.corners);
     number_triangles(part_.size(), mesh_);
     mesh_.corners = std::move(corners);
-    mesh_.face_attributes.push_back({"part", std::move(part_)});
-    for (auto& [name, values] : asked_) {
-      values.resize(mesh_.vertex_count(), std::numeric_limits<double>::quiet_NaN());
-      mesh_.asked_attributes.push_back({name, std::move(values)});
+    mesh_.face_attributes.push_back({"part", std::move(part_), true});
+    for (auto& [name, asked] : asked_) {
+      asked.values.resize(mesh_.vertex_count(), std::numeric_limits<double>::quiet_NaN());
+      mesh_.asked_attributes.push_back({name, std::move(asked.values), asked.integers});
     }
     if (mesh_.coordinates.values.empty()) mesh_.coordinates = {};
     mesh_.colors.linear = mesh_.colors.of_materials = colors_;
@@ -452,13 +452,21 @@ class SceneReader {
   // Values of the vertices of a block; of vertices before it that have none NaN. A vector is one attribute
   // for each of its numbers.
   void add_asked_values(const AttributeColumn& column, const std::vector<double>& values,
-                        const VertexBlock& block) {
+                        const VertexBlock& block, std::uint32_t accessor) {
     for (std::uint32_t k = 0; k < column.width; ++k) {
-      std::vector<double>& all =
-          asked_[column.width == 1 ? column.name : fmt::format("{}_{}", column.name, k)];
+      AskedValues& asked = asked_[column.width == 1 ? column.name : fmt::format("{}_{}", column.name, k)];
+      asked.integers = asked.integers && declares_integers(accessor);
+      std::vector<double>& all = asked.values;
       all.resize(block.first, std::numeric_limits<double>::quiet_NaN());
       for (std::size_t v = 0; v < block.count; ++v) all.push_back(values[column.width * v + k]);
     }
+  }
+
+  // Those that are normalized stand for fractions.
+  bool declares_integers(std::uint32_t accessor) const {
+    if (accessor >= document_.accessors.size()) return false;
+    const GltfAccessor& facts = document_.accessors[accessor];
+    return facts.component != GltfComponent::float32 && !facts.normalized;
   }
 
   // Of an accessor of the width that is asked for; what is wrong with one costs its values alone.
@@ -467,7 +475,7 @@ class SceneReader {
         document_.accessors[accessor].width != column.width)
       return;
     try {
-      add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block);
+      add_asked_values(column, data_.numbers(accessor, column.width, cancel_), block, accessor);
     } catch (const ItemError& error) {
       if (error.status() != Status::unreadable) throw;
     }
@@ -569,7 +577,7 @@ class SceneReader {
     }
     for (std::size_t i = 0; i < primitive.draco_asked.size(); ++i)
       if (const std::vector<double>& found = decoded.values[asked_at + i]; !found.empty())
-        add_asked_values(extras_.attributes[i], found, block);
+        add_asked_values(extras_.attributes[i], found, block, primitive.asked[i]);
       else if (primitive.draco_asked[i] == no_index && is_beside(primitive.asked[i]))
         add_asked(extras_.attributes[i], primitive.asked[i], block);
     if (decoded.corners.empty()) return;
@@ -744,7 +752,11 @@ class SceneReader {
   DracoMesh decoded_;  // of the last primitive that is compressed so
   const GltfPrimitive* decoded_primitive_ = nullptr;
   std::map<std::uint32_t, std::uint32_t> coordinates_, own_coordinates_;  // where those of an accessor begin
-  std::map<std::string, std::vector<double>> asked_;  // attributes by name, of the vertices so far
+  struct AskedValues {
+    std::vector<double> values;  // of the vertices so far
+    bool integers = true;        // wherever a primitive has some
+  };
+  std::map<std::string, AskedValues> asked_;   // attributes by name
   std::vector<std::vector<AffineMap>> skins_;         // of joints, once they are asked for
   // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for, and
   // its morph targets.

@@ -46,7 +46,8 @@ class MeshFile {
       if (!values_.rgb.empty()) property("uchar", name);
     for (const char* name : coordinate_properties)
       if (!values_.texcoord.empty()) property("float", name);
-    for (const WrittenValues::Attribute& attribute : values_.attributes) property("float", attribute.name);
+    for (const WrittenValues::Attribute& attribute : values_.attributes)
+      property(attribute.integers ? "int" : "float", attribute.name);
     data_ += "element face " + f + "\nproperty list uchar uint vertex_indices\nend_header\n";
   }
 
@@ -66,7 +67,11 @@ class MeshFile {
     if (format_ == MeshFormat::ply) {
       for (std::size_t k = 0; k < 2 && !values_.texcoord.empty(); ++k)
         number(values_.texcoord[2 * v + k], ' ');
-      for (const WrittenValues::Attribute& attribute : values_.attributes) number(attribute.values[v], ' ');
+      for (const WrittenValues::Attribute& attribute : values_.attributes)
+        if (attribute.integers)
+          number(static_cast<std::int32_t>(attribute.values[v]), ' ');
+        else
+          number(attribute.values[v], ' ');
     }
     flush_if_full();
   }

@@ -16,6 +16,7 @@ struct WrittenValues {
   struct Attribute {
     std::string name;
     std::span<const float> values;  // V, NaN where there is none
+    bool integers = false;          // all are whole numbers within int32
   };
   std::span<const std::uint8_t> rgb;  // 3 V, as displayed
   std::span<const float> texcoord;    // 2 V, NaN where there are none
@@ -29,11 +30,11 @@ std::string written_values_problem(MeshFormat format, bool colors, bool texcoord
 
 // x, y, z: V coordinates of the file; triangles: 3 F vertex numbers. PLY: binary little-endian, double
 // coordinates, faces as lists of uchar and uint, colours as uchar red, green, blue, texture coordinates as
-// float s, t, attributes as float under their names; OFF and OBJ: shortest decimals that read back to the
-// same double. OFF and OBJ: colours in [0, 1] behind the coordinates, of OFF (COFF) with an opacity; OBJ:
-// `vt` of the vertices that have texture coordinates, faces with them where all three have. An AtomicFile:
-// its name is that of a whole file at every moment. Throws FileError, std::invalid_argument for STL, glTF,
-// for arrays that do not fit, and values that the format cannot hold. O(V + F), 1 MiB of buffer.
+// float s, t, attributes as float, integers as int, under their names; OFF and OBJ: shortest decimals that
+// read back to the same double. OFF and OBJ: colours in [0, 1] behind the coordinates, of OFF (COFF) with an
+// opacity; OBJ: `vt` of the vertices that have texture coordinates, faces with them where all three have. An
+// AtomicFile: its name is that of a whole file at every moment. Throws FileError, std::invalid_argument for
+// STL, glTF, for arrays that do not fit, and values that the format cannot hold. O(V + F), 1 MiB of buffer.
 void write_mesh(const std::filesystem::path& path, MeshFormat format, std::span<const double> x,
                 std::span<const double> y, std::span<const double> z,
                 std::span<const std::uint32_t> triangles, const WrittenValues& values = {});

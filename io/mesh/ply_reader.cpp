@@ -272,7 +272,8 @@ class PlyMeshReader {
       const PlyProperty& property = element.properties[p];
       PlyColumns::Column& target = columns.columns[p];
       if (property.is_list || target.values != nullptr || target.normals != nullptr) continue;
-      attributes.push_back({property.name, std::vector<double>(rows, nan_value)});
+      const bool integers = property.type != PlyType::float32 && property.type != PlyType::float64;
+      attributes.push_back({property.name, std::vector<double>(rows, nan_value), integers});
       target.values = attributes.back().values.data();
     }
     return columns;

@@ -84,11 +84,14 @@ void check_at_box(std::span<const float> points, const ItemReport& report, const
 void check_chosen(std::span<const float> values, const DatasetSpec& spec, const ItemReport& report,
                   const Complain& complain) {
   const bool lacks_some = (report.lacks >> *spec.lacks_bit & 1) != 0;
-  bool has_fill = false;
+  bool has_fill = false, has_value = false;
   for (const float value : values) {
     if (std::isinf(value)) return complain(fmt::format("has a value in {} that is infinite", spec.path));
     has_fill = has_fill || std::isnan(value);
+    has_value = has_value || !std::isnan(value);
   }
+  if (has_value && (report.missing >> *spec.lacks_bit & 1) != 0)
+    complain(fmt::format("has values in {}, but /items/missing says that it has none", spec.path));
   if (has_fill != lacks_some)
     complain(fmt::format("has {} in {}, but /items/lacks says {}", has_fill ? "NaN" : "no NaN", spec.path,
                          lacks_some ? "that it lacks some" : "that it lacks none"));
@@ -124,6 +127,18 @@ void check_item_ranges(const ItemReport& report, RowKind rows, bool topology, co
   at_least_one("number of vertices", static_cast<double>(report.vertices));
   at_least_one("number of faces", static_cast<double>(report.faces));
   if (report.method == Method::none) complain("is ok, but no method placed its samples");
+}
+
+void check_class_ranges(const DatasetSpec& spec, std::span<const std::int32_t> values,
+                        const ItemReport& report, const Complain& complain) {
+  if (!spec.lacks_bit) return;
+  const bool is_missing = (report.missing >> *spec.lacks_bit & 1) != 0;
+  const auto fills = std::count(values.begin(), values.end(), no_sample_class);
+  if ((report.lacks >> *spec.lacks_bit & 1) != 0 && fills == 0)
+    complain(
+        fmt::format("has no {} in {}, but /items/lacks says that it lacks some", no_sample_class, spec.path));
+  if (is_missing && static_cast<std::size_t>(fills) != values.size())
+    complain(fmt::format("has classes in {}, but /items/missing says that it has none", spec.path));
 }
 
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,

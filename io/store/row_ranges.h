@@ -23,5 +23,9 @@ void check_item_ranges(const ItemReport& report, RowKind rows, bool topology, co
 // have NaN where, and only where, the item says that it lacks some. One report for every dataset at most.
 void check_sample_ranges(const DatasetSpec& spec, std::span<const float> values, const ItemReport& report,
                          RowKind rows, const Complain& complain);
+// The same of a column of classes, where the fill may also be a class of the model: it is there where the
+// item says that it lacks some.
+void check_class_ranges(const DatasetSpec& spec, std::span<const std::int32_t> values,
+                        const ItemReport& report, const Complain& complain);
 
 }  // namespace meander::store

@@ -104,6 +104,7 @@ std::string plan_text(const RunPlan& run) {
   for (const AttributeColumn& column : columns.attributes) {
     plan.text(column.name);
     plan.number(column.width);
+    plan.number(static_cast<std::uint64_t>(column.kind));
   }
   plan.number(header.samples);
   plan.number(static_cast<std::uint64_t>(header.compression));
@@ -146,6 +147,7 @@ StoredColumns parse_columns(PlanReader& plan) {
   for (AttributeColumn& column : columns.attributes) {
     column.name = plan.text();
     column.width = static_cast<std::uint32_t>(plan.number(4));
+    column.kind = static_cast<AttributeKind>(plan.number(static_cast<std::uint64_t>(AttributeKind::classes)));
   }
   try {
     return StoredColumns(std::move(columns));

@@ -69,6 +69,21 @@ void free_attribute(Samples& samples, std::size_t attribute) {
   auto freed = std::move(samples.attributes[attribute]);
 }
 
+std::span<const std::byte> view_classes(const Samples& samples, std::size_t attribute) {
+  if (attribute >= samples.classes.size()) return {};
+  return std::as_bytes(std::span(samples.classes[attribute]));
+}
+
+std::span<std::byte> classes_room(Samples& samples, std::size_t attribute, std::size_t count) {
+  if (attribute >= samples.classes.size()) samples.classes.resize(attribute + 1);
+  samples.classes[attribute].resize(count);
+  return std::as_writable_bytes(std::span(samples.classes[attribute]));
+}
+
+void free_classes(Samples& samples, std::size_t attribute) {
+  auto freed = std::move(samples.classes[attribute]);
+}
+
 template <auto Member>
 DatasetSpec sample_array(const char* path, ElementType type, std::uint32_t width, const char* unit,
                          const char* doc, const char* link = "") {
@@ -122,15 +137,16 @@ DatasetSpec note_text_column() {
 DatasetSpec attribute_array(const AttributeColumn& column, std::size_t number) {
   DatasetSpec spec{"/" + std::string(attribute_prefix) + column.name,
                    Role::samples,
-                   ElementType::f32,
+                   column.is_classes() ? ElementType::i32 : ElementType::f32,
                    column.width == 1 ? 0 : column.width,
-                   not_a_number,
+                   column.is_classes() ? all_ones : not_a_number,
                    "",
-                   "with --attribute only: the attribute of this name at the point, NaN where there is none",
+                   std::string("with --attribute only: the attribute of this name at the point, ") +
+                       (column.is_classes() ? "-1 where there is none" : "NaN where there is none"),
                    ""};
-  spec.samples_view = view_attribute;
-  spec.samples_room = attribute_room;
-  spec.samples_free = free_attribute;
+  spec.samples_view = column.is_classes() ? view_classes : view_attribute;
+  spec.samples_room = column.is_classes() ? classes_room : attribute_room;
+  spec.samples_free = column.is_classes() ? free_classes : free_attribute;
   spec.attribute = number;
   spec.lacks_bit = static_cast<std::uint32_t>(number);
   return spec;
@@ -236,16 +252,27 @@ std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
         "color_sha256", u8, 32, "1",
         "with --colors only: SHA-256 of the digests of the files read for colours alone; zeros: none"));
   }
-  if (columns.chosen_count() > 0)
-    datasets.push_back(item_column<&R::lacks>(
-        "lacks", u32, 0, "1",
-        "with --attribute or --texcoord: bit i: column i (attribute `names`) has NaN at one sample or more"));
+  if (columns.chosen_count() > 0) {
+    datasets.push_back(item_column<&R::lacks>("lacks", u32, 0, "1",
+                                              "with --attribute or --texcoord: bit i: column i (attribute "
+                                              "`names`) has no value at one sample or more"));
+    datasets.push_back(
+        item_column<&R::missing>("missing", u32, 0, "1",
+                                 "with --attribute or --texcoord: bit i: the model has no such attribute, or "
+                                 "no texture coordinates, at all",
+                                 0, 5));
+  }
   return datasets;
+}
+
+// The line of the table of docs/STORE.md that stands for the columns of all attributes.
+bool is_any_attribute(const DatasetSpec& spec) {
+  return spec.role == Role::samples && spec.path.ends_with("<name>");
 }
 
 std::string shape_text(const DatasetSpec& spec) {
   if (spec.type == ElementType::text) return "(M)";
-  if (spec.path.ends_with("<name>")) return "(M, N) or (M, N, W)";
+  if (is_any_attribute(spec)) return "(M, N) or (M, N, W)";
   return per_sample(spec) ? (spec.width > 0 ? fmt::format("(M, N, {})", spec.width) : "(M, N)")
                           : (spec.width > 0 ? fmt::format("(M, {})", spec.width) : "(M)");
 }
@@ -510,8 +537,14 @@ std::string layout_markdown() {
   std::string table = "| dataset | type | shape | fill | unit | meaning |\n|---|---|---|---|---|---|\n";
   const auto add = [&](const DatasetSpec& spec, const std::string& shape) {
     const std::string link = spec.link.empty() ? "" : fmt::format(", also `{}`", spec.link);
-    table += fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, element_name(spec.type),
-                         shape, fill_text(spec), spec.unit, spec.doc);
+    const bool any = is_any_attribute(spec);
+    const std::string type = any ? "f32 or i32" : std::string(element_name(spec.type));
+    table +=
+        fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", spec.path, link, type, shape,
+                    any ? "NaN or -1" : fill_text(spec), spec.unit,
+                    any ? "with --attribute only: the attribute of this name at the point, the fill where "
+                          "there is none; i32: classes"
+                        : spec.doc);
   };
   StoreColumns all{.tensors = true, .colors = true, .texcoord = true};
   all.attributes = {{"<name>", 1}};
@@ -572,6 +605,8 @@ std::string attribute_name_problem(std::string_view name) {
 }
 
 StoredColumns::StoredColumns(StoreColumns columns) {
+  for (AttributeColumn& column : columns.attributes)
+    if (column.kind == AttributeKind::linear) column.kind = AttributeKind::plain;
   static const auto plain = [] {
     std::array<std::shared_ptr<const store::ColumnTable>, 5> tables;
     for (std::size_t i = 0; i < tables.size(); ++i)

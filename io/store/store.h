@@ -95,8 +95,8 @@ struct ColumnTable;  // io/store/schema.h
 class StoredColumns {
  public:
   StoredColumns() : StoredColumns(StoreColumns{}) {}
-  // Throws ItemError(internal) for more than most_chosen_columns, a width that is not 1 to 4, and names that
-  // are no names, or do not ascend.
+  // Linear attributes become plain ones, as which they are stored. Throws ItemError(internal) for more than
+  // most_chosen_columns, a width that is not 1 to 4, and names that are no names, or do not ascend.
   StoredColumns(StoreColumns columns);
   const StoreColumns& operator*() const;
   const StoreColumns* operator->() const;

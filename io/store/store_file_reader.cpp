@@ -162,7 +162,11 @@ StoredColumns StoreFileReader::read_columns(hid_t root) const {
     const std::vector<hsize_t> extents = extents_of(dataset.get());
     const hsize_t width = extents.size() == 3 ? extents[2] : 1;
     if (width > 4) refuse("/" + name + " of the width " + std::to_string(width));
-    columns.attributes.push_back({name.substr(attribute_prefix.size()), static_cast<std::uint32_t>(width)});
+    const Hdf5Type type(H5Dget_type(dataset.get()), "read the type of /" + name);
+    const AttributeKind kind =
+        H5Tget_class(type.get()) == H5T_INTEGER ? AttributeKind::classes : AttributeKind::plain;
+    columns.attributes.push_back(
+        {name.substr(attribute_prefix.size()), static_cast<std::uint32_t>(width), kind});
   }
   try {
     StoredColumns stored(std::move(columns));

@@ -78,7 +78,7 @@ void write_dataset_attributes(hid_t dataset, const DatasetSpec& spec, const Stor
   if (!spec.unit.empty()) write_attribute(dataset, "unit", spec.unit);
   if (spec.path == "/points") write_attribute(dataset, "order", header.order);
   if (spec.role == Role::label) write_attribute(dataset, "names", header.label_names);
-  if (spec.path == "/items/lacks") {
+  if (spec.path == "/items/lacks" || spec.path == "/items/missing") {
     std::vector<std::string> names;
     for (std::size_t bit = 0; bit < header.columns->chosen_count(); ++bit)
       names.push_back(header.columns->chosen_name(bit));

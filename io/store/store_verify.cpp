@@ -31,6 +31,8 @@ class RowChecker {
     const std::size_t bits = columns_->chosen_count();
     if (bits < most_chosen_columns && report_.lacks >> bits != 0)
       complain("{} lacks columns that the store does not have: {:#x}", name_, report_.lacks);
+    if ((report_.missing & ~report_.lacks) != 0)
+      complain("{} is missing columns that it does not lack: {:#x}", name_, report_.missing);
     if (report_.status == Status::ok)
       check_item_ranges(report_, columns_->rows, topology,
                         [this](const std::string& what) { complain("{} {}", name_, what); });
@@ -69,6 +71,9 @@ class RowChecker {
     if (spec.type == ElementType::f32)
       return check_sample_ranges(spec, numbers_of<float>(values), report_, columns_->rows,
                                  [this](const std::string& what) { complain("{} {}", name_, what); });
+    if (spec.type == ElementType::i32)
+      return check_class_ranges(spec, numbers_of<std::int32_t>(values), report_,
+                                [this](const std::string& what) { complain("{} {}", name_, what); });
     if (spec.type != ElementType::u32) return;  // every byte is a colour
     const std::vector<std::uint32_t> numbers = numbers_of<std::uint32_t>(values);
     if (spec.path == "/face") check_below(spec, numbers, report_.faces);

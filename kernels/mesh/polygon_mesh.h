@@ -18,6 +18,7 @@ inline constexpr std::uint32_t no_index = 0xFFFFFFFFu;
 struct ScalarAttribute {
   std::string name;
   std::vector<double> values;
+  bool integers = false;  // the file declares whole numbers, which stand for classes
 };
 
 // Texture coordinates by the corners of polygons, as the file gives them. Both arrays are empty unless the
@@ -59,6 +60,7 @@ struct PolygonMesh {
   // V values each: what the reader was asked for by name and would not have read otherwise. Neither densities
   // nor tensors look here, so that points do not depend on the columns that are stored with them.
   std::vector<ScalarAttribute> asked_attributes;
+  std::vector<ScalarAttribute> asked_face_attributes;  // the same of faces, P values each
   CornerCoordinates coordinates;
   SurfaceColors colors;
   RepairCounts repairs;  // what the reader repaired

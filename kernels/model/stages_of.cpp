@@ -355,14 +355,24 @@ ModelStages attributing(const SampleParameters& p) {
   if (p.attributes.empty() && !p.texcoord) return {};
   return {{"attribute_samples", [attributes = p.attributes, texcoord = p.texcoord](Model& model) {
              Samples& samples = model.row.samples;
-             std::uint32_t& lacks = model.row.report.lacks;
+             ItemReport& report = model.row.report;
              const auto note = [&](const SampleValues& made, std::size_t bit) {
-               if (made.lacks_some) lacks |= std::uint32_t{1} << bit;
+               if (made.lacks_some) report.lacks |= std::uint32_t{1} << bit;
+               if (made.is_missing) report.missing |= std::uint32_t{1} << bit;
+               std::uint32_t& bad = report.repairs[Repair::bad_attributes];
+               bad = static_cast<std::uint32_t>(
+                   std::min<std::uint64_t>(bad + made.bad_values, std::numeric_limits<std::uint32_t>::max()));
              };
-             for (const AttributeColumn& column : attributes) {
-               SampleValues made = sample_attribute(model.file, column, samples, model.cancel);
-               note(made, samples.attributes.size());
-               samples.attributes.push_back(std::move(made.values));
+             for (std::size_t i = 0; i < attributes.size(); ++i) {
+               SampleValues made = sample_attribute(model.file, attributes[i], samples, model.cancel);
+               note(made, i);
+               if (attributes[i].is_classes()) {
+                 samples.classes.resize(i);
+                 samples.classes.push_back(std::move(made.classes));
+               } else {
+                 samples.attributes.resize(i);
+                 samples.attributes.push_back(std::move(made.values));
+               }
              }
              if (!texcoord) return;
              SampleValues made = sample_coordinates(model.file, samples, model.cancel);

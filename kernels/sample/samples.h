@@ -33,13 +33,32 @@ constexpr std::string_view name_of(PointFrame frame) {
   return point_frame_names[static_cast<std::size_t>(frame)];
 }
 
+// How a column takes the numbers of vertices. The numbers are part of the format of plans.
+enum class AttributeKind : std::uint8_t {
+  plain,    // float32: interpolated, but those that the model declares as integers of the nearest corner
+  classes,  // int32, of the nearest corner
+  linear    // float32, interpolated whatever the model declares; stored as `plain`
+};
+
+// Attributes of faces that readers make: the numbers of what their files divide a surface into.
+inline constexpr std::array<std::string_view, 4> numbered_attributes = {"group", "material", "object",
+                                                                        "part"};
+
 // A column of samples that holds an attribute of the model: numbers of vertices or faces by the name that its
 // file gives them.
 struct AttributeColumn {
   std::string name;
   std::uint32_t width = 1;  // numbers per sample, 1 to 4
+  AttributeKind kind = AttributeKind::plain;
+  bool is_classes() const { return kind == AttributeKind::classes; }
   friend bool operator==(const AttributeColumn&, const AttributeColumn&) = default;
 };
+
+inline constexpr std::int32_t no_sample_class = -1;
+// Attributes of these names, behind that of a column, are the numbers of a vector; the first spelling of
+// which a model has all.
+inline constexpr std::array<std::array<const char*, 4>, 2> attribute_suffixes = {
+    {{"_0", "_1", "_2", "_3"}, {"_x", "_y", "_z", "_w"}}};
 
 // N points of one model in file order (progressive, or along the curve). Points of a mesh are named by face,
 // corners and barycentric weights, points of a parametric surface by uv; the other arrays stay empty.
@@ -59,6 +78,9 @@ struct Samples {
   std::vector<std::uint8_t> rgb;  // N x 3 red, green, blue as displayed (sRGB); samples with colours only
   std::vector<float> texcoord;    // N x 2 texture coordinates, NaN where there are none; if asked for
   std::vector<std::vector<float>> attributes;  // those asked for, in their order: N x width, NaN as above
+  // The same of columns of classes, whose place in `attributes` stays empty; no_sample_class where there is
+  // none. Each list ends with its last column.
+  std::vector<std::vector<std::int32_t>> classes;
 
   std::size_t count() const { return points.size() / 3; }
 };
@@ -87,8 +109,9 @@ struct ItemReport {
   std::uint32_t color_fills = 0;                 // samples without a colour, which have the fill
   std::array<std::uint8_t, 32> color_sha256{};   // of the files read for colours alone; zeros: none
   // Bit i: the i-th of the columns asked for, attributes and then texture coordinates, has no value at one
-  // sample or more, which have NaN there.
+  // sample or more, which have NaN there, in columns of classes no_sample_class.
   std::uint32_t lacks = 0;
+  std::uint32_t missing = 0;  // bit i: the model has no such attribute, or no texture coordinates, at all
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
 };
 

@@ -16,7 +16,8 @@ namespace {
 
 StoreColumns with_attributes() {
   StoreColumns columns{.texcoord = true};
-  columns.attributes = {{"flow", 3}, {"pair", 2}, {"quality", 1}, {"wide", 4}};
+  columns.attributes = {{"flow", 3}, {"label", 1, AttributeKind::classes}, {"pair", 2}, {"quality", 1},
+                        {"wide", 4}, {"words", 3, AttributeKind::classes}};
   return columns;
 }
 
@@ -35,7 +36,7 @@ bool same_floats(const std::vector<float>& a, const std::vector<float>& b) {
 bool same_chosen(const Row& a, const Row& b) {
   const Samples &s = a.samples, &t = b.samples;
   if (a.report.lacks != b.report.lacks || !same_floats(s.texcoord, t.texcoord)) return false;
-  if (s.attributes.size() != t.attributes.size()) return false;
+  if (s.attributes.size() != t.attributes.size() || s.classes != t.classes) return false;
   for (std::size_t i = 0; i < s.attributes.size(); ++i)
     if (!same_floats(s.attributes[i], t.attributes[i])) return false;
   return true;
@@ -186,20 +187,69 @@ TEST_CASE("columns: verify holds what is there against what the items say that t
   };
   CHECK(problems_with([](Row&) {}).empty());
   CHECK_THAT(problems_with([](Row& row) {
-               row.report.lacks |= 4;
-               for (float& value : row.samples.attributes[2]) value = 1;
+               row.report.lacks |= 8;
+               for (float& value : row.samples.attributes[3]) value = 1;
              }),
              Contains("has no NaN in /attributes/quality, but /items/lacks says that it lacks some"));
   CHECK_THAT(problems_with([](Row& row) {
-               row.report.lacks &= ~16u;
+               row.report.lacks &= ~64u;
                row.samples.texcoord[3] = std::numeric_limits<float>::quiet_NaN();
              }),
              Contains("has NaN in /texcoord, but /items/lacks says that it lacks none"));
   CHECK_THAT(
       problems_with([](Row& row) { row.samples.attributes[0][5] = std::numeric_limits<float>::infinity(); }),
       Contains("/attributes/flow that is infinite"));
-  CHECK_THAT(problems_with([](Row& row) { row.report.lacks |= 64; }),
+  CHECK_THAT(problems_with([](Row& row) { row.report.lacks |= 128; }),
              Contains("lacks columns that the store does not have"));
+  CHECK_THAT(problems_with([](Row& row) {
+               row.report.lacks |= 2;
+               for (std::int32_t& value : row.samples.classes[1]) value = 5;
+             }),
+             Contains("has no -1 in /attributes/label, but /items/lacks says that it lacks some"));
+  CHECK_THAT(problems_with([](Row& row) {
+               row.report.lacks |= 2;
+               row.report.missing |= 2;
+               row.samples.classes[1][0] = no_sample_class;
+               row.samples.classes[1][1] = 5;
+             }),
+             Contains("has classes in /attributes/label, but /items/missing says that it has none"));
+  CHECK_THAT(problems_with([](Row& row) {
+               row.report.lacks &= ~1u;
+               row.report.missing |= 1;
+             }),
+             Contains("is missing columns that it does not lack"));
+  // A class of a model may be -1.
+  CHECK(problems_with([](Row& row) {
+          row.report.lacks &= ~2u;
+          row.report.missing &= ~2u;
+          row.samples.classes[1][0] = no_sample_class;
+        }).empty());
+}
+
+TEST_CASE("columns: classes are int32 in the file, with the fill -1, and belong to the plan of a run") {
+  const ScratchFolder folder;
+  const StoreHeader header = header_with(with_attributes(), 12, 30);
+  write_store(folder / "s.h5", header);
+  {
+    const store::Hdf5Lock lock;
+    const store::Hdf5File file(H5Fopen((folder / "s.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open");
+    const store::Hdf5Dataset dataset(H5Dopen2(file.get(), "/attributes/label", H5P_DEFAULT), "open");
+    const store::Hdf5Type type(H5Dget_type(dataset.get()), "type");
+    CHECK(H5Tequal(type.get(), H5T_STD_I32LE) > 0);
+    const store::Hdf5Properties creation(H5Dget_create_plist(dataset.get()), "properties");
+    std::int32_t fill = 0;
+    REQUIRE(H5Pget_fill_value(creation.get(), type.get(), &fill) >= 0);
+    CHECK(fill == -1);
+  }
+  { RunDirectory run(folder / "t.h5", header); }
+  CHECK(*read_run_plan(folder / "t.h5")->header.columns == with_attributes());
+  StoreColumns floats = with_attributes();
+  floats.attributes[1].kind = AttributeKind::plain;
+  StoreHeader other = header;
+  other.columns = floats;
+  CHECK_THAT(refusal(folder / "t.h5", other).first, Contains("the columns were"));
+  floats.attributes[1].kind = AttributeKind::linear;  // stored as plain
+  CHECK(StoredColumns(floats)->attributes[1].kind == AttributeKind::plain);
 }
 
 TEST_CASE("columns: names of attributes, and choices that are none") {

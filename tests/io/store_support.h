@@ -102,10 +102,24 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
   std::iota(samples.curve_rank.begin(), samples.curve_rank.end(), 0u);
   std::shuffle(samples.curve_rank.begin(), samples.curve_rank.end(), random);
   const StoreColumns& columns = *header.columns;
-  samples.attributes.resize(columns.attributes.size());
+  std::size_t numbers = 0, classes = 0;  // each list ends with its last column
+  for (std::size_t i = 0; i < columns.attributes.size(); ++i)
+    (columns.attributes[i].is_classes() ? classes : numbers) = i + 1;
+  samples.attributes.resize(numbers);
+  samples.classes.resize(classes);
   for (std::size_t bit = 0; bit < columns.chosen_count(); ++bit) {
     const bool is_texcoord = bit >= columns.attributes.size();
     const std::size_t width = is_texcoord ? 2 : columns.attributes[bit].width;
+    if (!is_texcoord && columns.attributes[bit].is_classes()) {
+      std::vector<std::int32_t>& values = samples.classes[bit];
+      for (std::size_t i = 0; i < width * n; ++i) values.push_back(static_cast<std::int32_t>(random()));
+      if (random() % 3 != 0) continue;
+      report.lacks |= std::uint32_t{1} << bit;
+      const bool is_missing = random() % 2 == 0;
+      if (is_missing) report.missing |= std::uint32_t{1} << bit;
+      for (std::size_t i = 0; i < (is_missing ? width * n : width); ++i) values[i] = no_sample_class;
+      continue;
+    }
     std::vector<float>& values = is_texcoord ? samples.texcoord : samples.attributes[bit];
     for (std::size_t i = 0; i < width * n; ++i) values.push_back(100 * real());
     if (random() % 3 != 0) continue;
@@ -157,7 +171,7 @@ inline bool same(const ItemReport& a, const ItemReport& b) {
          a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
          a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
          a.repairs.counts == b.repairs.counts && a.file_bytes == b.file_bytes &&
-         a.content_sha256 == b.content_sha256 && a.lacks == b.lacks;
+         a.content_sha256 == b.content_sha256 && a.lacks == b.lacks && a.missing == b.missing;
 }
 
 inline bool same(const Row& a, const Row& b) {

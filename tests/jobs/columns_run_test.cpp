@@ -110,6 +110,37 @@ void require_verified(const fs::path& store) {
   REQUIRE(result.exit_code == 0);
 }
 
+// The unit square in two triangles, labelled 1 where x is 0 and 40 where it is 1, with x as `weight` and the
+// kinds 5 and 6 of the faces.
+std::string labelled_head(const std::string& format, const std::string& type) {
+  return "ply\nformat " + format + " 1.0\nelement vertex 4\nproperty float x\nproperty float y\n" +
+         "property float z\nproperty " + type + " label\nproperty float weight\nelement face 2\n" +
+         "property list uchar int vertex_indices\nproperty " + type + " kind\nend_header\n";
+}
+
+std::string labelled_square(const std::string& type) {
+  return labelled_head("ascii", type) +
+         "0 0 0 1 0\n1 0 0 40 1\n1 1 0 40 1\n0 1 0 1 0\n3 0 1 2 5\n3 0 2 3 6\n";
+}
+
+std::string labelled_binary(const std::string& type) {
+  std::string data = labelled_head("binary_little_endian", type);
+  const auto add = [&](auto value) { data.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const std::size_t bytes = type.ends_with("char") ? 1 : type.ends_with("short") ? 2 : 4;
+  const auto number = [&](std::uint32_t value) { data.append(reinterpret_cast<const char*>(&value), bytes); };
+  for (const auto& [x, y] : std::vector<std::pair<float, float>>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+    for (const float value : {x, y, 0.f}) add(value);
+    number(x == 0 ? 1 : 40);
+    add(x);
+  }
+  for (const std::uint32_t face : {0u, 1u}) {
+    add(std::uint8_t{3});
+    for (const std::uint32_t corner : {0u, face + 1, face + 2}) add(corner);
+    number(face + 5);
+  }
+  return data;
+}
+
 }  // namespace
 
 TEST_CASE("run --attribute: PLY of every kind, linear functions and numbers of faces") {
@@ -132,7 +163,8 @@ TEST_CASE("run --attribute: PLY of every kind, linear functions and numbers of f
         CHECK(std::abs(attributes[flow][3 * i + k] - file_coordinate(row, i, k)) < 1e-5);
       CHECK(attributes[number][i] == static_cast<float>(row.samples.face[i]));
     }
-    for (const std::size_t lacking : {heat, place, part}) CHECK(all_nan(attributes[lacking]));
+    for (const std::size_t lacking : {heat, place}) CHECK(all_nan(attributes[lacking]));
+    CHECK(row.samples.classes[part] == std::vector<std::int32_t>(points_each, no_sample_class));
     CHECK(all_nan(row.samples.texcoord));
     CHECK(row.report.lacks == (1u << heat | 1u << place | 1u << part | 1u << 6));
   }
@@ -149,7 +181,7 @@ TEST_CASE("run --attribute: attributes of glTF, and the numbers of its primitive
                  z = file_coordinate(row, i, 2);
     CHECK(std::abs(attributes[heat][i] - (x + 2 * y - z)) < 1e-6);
     CHECK(std::abs(attributes[place][3 * i + 1] - y) < 1e-6);
-    CHECK(attributes[part][i] == (row.samples.face[i] < 12 ? 0 : 1));
+    CHECK(row.samples.classes[part][i] == (row.samples.face[i] < 12 ? 0 : 1));
     CHECK(std::abs(row.samples.texcoord[2 * i] - x) < 1e-6);
     CHECK(std::abs(row.samples.texcoord[2 * i + 1] - (1 - y)) < 1e-6);
   }
@@ -312,7 +344,7 @@ TEST_CASE("run --attribute: names that are none are usage errors, all at once") 
                   {"--attribute", "a/b", "--attribute", "x:7", "--attribute", "twice", "--attribute",
                    "twice:2", "--attribute", ":3", "--attribute", "..", "--store", "tensor,rgb,uv,normals"});
   CHECK(result.exit_code == 2);
-  CHECK_THAT(result.err, Contains("`a/b` has `/` in its name") && Contains("width `7`") &&
+  CHECK_THAT(result.err, Contains("`a/b` has `/` in its name") && Contains("`x:7` has `7` behind its name") &&
                              Contains("`twice` is named more than once") && Contains("has no name") &&
                              Contains("by dots alone") && Contains("`tensor` needs --method anisotropic") &&
                              Contains("`rgb` needs --colors") &&
@@ -326,6 +358,202 @@ TEST_CASE("run --attribute: names that are none are usage errors, all at once") 
   CHECK(more.exit_code == 2);
   CHECK_THAT(more.err, Contains("33 columns"));
   CHECK(run_columns(scratch / "in", scratch / "s.h5", {"--store", "colour"}).exit_code == 2);
+}
+
+TEST_CASE("run --attribute: integers of vertices are classes, of the corner that is nearest") {
+  const ScratchFolder scratch;
+  for (const bool binary : {false, true}) {
+    const fs::path folder = scratch / (binary ? "binary" : "ascii");
+    fs::create_directories(folder);
+    for (const char* type : {"char", "uchar", "short", "ushort", "int", "uint"})
+      write_file(folder / (std::string(type) + ".ply"),
+                 binary ? labelled_binary(type) : labelled_square(type));
+    const fs::path store = folder.string() + ".h5";
+    const ProcessResult result =
+        run_columns(folder, store, {"--attribute", "label", "--attribute", "weight", "--attribute", "kind"});
+    INFO(result.out << result.err);
+    REQUIRE(result.exit_code == 0);
+    require_verified(store);
+    const StoreReader reader(store);
+    REQUIRE(reader.columns().attributes == std::vector<AttributeColumn>{{"kind", 1, AttributeKind::classes},
+                                                                        {"label", 1, AttributeKind::classes},
+                                                                        {"weight", 1}});
+    CHECK_THAT(reader.parameters_json(), Contains(R"("attributes":"kind:class,label:class,weight")"));
+    for (std::uint64_t n = 0; n < reader.rows(); ++n) {
+      const Row row = reader.read_row(n);
+      INFO(reader.id(n));
+      for (std::size_t i = 0; i < points_each; ++i) {
+        const double b1 = row.samples.barycentric[2 * i], b2 = row.samples.barycentric[2 * i + 1],
+                     b0 = 1 - b1 - b2;
+        const std::size_t corner = b0 >= b1 && b0 >= b2 ? 0 : b1 >= b2 ? 1 : 2;
+        const std::uint32_t v = row.samples.corners[3 * i + corner];
+        CHECK(row.samples.classes[1][i] == (v == 0 || v == 3 ? 1 : 40));
+        CHECK(row.samples.classes[0][i] == static_cast<std::int32_t>(row.samples.face[i]) + 5);
+        CHECK(std::abs(row.samples.attributes[2][i] - file_coordinate(row, i, 0)) < 1e-6);
+      }
+    }
+  }
+  const ProcessResult linear =
+      run_columns(scratch / "ascii", scratch / "l.h5", {"--attribute", "label:linear,kind:1:linear"});
+  REQUIRE(linear.exit_code == 0);
+  const Row row = StoreReader(scratch / "l.h5").read_row(0);
+  CHECK(row.samples.classes.empty());
+  for (std::size_t i = 0; i < points_each; ++i)
+    CHECK(std::abs(row.samples.attributes[1][i] - (1 + 39 * file_coordinate(row, i, 0))) < 1e-4);
+  // The kinds are those of the store: a word for another one is another parameter, plain ones take what it
+  // has.
+  CHECK(run_columns(scratch / "ascii", scratch / "l.h5", {"--attribute", "label,kind"}).exit_code == 2);
+  CHECK(run_columns(scratch / "ascii", scratch / "ascii.h5", {"--attribute", "kind,label:class,weight"})
+            .exit_code == 0);
+  CHECK(run_columns(scratch / "ascii", scratch / "ascii.h5", {"--attribute", "kind,label:linear,weight"})
+            .exit_code == 2);
+}
+
+TEST_CASE("run --attribute: vectors of integers, values beyond int32, floats in columns of classes") {
+  const ScratchFolder scratch;
+  const std::string head =
+                        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                        "property float z\n",
+                    faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  fs::create_directories(scratch / "in");
+  write_file(scratch / "in/a.ply",
+             head + "property int v_0\nproperty uchar v_1\nproperty uint big\nproperty float f\n" + faces +
+                 "0 0 0 1 2 7 3\n1 0 0 1 2 4294967295 3\n0 1 0 1 2 7 3\n3 0 1 2\n");
+  write_file(scratch / "in/b.ply", head +
+                                       "property float v_0\nproperty float v_1\nproperty float big\n"
+                                       "property int f\n" +
+                                       faces + "0 0 0 8 9 2.5 4\n1 0 0 8 9 7 4\n0 1 0 8 9 7 4\n3 0 1 2\n");
+  const ProcessResult result =
+      run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "v:2", "--attribute", "big,f"});
+  INFO(result.out << result.err);
+  CHECK(result.exit_code == 0);
+  require_verified(scratch / "s.h5");
+  const StoreReader reader(scratch / "s.h5");
+  CHECK_THAT(reader.parameters_json(), Contains(R"("attributes":"big:class,f,v:2:class")"));
+  const Row a = reader.read_row(0), b = reader.read_row(1);
+  CHECK((a.report.lacks == 1 && b.report.lacks == 1 && a.report.missing == 0 && b.report.missing == 0));
+  CHECK((a.report.repairs[Repair::bad_attributes] == 1 && b.report.repairs[Repair::bad_attributes] == 1));
+  for (std::size_t i = 0; i < points_each; ++i) {
+    CHECK((a.samples.classes[2][2 * i] == 1 && a.samples.classes[2][2 * i + 1] == 2));
+    CHECK((b.samples.classes[2][2 * i] == 8 && b.samples.classes[2][2 * i + 1] == 9));
+    CHECK((a.samples.attributes[1][i] == 3 && b.samples.attributes[1][i] == 4));
+    for (const Row* row : {&a, &b})
+      CHECK((row->samples.classes[0][i] == 7 || row->samples.classes[0][i] == no_sample_class));
+  }
+}
+
+TEST_CASE("run --attribute: integers of glTF are classes, normalized ones are fractions") {
+  const ScratchFolder scratch;
+  GltfFile file;
+  file.add_points({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const auto bytes = [&](const std::string& more) {
+    file.add_accessor(
+        file.add_view(std::vector<std::uint8_t>{1, 0, 0, 0, 40, 0, 0, 0, 40, 0, 0, 0}, ",\"byteStride\":4"),
+        5121, 3, "SCALAR", more);
+  };
+  bytes("");
+  bytes(",\"normalized\":true");
+  file.add_accessor(file.add_view(std::vector<std::uint32_t>{7, 7, 4000000000u}), 5125, 3, "SCALAR");
+  write_file(
+      scratch / "in.glb",
+      file.glb(R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0,"_LABEL":1,"_SHARE":2,"_ID":3}}]}],)"
+               R"("nodes":[{"mesh":0}])"));
+  const ProcessResult result =
+      run_columns(scratch / "in.glb", scratch / "s.h5", {"--attribute", "_LABEL,_SHARE,_ID"});
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+  require_verified(scratch / "s.h5");
+  CHECK_THAT(StoreReader(scratch / "s.h5").parameters_json(), Contains(R"("_ID:class,_LABEL:class,_SHARE")"));
+  const Row row = StoreReader(scratch / "s.h5").read_row(0);
+  CHECK(row.report.repairs[Repair::bad_attributes] == 1);
+  for (std::size_t i = 0; i < points_each; ++i) {
+    CHECK((row.samples.classes[1][i] == 1 || row.samples.classes[1][i] == 40));
+    CHECK((row.samples.classes[0][i] == 7 || row.samples.classes[0][i] == no_sample_class));
+    CHECK((row.samples.attributes[2][i] >= 1 / 255.f - 1e-6f &&
+           row.samples.attributes[2][i] <= 40 / 255.f + 1e-6f));
+  }
+}
+
+TEST_CASE("run --attribute: one that no model has is named with those near it, and every run ends with 3") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  write_file(scratch / "in/a.ply", labelled_square("uchar"));
+  write_mesh(scratch / "in/b.stl", cube());
+  const Words words = {"--attribute", "labl", "--attribute", "weight"};
+  for (int run = 0; run < 3; ++run) {
+    const ProcessResult result = run_columns(scratch / "in", scratch / "s.h5", words);
+    INFO(result.out << result.err);
+    CHECK(result.exit_code == 3);
+    CHECK_THAT(result.out,
+               Contains("no model has the attribute `labl`; they have `label`, `kind`, `weight`") &&
+                   Contains("2 models lack attribute `labl`") &&
+                   Contains("  ok                           2"));
+  }
+  require_verified(scratch / "s.h5");
+  const ProcessResult json = run_columns(scratch / "in", scratch / "s.h5", joined(words, {"--json"}));
+  CHECK(json.exit_code == 3);
+  CHECK_THAT(json.out, Contains(R"("attributes_of_no_model":{"labl":["label","kind","weight"]})"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5"}).out, Contains("no model has the attribute `labl`\n"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5", "--json"}).out,
+             Contains(R"("attributes_of_no_model":{"labl":[]})"));
+  const StoreReader reader(scratch / "s.h5");
+  CHECK((reader.report(0).missing == 0b01 && reader.report(1).missing == 0b11));
+  // A new model that has it ends this.
+  std::string other = labelled_square("uchar");
+  other.replace(other.find("label"), 5, "labl");
+  write_file(scratch / "in/c.ply", other);
+  const ProcessResult later = run_columns(scratch / "in", scratch / "s.h5", words);
+  INFO(later.out << later.err);
+  CHECK(later.exit_code == 0);
+  CHECK_THAT(later.out, !Contains("no model has"));
+  // The column was chosen when no model had the attribute: as numbers, of the nearest corner nonetheless.
+  const Row row = row_of(scratch / "s.h5", "c.ply");
+  for (const float value : row.samples.attributes[0]) CHECK((value == 1 || value == 40));
+  // Where all models failed nothing is known of their attributes.
+  write_file(scratch / "broken.off", "OFF\nnothing\n");
+  CHECK_THAT(run_columns(scratch / "broken.off", scratch / "b.h5", words).out, !Contains("no model has"));
+}
+
+TEST_CASE("run --attribute: the models that decide what a column holds are the first by id") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  write_mesh(scratch / "in/a.stl", cube());
+  write_file(scratch / "in/b.ply", labelled_square("float"));
+  write_file(scratch / "in/c.ply", labelled_square("uchar"));
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "label", "-j", "4"}).exit_code == 0);
+  REQUIRE(run_columns(scratch / "in", scratch / "t.h5", {"--attribute", "label", "-j", "1"}).exit_code == 0);
+  CHECK(read_file(scratch / "s.h5") == read_file(scratch / "t.h5"));
+  CHECK_THAT(StoreReader(scratch / "s.h5").parameters_json(), Contains(R"("attributes":"label",)"));
+  // Integers are never interpolated unless that is asked for.
+  const Row later = row_of(scratch / "s.h5", "c.ply");
+  for (const float value : later.samples.attributes[0]) CHECK((value == 1 || value == 40));
+  // The store keeps its column when a model with integers comes in front.
+  write_file(scratch / "in/0.ply", labelled_square("uchar"));
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", {"--attribute", "label"}).exit_code == 0);
+  CHECK(StoreReader(scratch / "s.h5").rows() == 4);
+  REQUIRE(run_columns(scratch / "in", scratch / "u.h5", {"--attribute", "label"}).exit_code == 0);
+  CHECK(StoreReader(scratch / "u.h5").columns().attributes[0].is_classes());
+  // There a float is a class where it is whole: here at the corners.
+  const Row whole = row_of(scratch / "u.h5", "b.ply");
+  for (const std::int32_t value : whole.samples.classes[0]) CHECK((value == 1 || value == 40));
+}
+
+TEST_CASE("run --attribute: scene.ply of the shared cases has the labels 1 and 40 alone") {
+  const fs::path scene = fs::path(MEANDER_SHARED_DATA) / "../cases/integer_labels/scene.ply";
+  if (!fs::exists(scene)) {
+    WARN("skipped: " << scene.string() << " is not there");
+    return;
+  }
+  const ScratchFolder scratch;
+  REQUIRE(run_columns(scene, scratch / "s.h5", {"--attribute", "label"}).exit_code == 0);
+  const Row row = StoreReader(scratch / "s.h5").read_row(0);
+  REQUIRE(row.samples.classes.size() == 1);
+  std::size_t ones = 0;
+  for (const std::int32_t value : row.samples.classes[0]) {
+    CHECK((value == 1 || value == 40));
+    ones += value == 1;
+  }
+  CHECK((ones > points_each / 3 && ones < 2 * points_each / 3));
 }
 
 TEST_CASE("run --store: kept columns are those of the whole store, and every reader says what it lacks") {
@@ -427,6 +655,11 @@ TEST_CASE("export --arrays: texture coordinates and attributes") {
   CHECK_THAT(shard, Contains("00000000.texcoord.npy") && Contains("00000000.attribute_flow.npy") &&
                         Contains("'shape': (300, 3)") && Contains("'shape': (300, 2)") &&
                         Contains("'shape': (300,)"));
+  const ProcessResult classes = meander_with({"export", scratch / "s.h5", "cube.glb", "--format", "npz",
+                                              "--arrays", "attribute:part", "-o", scratch / "npz"});
+  REQUIRE(classes.exit_code == 0);
+  CHECK_THAT(read_file(scratch / "npz/cube.glb.npz"),
+             Contains("attribute_part.npy") && Contains("'<i4'") && Contains("'shape': (300,)"));
   for (const auto& [array, message] : std::vector<std::pair<std::string, std::string>>{
            {"attribute:none", "made without `--attribute none`"}, {"texcords", "did you mean `texcoord`?"}}) {
     const ProcessResult refused = meander_with(

@@ -401,6 +401,40 @@ TEST_CASE("remesh job: colours, attributes and texture coordinates are those of 
   CHECK(mesh_of(scratch / "off" / "b.off", true).colors.vertex == again.colors.vertex);
 }
 
+TEST_CASE("remesh job: integers stay integers, and lie between no two of them") {
+  const ScratchFolder scratch;
+  std::ofstream(scratch / "a.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+         "property float z\nproperty uchar label\nproperty uint big\nelement face 2\n"
+         "property list uchar int vertex_indices\nproperty int kind\nend_header\n"
+         "0 0 0 1 1\n1 0 0 40 4294967295\n1 1 0 40 1\n0 1 0 1 1\n3 0 1 2 5\n3 0 2 3 6\n";
+  const ProcessResult made = remesh({(scratch / "a.ply").string(), "-o", (scratch / "out").string(), "-n",
+                                     "60", "--attribute", "label,kind,big"});
+  INFO(made.out << made.err);
+  REQUIRE(made.exit_code == 0);
+  const PolygonMesh mesh = mesh_of(scratch / "out" / "a.ply");
+  const std::vector<double>&label = attribute_of(mesh, "label"), &kind = attribute_of(mesh, "kind");
+  std::size_t ones = 0;
+  for (std::size_t v = 0; v < mesh.x.size(); ++v) {
+    REQUIRE((label[v] == 1 || label[v] == 40));
+    REQUIRE((kind[v] == 5 || kind[v] == 6));
+    ones += label[v] == 1;
+  }
+  CHECK((ones > 0 && ones < mesh.x.size()));
+  for (const ScalarAttribute& attribute : mesh.vertex_attributes)
+    CHECK(attribute.integers == (attribute.name != "big"));  // of which some vertices have none
+  const ProcessResult linear = remesh({(scratch / "a.ply").string(), "-o", (scratch / "linear").string(),
+                                       "-n", "60", "--attribute", "label:linear"});
+  REQUIRE(linear.exit_code == 0);
+  const PolygonMesh between = mesh_of(scratch / "linear" / "a.ply");
+  for (std::size_t v = 0; v < between.x.size(); ++v)
+    REQUIRE(std::abs(attribute_of(between, "label")[v] - (1 + 39 * between.x[v])) < 1e-3);
+  const ProcessResult refused = remesh({(scratch / "a.ply").string(), "-o", (scratch / "no").string(), "-n",
+                                        "60", "--attribute", "label:class"});
+  CHECK(refused.exit_code == 2);
+  CHECK(contains(refused.err, "`label:class` is for stores"));
+}
+
 TEST_CASE("remesh job: what a model has not is told, what a format cannot hold is refused") {
   const ScratchFolder scratch;
   make_models(scratch / "models");

@@ -131,6 +131,77 @@ TEST_CASE("sample_attribute: what is missing, not finite or too large is NaN in 
   check({"absent", 3}, [](std::uint32_t) { return true; });
 }
 
+TEST_CASE("sample_attribute: integers of vertices are those of the corner with the largest weight") {
+  PolygonMesh mesh = icosphere(1);
+  std::vector<double> numbers;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) numbers.push_back(static_cast<double>(v * v));
+  mesh.vertex_attributes = {{"label", numbers, true}, {"f", numbers},   {"v_0", numbers, true},
+                            {"v_1", numbers, true},   {"w_0", numbers}, {"w_1", numbers, true}};
+  const Row row = sampled_row(mesh);
+  const SampleValues plain = sample_attribute(mesh, {"label", 1}, row.samples),
+                     classes = sample_attribute(mesh, {"label", 1, AttributeKind::classes}, row.samples),
+                     linear = sample_attribute(mesh, {"label", 1, AttributeKind::linear}, row.samples),
+                     floats = sample_attribute(mesh, {"f", 1}, row.samples),
+                     rounded = sample_attribute(mesh, {"f", 1, AttributeKind::classes}, row.samples),
+                     pair = sample_attribute(mesh, {"v", 2, AttributeKind::classes}, row.samples),
+                     mixed = sample_attribute(mesh, {"w", 2}, row.samples);
+  CHECK((plain.is_nearest && classes.is_nearest && !linear.is_nearest && !floats.is_nearest));
+  CHECK((plain.classes.empty() && classes.values.empty() && linear.values == floats.values));
+  CHECK(rounded.classes == classes.classes);
+  for (std::size_t i = 0; i < 500; ++i) {
+    const double b1 = row.samples.barycentric[2 * i], b2 = row.samples.barycentric[2 * i + 1],
+                 b0 = 1 - b1 - b2;
+    const std::size_t corner = b0 >= b1 && b0 >= b2 ? 0 : b1 >= b2 ? 1 : 2;
+    const std::uint32_t v = row.samples.corners[3 * i + corner];
+    CHECK(classes.classes[i] == static_cast<std::int32_t>(v * v));
+    CHECK(plain.values[i] == static_cast<float>(v * v));
+    CHECK(pair.classes[2 * i] == classes.classes[i]);
+    CHECK(pair.classes[2 * i + 1] == classes.classes[i]);
+    CHECK(mixed.values[2 * i] == floats.values[i]);
+  }
+}
+
+TEST_CASE("sample_attribute: of corners with equal weights the first one's class is taken") {
+  PolygonMesh mesh = polygon_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}});
+  mesh.vertex_attributes = {{"label", {7, 8, 9}, true}};
+  Samples samples;
+  samples.points.resize(12);
+  samples.face = {0, 0, 0, 0};
+  samples.corners = {0, 1, 2, 0, 1, 2, 0, 1, 2, 2, 0, 1};
+  samples.barycentric = {.5f, .5f, .25f, .5f, .5f, 0, .5f, .5f};
+  const SampleValues made = sample_attribute(mesh, {"label", 1, AttributeKind::classes}, samples);
+  CHECK(made.classes == std::vector<std::int32_t>{8, 9, 7, 7});
+}
+
+TEST_CASE("sample_attribute: what no class can hold is none, and counted") {
+  PolygonMesh mesh = cube();
+  const double largest = 2147483647;
+  mesh.face_attributes = {{"n", {largest, largest + 1, -largest - 1, -largest - 2, 0.5, not_there}, true},
+                          {"exact", {16777216, 16777217, -16777217, 3, 1e300, 1.5}, true},
+                          {"pair_0", {1, 2, 3, 4, 5, 6}, true},
+                          {"pair_1", {1, 2, 3, 4, 5, 1e10}, true},
+                          {"short", {1, 2}, true}};
+  const Row row = sampled_row(mesh);
+  const SampleValues n = sample_attribute(mesh, {"n", 1, AttributeKind::classes}, row.samples),
+                     exact = sample_attribute(mesh, {"exact", 1}, row.samples),
+                     pair = sample_attribute(mesh, {"pair", 2, AttributeKind::classes}, row.samples),
+                     cut = sample_attribute(mesh, {"short", 1, AttributeKind::classes}, row.samples),
+                     none = sample_attribute(mesh, {"none", 2, AttributeKind::classes}, row.samples);
+  CHECK((n.lacks_some && exact.lacks_some && pair.lacks_some && cut.lacks_some && none.lacks_some));
+  CHECK((!n.is_missing && !cut.is_missing && none.is_missing));
+  CHECK((n.bad_values == 3 && exact.bad_values == 4 && pair.bad_values == 1 && cut.bad_values == 0));
+  const std::vector<std::int32_t> expected = {2147483647, -1, -2147483647 - 1, -1, -1, -1};
+  for (std::size_t i = 0; i < 500; ++i) {
+    const std::uint32_t face = row.samples.face[i];
+    CHECK(n.classes[i] == expected[face]);
+    CHECK(std::isnan(exact.values[i]) == (face == 1 || face == 2 || face >= 4));
+    for (std::size_t k = 0; k < 2; ++k)
+      CHECK(pair.classes[2 * i + k] == (face == 5 ? -1 : static_cast<std::int32_t>(face) + 1));
+    CHECK(cut.classes[i] == (face < 2 ? static_cast<std::int32_t>(face) + 1 : -1));
+    CHECK(none.classes[2 * i] == -1);
+  }
+}
+
 TEST_CASE("sample_coordinates: beside a seam each polygon has its own coordinates") {
   // Two quads side by side over x in [0, 2]; the right one begins again at u = 0 and is laid upside down.
   PolygonMesh mesh =
@@ -196,7 +267,25 @@ TEST_CASE(
   CHECK(row.samples.attributes[1] == sample_attribute(mesh, {"f", 1}, row.samples).values);
   CHECK(row.samples.texcoord.size() == 1000);
   CHECK(row.report.lacks == 0b101);
+  CHECK(row.report.missing == 0b101);
   CHECK(row.samples.points == sampled_row(mesh).samples.points);
+}
+
+TEST_CASE("Sampler: columns of classes stand beside those of numbers, and bad values are counted") {
+  PolygonMesh mesh = cube();
+  mesh.face_attributes = {{"a", {1, 2, 3, 4, 5, 1e12}, true}, {"c", face_numbers(mesh), true}};
+  SampleParameters parameters = parameters_for("auto");
+  parameters.attributes = {{"a", 1, AttributeKind::classes}, {"b", 1}, {"c", 1, AttributeKind::classes}};
+  const Row row = sampled_row(mesh, parameters);
+  REQUIRE(row.samples.classes.size() == 3);
+  REQUIRE(row.samples.attributes.size() == 2);
+  CHECK((row.samples.classes[1].empty() && row.samples.attributes[0].empty()));
+  CHECK(row.samples.attributes[1].size() == 500);
+  for (std::size_t i = 0; i < 500; ++i)
+    CHECK(row.samples.classes[2][i] == static_cast<std::int32_t>(row.samples.face[i]));
+  CHECK(row.report.lacks == 0b011);
+  CHECK(row.report.missing == 0b010);
+  CHECK(row.report.repairs[Repair::bad_attributes] == 1);
 }
 
 TEST_CASE("validate: at most 32 columns are chosen, of widths from 1 to 4") {
