@@ -3,6 +3,7 @@
 
     load_store.py STORE       prints what it loaded
 """
+import json
 import os
 import sys
 
@@ -48,6 +49,15 @@ def load_store(path, descriptor=None, split=None):
         labels = store["label"][:, 0][rows]
         ids = store["items/id"].asstr()[:][rows]
     return points, labels, ids, values
+
+
+def names_of(store, row):
+    """What the classes of a row are called: {"object": ["seat", "leg"]}, class i being entry i; {} where nothing is."""
+    if "names" not in store:
+        return {}
+    ends = numpy.cumsum(store["items/names_bytes"][: row + 1], dtype=numpy.uint64)
+    begin, end = int(ends[-2]) if row > 0 else 0, int(ends[-1])
+    return json.loads(store["names"][begin:end].tobytes()) if end > begin else {}
 
 
 class StoreDataset:

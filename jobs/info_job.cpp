@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <charconv>
 #include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "io/digest.h"
+#include "io/json/json_tree.h"
 #include "io/json_writer.h"
 #include "io/store/schema.h"
 #include "io/store/store.h"
@@ -44,6 +48,25 @@ std::vector<std::string> lacking_columns(const StoreColumns& columns, const Item
   return lacking;
 }
 
+// The names behind the classes of the item, by attribute; those that cannot be read are none.
+std::vector<std::pair<std::string, std::vector<std::string>>> class_names(const StoreReader& store,
+                                                                          std::uint64_t row) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> all;
+  const std::string text = store.names(row);
+  if (text.empty()) return all;
+  try {
+    const JsonTree json(text);
+    for (const JsonValue& list : json.root().items()) {
+      std::vector<std::string>& names =
+          all.emplace_back(std::string(list.name()), std::vector<std::string>{}).second;
+      for (const JsonValue& name : list.items()) names.emplace_back(name.text().value_or(""));
+    }
+  } catch (const ItemError&) {
+    all.clear();
+  }
+  return all;
+}
+
 int show_item(const StoreReader& store, const InfoOptions& options) {
   const std::uint64_t row = find_item(store, options.item);
   const ItemReport r = store.report(row);
@@ -77,6 +100,13 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
     json.member("area_scale_range", r.area_scale_range);
     json.member("distortion", r.distortion);
     if (store.columns().chosen_count() > 0) write_texts(json, "lacks", lacking_columns(store.columns(), r));
+    if (store.columns().has_names()) {
+      json.key("names");
+      json.begin_object();
+      for (const auto& [attribute, names] : class_names(store, row))
+        write_texts(json, attribute.c_str(), names);
+      json.end_object();
+    }
     json.member("file_bytes", r.file_bytes);
     json.member("content_sha256", hex_text(r.content_sha256));
     json.key("repairs");
@@ -133,6 +163,12 @@ int show_item(const StoreReader& store, const InfoOptions& options) {
                r.color_fills, store.samples(), color_fill);
   if (r.lacks != 0)
     fmt::print("  lacks             {}\n", fmt::join(lacking_columns(store.columns(), r), ", "));
+  for (const auto& [attribute, names] : class_names(store, row)) {
+    constexpr std::size_t most_shown = 20;
+    const std::span<const std::string> shown = std::span(names).first(std::min(names.size(), most_shown));
+    fmt::print("  {:<18}{}{}\n", attribute, fmt::join(shown, ", "),
+               names.size() > most_shown ? fmt::format(", ... ({} in all; --json)", names.size()) : "");
+  }
   for (const DescriptorRow& descriptor : store.read_row(row).descriptors)
     if (descriptor.values.size() == 1)
       fmt::print("  {:<18}{:.4g}\n", descriptor.name, descriptor.values.front());

@@ -287,7 +287,8 @@ class SamplingGraph {
             [this, blocks = std::move(item.reused_blocks)](std::uint64_t begin, std::uint64_t end) {
               if (cancelled_) throw RunCancelled();
               return blocks(begin, end);
-            });
+            },
+            std::move(item.model.row.names));
         return;
       }
       item.encoded = encode_row(header_, item.plan->row, std::move(item.model.row));

@@ -10,6 +10,7 @@
 
 #include "io/mesh/byte_order.h"
 #include "io/mesh/gltf_extensions.h"
+#include "io/mesh/part_names.h"
 #include "kernels/core/portable_angles.h"
 
 namespace meander {
@@ -350,8 +351,9 @@ GltfMesh read_mesh_entry(const Entry& entry, bool colors, const MeshExtras& extr
     primitive.targets = read_targets(*from);
     if (colors) {
       primitive.colors = lenient_reference(from->member("attributes").member("COLOR_0"));
-      primitive.material = lenient_reference(from->member("material"));
     }
+    if (colors || asks_for(extras.attributes, "material"))
+      primitive.material = lenient_reference(from->member("material"));
     const bool coordinates = colors || extras.coordinates;
     if (coordinates) primitive.coordinates = read_coordinates(from->member("attributes"));
     primitive.asked = read_asked(from->member("attributes"), extras.attributes);

@@ -101,7 +101,7 @@ struct GltfPrimitive {
   std::uint32_t draco_colors = no_index;  // and an id in its Draco stream
   std::uint32_t material = no_index;
   // Sets of texture coordinates, accessors; in a Draco stream ids. The three above only if colours are asked
-  // for, these also if coordinates are.
+  // for, these also if coordinates are, and the material if its number is.
   std::vector<std::uint32_t> coordinates, draco_coordinates;
   // Accessors of what morph targets add to the positions; no_index of a target that moves none.
   std::vector<std::uint32_t> targets;

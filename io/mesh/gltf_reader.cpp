@@ -17,6 +17,7 @@
 #include "io/mesh/gltf_document.h"
 #include "io/mesh/gltf_draco.h"
 #include "io/mesh/gltf_extensions.h"
+#include "io/mesh/part_names.h"
 #include "io/mesh/text_cursor.h"
 #include "io/mesh/texture_images.h"
 
@@ -230,6 +231,8 @@ class SceneReader {
         colors_(colors),
         textured_(colors && SceneTextures::has_any(document)),
         extras_(extras),
+        names_parts_(std::any_of(numbered_attributes.begin(), numbered_attributes.end(),
+                                 [&](std::string_view name) { return asks_for(extras.attributes, name); })),
         textures_(textures),
         notes_(notes),
         skins_(document.skins.size()) {
@@ -237,6 +240,13 @@ class SceneReader {
     mesh_.corners.reserve(3 * total.triangles);
     part_.reserve(total.triangles);
   }
+
+  // Where a part, as its number counts them, comes from.
+  struct PartSource {
+    std::uint32_t node, mesh, material;
+  };
+  // Of all parts, where one of numbered_attributes is asked for.
+  std::vector<PartSource> take_sources() { return std::move(sources_); }
 
   PolygonMesh read() {
     visit_parts(document_, scene_, cancel_, [&](const GltfPart& part) { read_part(part); });
@@ -292,6 +302,7 @@ class SceneReader {
 
   void read_primitive(const Placement& part, const GltfPrimitive& primitive) {
     const auto number = static_cast<double>(next_part_++);
+    if (names_parts_) sources_.push_back({part.node, part.mesh, primitive.material});
     const GltfCounts counts = count_primitive(document_, primitive);
     left_out_ += counts.left_out;
     if (counts.triangles == 0) return;
@@ -747,6 +758,8 @@ class SceneReader {
   const CancelToken& cancel_;
   bool colors_, textured_;
   const MeshExtras& extras_;
+  const bool names_parts_;
+  std::vector<PartSource> sources_;
   SceneTextures& textures_;
   Notes& notes_;
   DracoMesh decoded_;  // of the last primitive that is compressed so
@@ -757,7 +770,7 @@ class SceneReader {
     bool integers = true;        // wherever a primitive has some
   };
   std::map<std::string, AskedValues> asked_;   // attributes by name
-  std::vector<std::vector<AffineMap>> skins_;         // of joints, once they are asked for
+  std::vector<std::vector<AffineMap>> skins_;  // of joints, once they are asked for
   // Of the mesh that is being placed, with the accessors of its colours and of what else is asked for, and
   // its morph targets.
   std::map<std::tuple<GltfAttributes, std::uint32_t, std::vector<std::uint32_t>, ActiveTargets>, VertexBlock>
@@ -766,6 +779,66 @@ class SceneReader {
   std::vector<double> part_;  // of every triangle
   std::uint64_t next_part_ = 0, left_out_ = 0;
 };
+
+// Names of the entries of a list of the file; empty for one that has none, or is not there.
+class EntryNames {
+ public:
+  EntryNames(JsonValue root, std::string_view list) : entries_(root.member(list).items()) {}
+  std::string of(std::uint32_t entry) const {
+    if (entry >= entries_.size()) return {};
+    return std::string(entries_[entry].member("name").text().value_or(""));
+  }
+
+ private:
+  std::vector<JsonValue> entries_;
+};
+
+// Faces by what their parts come from: the entry `key` of a list, no_index for none.
+template <class Name>
+NumberedFaces number_scene_faces(const std::vector<double>& part_of_face,
+                                 std::span<const SceneReader::PartSource> sources,
+                                 std::uint32_t SceneReader::PartSource::*key, const Name& name_of) {
+  NumberedFaces made;
+  std::map<std::uint32_t, std::size_t> numbers;
+  made.values.reserve(part_of_face.size());
+  for (const double part : part_of_face) {
+    const SceneReader::PartSource& source = sources[static_cast<std::size_t>(part)];
+    if (source.*key == no_index) {
+      made.values.push_back(std::numeric_limits<double>::quiet_NaN());
+      continue;
+    }
+    const auto [at, is_new] = numbers.try_emplace(source.*key, numbers.size());
+    if (is_new) made.names.push_back(name_of(source));
+    made.values.push_back(static_cast<double>(at->second));
+  }
+  return made;
+}
+
+// The numbers of materials and nodes, and the names behind these and behind those of parts.
+void add_scene_numbers(JsonValue root, std::span<const SceneReader::PartSource> sources,
+                       std::span<const AttributeColumn> asked, PolygonMesh& mesh) {
+  if (sources.empty()) return;
+  using Source = SceneReader::PartSource;
+  const EntryNames nodes(root, "nodes"), meshes(root, "meshes"), materials(root, "materials");
+  const auto node_name = [&](const Source& source) {
+    const std::string name = nodes.of(source.node);
+    return name.empty() ? meshes.of(source.mesh) : name;
+  };
+  const std::vector<double>& part_of_face = mesh.face_attributes.back().values;
+  NumberedAttributes numbered(mesh);
+  if (asks_for(asked, "material"))
+    numbered.add("material",
+                 number_scene_faces(part_of_face, sources, &Source::material,
+                                    [&](const Source& source) { return materials.of(source.material); }));
+  if (asks_for(asked, "object"))
+    numbered.add("object", number_scene_faces(part_of_face, sources, &Source::node, node_name));
+  if (asks_for(asked, "part")) {
+    std::vector<std::string> names;
+    for (const Source& source : sources) names.push_back(node_name(source));
+    numbered.add_names("part", names);
+  }
+  numbered.finish();
+}
 
 void check_content(std::string_view content) {
   const std::size_t first = content.find_first_not_of(" \t\r\n\0");
@@ -815,8 +888,9 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
     total.decoding_bytes += bytes;
     around.admit(total);
   }
-  PolygonMesh mesh =
-      SceneReader(document, scene, data, total, cancel, around.colors, around.extras, textures, notes).read();
+  SceneReader reader(document, scene, data, total, cancel, around.colors, around.extras, textures, notes);
+  PolygonMesh mesh = reader.read();
+  add_scene_numbers(json.root(), reader.take_sources(), around.extras.attributes, mesh);
   mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   data.note_missing_buffers(notes);
   mesh.notes = std::move(notes);

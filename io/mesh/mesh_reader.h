@@ -74,7 +74,9 @@ struct MeshExtras {
   bool coordinates = false;  // fill PolygonMesh::coordinates
   // Fill PolygonMesh::asked_attributes with these, where the format has attributes that are not read anyway:
   // glTF, whose names begin with `_`, and of just this width. A vector NAME becomes NAME_0, NAME_1, ...; what
-  // is wrong with one, or missing at some vertices, is NaN there.
+  // is wrong with one, or missing at some vertices, is NaN there. Also PolygonMesh::asked_face_attributes
+  // with `group`, `object` and `material` of OBJ, `object` (the node) and `material` of glTF, and
+  // PolygonMesh::names with the names behind these and behind `part`.
   std::span<const AttributeColumn> attributes = {};
 };
 
@@ -131,6 +133,11 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 //   0 in this order. Points and lines are left out and counted as short_faces. Normals are not read. An index
 //   that names no vertex of its primitive becomes no_index.
 // * OBJ: a vertex number that names no vertex becomes no_index; all objects and groups are one mesh.
+// * Numbers of faces, when asked for, count what faces belong to in the order in which they first do, from 0.
+//   OBJ: objects (`o`) and materials (`usemtl`) by name, groups (`g`) by all names of a line, apart by
+//   blanks; faces before the first one belong to none, but to the group `default`, as those under a `g`
+//   without name. glTF: materials and nodes by their entry in the file; a node without a name has that of its
+//   mesh.
 //
 // Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has
 // it: upwards in OBJ, downwards in glTF.

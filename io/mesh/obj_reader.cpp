@@ -1,4 +1,4 @@
-// Wavefront OBJ: v, vn and f lines; everything else (groups, lines, points, and unless they are asked for
+// Wavefront OBJ: v, vn and f lines; everything else (lines, points, and unless they are asked for groups,
 // materials and texture coordinates) is skipped, so that several objects become one mesh.
 //
 // The text is cut at line ends into blocks that are read on their own. An index counted backwards from the
@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -20,6 +21,7 @@
 #include "io/mesh/format_readers.h"
 #include "io/mesh/line_blocks.h"
 #include "io/mesh/mtl_reader.h"
+#include "io/mesh/part_names.h"
 #include "io/mesh/text_cursor.h"
 #include "io/mesh/texture_images.h"
 #include "kernels/core/parallel.h"
@@ -33,8 +35,8 @@ struct RelativeIndex {
   std::int64_t offset;   // added to the count of all earlier parts
 };
 
-// From this polygon of a part on.
-struct MaterialUse {
+// From this polygon of a part on: of a material, an object or groups.
+struct NameUse {
   std::size_t polygon;
   std::string_view name;
 };
@@ -43,6 +45,7 @@ struct MaterialUse {
 struct ObjExtras {
   bool colors = false, textures = false;  // colours; textures of materials, which need coordinates
   bool keeps_coordinates = false;         // texture coordinates for their own sake
+  bool groups = false, objects = false, materials = false;  // what faces belong to
   bool coordinates() const { return textures || keeps_coordinates; }
 };
 
@@ -50,9 +53,10 @@ struct ObjExtras {
 struct ObjPart {
   std::vector<double> x, y, z;
   std::vector<float> normals;
-  std::vector<float> colors;           // three per vertex, where they are asked for
-  std::vector<float> painted;          // the same, of comments `#MRGB`, for the vertices in their order
-  std::vector<MaterialUse> materials;  // the same
+  std::vector<float> colors;       // three per vertex, where they are asked for
+  std::vector<float> painted;      // the same, of comments `#MRGB`, for the vertices in their order
+  std::vector<NameUse> materials;  // the same
+  std::vector<NameUse> groups, objects;
   PolygonPart polygons;
   std::vector<std::uint32_t> corner_normals;      // for the first corners, as far as faces name normals
   std::vector<float> coordinates;                 // two per texture coordinate, where they are asked for
@@ -106,8 +110,12 @@ class ObjBlockReader {
       } else {
         if (!part_.keywords) part_.keywords = is_keyword();
         part_.free_forms += is_free_form() ? 1 : 0;
-        if (extras_.colors && first == 'u') read_material();
+        if ((extras_.colors || extras_.materials) && first == 'u') read_material();
         if (extras_.colors && first == '#') read_painted();
+        if (text::is_separator(second)) {
+          if (extras_.objects && (first == 'o' || first == 'O')) read_name(part_.objects);
+          if (extras_.groups && (first == 'g' || first == 'G')) read_name(part_.groups);
+        }
         // Never continued: a comment or a material path may well end in a backslash.
         at_ = text::find_line_end(at_, end_);
       }
@@ -193,6 +201,13 @@ class ObjBlockReader {
       for (const int shift : {16, 8, 0})
         part_.painted.push_back(static_cast<float>(value >> shift & 255u) / 255.0f);
     }
+  }
+
+  // What stands behind a keyword of one letter.
+  void read_name(std::vector<NameUse>& uses) {
+    const char* const line_end = text::find_line_end(at_ + 1, end_);
+    const std::string_view name(at_ + 1, static_cast<std::size_t>(line_end - at_ - 1));
+    uses.push_back({part_.polygons.count(), trimmed(name)});
   }
 
   // A normal that cannot be read stays in its place as zero: what uses it falls back to the geometric one.
@@ -491,7 +506,7 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
       std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.materials.empty(); });
   if (!names_any && materials.only() != nullptr) current.assume(*materials.only());
   for (std::size_t b = 0; b < parts.size(); ++b) {
-    const std::vector<MaterialUse>& uses = parts[b].materials;
+    const std::vector<NameUse>& uses = parts[b].materials;
     std::size_t next = 0;
     for (std::size_t p = 0; p < polygons[b]; ++p) {
       for (; next < uses.size() && uses[next].polygon <= p; ++next) {
@@ -539,6 +554,58 @@ void add_painted_colors(std::vector<ObjPart>& parts, PolygonMesh& mesh) {
                                              " vertices");
 }
 
+// All names of a line, apart by one blank.
+std::string group_names(std::string_view line) {
+  std::string names;
+  text::TextCursor cursor{line.data(), line.data() + line.size(), false};
+  while (cursor.skip_to_token()) {
+    if (!names.empty()) names += ' ';
+    names += cursor.word();
+  }
+  return names.empty() ? "default" : names;
+}
+
+// Faces by the names that hold until the next one does. `before` is the name of those before the first.
+NumberedFaces number_faces(const std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
+                           std::vector<NameUse> ObjPart::*member, std::string (*name_of)(std::string_view),
+                           std::optional<std::string> before) {
+  NumberedFaces made;
+  if (std::all_of(parts.begin(), parts.end(), [&](const ObjPart& part) { return (part.*member).empty(); }))
+    return made;
+  std::map<std::string, std::size_t> numbers;
+  std::optional<std::string> name = std::move(before);  // until a face has asked for its number
+  double number = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    const std::vector<NameUse>& uses = parts[b].*member;
+    std::size_t next = 0;
+    for (std::size_t p = 0; p < polygons[b]; ++p) {
+      for (; next < uses.size() && uses[next].polygon <= p; ++next) name = name_of(uses[next].name);
+      if (name) {
+        const auto [at, is_new] = numbers.try_emplace(*name, numbers.size());
+        if (is_new) made.names.push_back(*name);
+        number = static_cast<double>(at->second);
+        name.reset();
+      }
+      made.values.push_back(number);
+    }
+    if (next < uses.size()) name = name_of(uses.back().name);
+  }
+  return made;
+}
+
+void add_numbers(const std::vector<ObjPart>& parts, const std::vector<std::size_t>& polygons,
+                 const ObjExtras& extras, PolygonMesh& mesh) {
+  const auto whole_line = [](std::string_view line) { return std::string(line); };
+  NumberedAttributes numbered(mesh);
+  if (extras.groups)
+    numbered.add("group", number_faces(parts, polygons, &ObjPart::groups, group_names, "default"));
+  if (extras.materials)
+    numbered.add("material", number_faces(parts, polygons, &ObjPart::materials, whole_line, std::nullopt));
+  if (extras.objects)
+    numbered.add("object", number_faces(parts, polygons, &ObjPart::objects, whole_line, std::nullopt));
+  numbered.finish();
+}
+
 // Errors of the file as a whole, reported at the earliest place whatever the blocks.
 void check_parts(std::string_view content, const std::vector<ObjPart>& parts) {
   std::uint64_t faces = 0, bad_faces = 0, vertices = 0;
@@ -578,7 +645,10 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
   const ObjExtras extras = {around.colors,
                             std::any_of(materials.by_name.begin(), materials.by_name.end(),
                                         [](const auto& material) { return material.second.has_image; }),
-                            around.extras.coordinates};
+                            around.extras.coordinates,
+                            asks_for(around.extras.attributes, "group"),
+                            asks_for(around.extras.attributes, "object"),
+                            asks_for(around.extras.attributes, "material")};
   parallel_blocks(content.size(), block, [&](std::size_t begin, std::size_t) {
     cancel.check();
     const std::size_t b = begin / block;
@@ -603,6 +673,7 @@ PolygonMesh read_obj(std::string_view content, const CancelToken& cancel, const 
     note_lacking_coordinates(mesh, mesh.notes);
     add_painted_colors(parts, mesh);
   }
+  add_numbers(parts, polygons, extras, mesh);
   if (cut) mesh.repairs[Repair::missing_vertices] = 1;
   std::uint64_t free_forms = 0;
   for (const ObjPart& part : parts) free_forms += part.free_forms;

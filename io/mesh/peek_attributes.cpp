@@ -78,7 +78,7 @@ std::vector<FileAttribute> attributes_of_gltf(const ByteSource& file) {
             add(attributes, {std::string(value.name()), width, !is_float && !is_fraction, false});
         }
   }
-  attributes.push_back({"part", 1, true, true});
+  for (const char* const name : {"material", "object", "part"}) attributes.push_back({name, 1, true, true});
   return attributes;
 }
 
@@ -88,6 +88,8 @@ std::vector<FileAttribute> peek_attributes(const ByteSource& file, MeshFormat fo
   try {
     if (format == MeshFormat::ply) return attributes_of_ply(file);
     if (format == MeshFormat::gltf) return attributes_of_gltf(file);
+    if (format == MeshFormat::obj)
+      return {{"group", 1, true, true}, {"material", 1, true, true}, {"object", 1, true, true}};
   } catch (const ItemError&) {  // reading the mesh will say what is wrong
   }
   return {};

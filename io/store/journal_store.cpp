@@ -91,7 +91,19 @@ class JournalStoreWriter {
       bytes += chunks * dataset.chunk.chunks_per_row * index_entry;
       if (dataset.spec.role != Role::samples || !filtered) bytes += chunks * most_filtered_bytes(dataset);
     }
+    bytes += names_bytes();
     return bytes > large ? bytes + (std::uint64_t{2} << 20) : bytes;
+  }
+
+  // An upper bound of what all names take: what records have beside their samples.
+  std::uint64_t names_bytes() const {
+    if (!record_.names_offset) return 0;
+    std::uint64_t samples = 0, bytes = 0;
+    for (const std::size_t d : sample_columns_) samples += layout_.datasets[d].row_bytes;
+    for (const RecordPlace& place : places_)
+      bytes +=
+          place.payload_bytes - (samples_are_filtered(layout_) ? 0 : std::min(samples, place.payload_bytes));
+    return bytes + bytes / 1000 + 2 * names_chunk;
   }
 
   bool is_ok(std::uint64_t row) const { return statuses_[row] == static_cast<std::uint8_t>(Status::ok); }
@@ -196,6 +208,21 @@ class JournalStoreWriter {
         begin += dataset.row_bytes;
       }
     }
+    if (record_.names_offset) write_names(file, block, items);
+  }
+
+  // What stands at the end of the records of rows that are ok.
+  void write_names(StoreFileWriter& file, RowRange block, const std::vector<std::vector<std::byte>>& items) {
+    const std::vector<std::byte>& lengths = items[layout_.index_of(names_bytes_path)];
+    for (std::uint64_t row = block.begin; row < block.end; ++row) {
+      std::uint32_t bytes = 0;
+      std::memcpy(&bytes, lengths.data() + (row - block.begin) * sizeof bytes, sizeof bytes);
+      if (bytes == 0) continue;
+      if (bytes > places_[row].payload_bytes) damaged(row);
+      buffer_.resize(bytes);
+      read_record(row, record_header_bytes + places_[row].payload_bytes - bytes, buffer_);
+      file.append_names(buffer_);
+    }
   }
 
   // The item columns of a block, one chunk each.
@@ -269,7 +296,7 @@ class JournalStoreWriter {
         write_column(file, d, rows, at);
     }
     for (std::uint64_t row = rows.begin; row < rows.end; ++row)
-      if (is_ok(row)) require_end(row, at[row - rows.begin]);
+      if (is_ok(row)) require_end(row, at[row - rows.begin] + record_.names_bytes(payload(row - rows.begin)));
   }
 
   std::span<const std::byte> take(std::uint64_t row, std::span<const std::byte> payload, std::size_t count,
@@ -349,10 +376,12 @@ class JournalStoreWriter {
       if (!is_ok(row)) continue;
       taking_apart(row, [&] {
         RecordStream record(*this, row);
-        record.skip(samples_begin_);
+        const std::uint32_t names =
+            record_.names_bytes(record.take(static_cast<std::size_t>(samples_begin_)));
         for (std::uint32_t part = 0; part < parts; ++part)
           for (const std::size_t d : sample_columns_)
             file.write_chunk(d, row, part, record.take_chunk(most_filtered_bytes(layout_.datasets[d])));
+        record.take(names);
         record.end();
       });
     }
@@ -365,8 +394,7 @@ class JournalStoreWriter {
       header_ = writer.checked_header(row, take(record_header_bytes));
       checksum_ = 0;
     }
-    void skip(std::uint64_t count) { take(static_cast<std::size_t>(count)); }
-    // Valid until the next call.
+    // Valid until the next call, as what take() gives.
     std::span<const std::byte> take_chunk(std::uint64_t most_bytes) {
       std::uint32_t length;
       std::memcpy(&length, take(sizeof length).data(), sizeof length);
@@ -374,12 +402,6 @@ class JournalStoreWriter {
         throw ItemError(Status::internal, fmt::format("row {} has a chunk of {} bytes", row_, length));
       return take(length);
     }
-    void end() {
-      writer_.require_end(row_, next_ - (end_ - begin_) - record_header_bytes);
-      if (checksum_ != header_.payload_crc32c) writer_.damaged(row_);
-    }
-
-   private:
     std::span<const std::byte> take(std::size_t count) {
       if (end_ - begin_ < count) refill(count);
       const auto taken = std::span<const std::byte>(buffer()).subspan(begin_, count);
@@ -387,6 +409,12 @@ class JournalStoreWriter {
       begin_ += count;
       return taken;
     }
+    void end() {
+      writer_.require_end(row_, next_ - (end_ - begin_) - record_header_bytes);
+      if (checksum_ != header_.payload_crc32c) writer_.damaged(row_);
+    }
+
+   private:
     void refill(std::size_t count) {
       std::copy(buffer().begin() + static_cast<std::ptrdiff_t>(begin_),
                 buffer().begin() + static_cast<std::ptrdiff_t>(end_), buffer().begin());
@@ -456,6 +484,7 @@ std::uint64_t store_writing_bytes(const StoreHeader& header) {
                                              (layout.rows + dataset.chunk.rows) * dataset.row_bytes));
     }
   }
+  if (header.columns->has_names()) records += group_rows * most_name_bytes + 2 * store::names_chunk;
   // Of rows of many chunks, a stretch.
   if (points.chunk.chunks_per_row > 1) records = 2 * std::max<std::uint64_t>(store::payload_stretch, widest);
   return records + descriptors + samples;

@@ -213,6 +213,8 @@ RecordParts split_record(const StoreHeader& header, std::span<const std::byte> p
         if (spec.role == Role::samples)
           parts.samples.push_back(cursor.take(chunk.rows > 1 ? header.samples * value_bytes(spec)
                                                              : std::size_t{cursor.take_length()}));
+    const auto names = cursor.take(item_record(header.columns).names_bytes(parts.items));
+    parts.names = {reinterpret_cast<const char*>(names.data()), names.size()};
   }
   if (!cursor.at_end()) throw ItemError(Status::internal, "a journal record is longer than its parts");
   return parts;
@@ -243,9 +245,19 @@ void append_head(const StoreHeader& header, const ItemReport& report, std::vecto
   out.insert(out.end(), reason_bytes.begin(), reason_bytes.end());
 }
 
+// The names as a store of these columns has them.
+std::string_view stored_names(const StoreHeader& header, Status status, std::string_view names) {
+  if (status != Status::ok || !item_record(header.columns).names_offset) return {};
+  if (names.size() > most_name_bytes)
+    throw ItemError(Status::internal, fmt::format("a row has {} bytes of names", names.size()));
+  return names;
+}
+
 EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row& row, Samples* spent) {
   check_row(header, row_number);
   ItemReport report = row.report;
+  const std::string_view names = stored_names(header, report.status, row.names);
+  report.names_bytes = static_cast<std::uint32_t>(names.size());
   const bool ok = report.status == Status::ok;
   check_samples(header, row.samples, report.status, ok ? header.samples : 0);
   check_descriptors(header, row);
@@ -256,11 +268,13 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
   std::vector<std::byte>& out = encoded.bytes;
   // Filtered chunks are hardly larger.
   out.reserve(record_header_bytes + payload_head_bytes(header) +
-              (ok ? header.samples * (bytes_per_sample(header) + 2) + 1024 : 0));
+              (ok ? header.samples * (bytes_per_sample(header) + 2) + 1024 + names.size() : 0));
   append_head(header, report, out);
   if (ok) {
     append_descriptors(header, row, out);
     append_samples(header, row.samples, spent, out);
+    const auto name_bytes = std::as_bytes(std::span(names));
+    out.insert(out.end(), name_bytes.begin(), name_bytes.end());
   }
   const std::span<const std::byte> payload = std::span<const std::byte>(out).subspan(record_header_bytes);
   write_record_header({row_number, payload.size(), crc32c(payload), report.status}, out);
@@ -269,8 +283,14 @@ EncodedRow encode(const StoreHeader& header, std::uint64_t row_number, const Row
 
 }  // namespace
 
-RecordInParts::RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report)
-    : header_(header), row_(row), report_(report), chunk_(sample_chunk(header.ids.size(), header.samples)) {
+RecordInParts::RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report,
+                             std::string_view names)
+    : header_(header),
+      row_(row),
+      report_(report),
+      names_(stored_names(header, report.status, names)),
+      chunk_(sample_chunk(header.ids.size(), header.samples)) {
+  report_.names_bytes = static_cast<std::uint32_t>(names_.size());
   check_row(header, row);
   if (chunk_.rows > 1 || !header.descriptors.empty() || report.status != Status::ok)
     throw ItemError(Status::internal, fmt::format("row {} cannot be encoded in parts", row));
@@ -299,6 +319,14 @@ void RecordInParts::add(const Part& part) {
   points_crc32c_ = crc32c_joined(points_crc32c_, part.points_crc32c, part.points_bytes);
   bytes_ += part.bytes.size();
   ++added_;
+}
+
+std::span<const std::byte> RecordInParts::take_names() {
+  const auto bytes = std::as_bytes(std::span(names_));
+  names_ = {};
+  crc32c_ = crc32c_joined(crc32c_, crc32c(bytes), bytes.size());
+  bytes_ += bytes.size();
+  return bytes;
 }
 
 std::size_t RecordInParts::head_bytes() const {
@@ -331,13 +359,14 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&&
 }
 
 EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
-                                SampleBlocks blocks) {
-  store::RecordInParts(header, row_number, report);  // throws unless it can be
-  return {row_number, {}, std::move(blocks), report};
+                                SampleBlocks blocks, std::string names) {
+  store::RecordInParts(header, row_number, report, names);  // throws unless it can be
+  return {row_number, {}, std::move(blocks), report, std::move(names)};
 }
 
 EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, CopiedRow copied) {
-  return copied.blocks ? encode_row_in_blocks(header, row_number, copied.row.report, std::move(copied.blocks))
+  return copied.blocks ? encode_row_in_blocks(header, row_number, copied.row.report, std::move(copied.blocks),
+                                              std::move(copied.row.names))
                        : encode_row(header, row_number, std::move(copied.row));
 }
 
@@ -356,6 +385,7 @@ Row decode_row(const StoreHeader& header, const EncodedRow& encoded) {
   row.label = header.labels.at(encoded.row);
   if (parts.status != Status::ok) return row;
   row.samples = decode_samples(header, parts);
+  row.names = parts.names;
   for (std::size_t i = 0; i < parts.descriptors.size(); ++i) {
     DescriptorRow& descriptor = row.descriptors.emplace_back();
     descriptor.name = header.descriptors[i].name;

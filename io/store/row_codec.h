@@ -1,12 +1,13 @@
 // The journal record of one finished row: what encode_row makes, what the journal appends in one write, or
 // part by part, and what writing the store takes apart again.
 //
-//   header (32 bytes) | item columns | u32 length + reason | descriptors | samples
+//   header (32 bytes) | item columns | u32 length + reason | descriptors | samples | names
 //
-// Descriptors and samples are there when the status is ok: descriptors as raw float32 in the order of the
-// header; samples dataset by dataset as raw arrays when a chunk holds several rows, else as filtered chunks,
-// each after its u32 length: the first chunk of every dataset, then the second ones, and so on. So a row of
-// many chunks can be written while its samples are made, and taken apart again chunk by chunk.
+// Names are as long as their item column says. Descriptors and samples are there when the status is ok:
+// descriptors as raw float32 in the order of the header; samples dataset by dataset as raw arrays when a
+// chunk holds several rows, else as filtered chunks, each after its u32 length: the first chunk of every
+// dataset, then the second ones, and so on. So a row of many chunks can be written while its samples are
+// made, and taken apart again chunk by chunk.
 #pragma once
 
 #include <cstddef>
@@ -42,6 +43,7 @@ struct RecordParts {
   std::string_view reason;
   std::vector<std::span<const std::byte>> descriptors;
   std::vector<std::span<const std::byte>> samples;  // of every dataset in turn, chunk by chunk
+  std::string_view names;
 };
 RecordParts split_record(const StoreHeader& header, std::span<const std::byte> payload);
 // Items, reason and descriptors only: works on the first payload_head_bytes of a payload.
@@ -53,7 +55,8 @@ std::size_t payload_head_bytes(const StoreHeader& header);  // an upper bound
 class RecordInParts {
  public:
   // Throws ItemError(internal) when chunks hold several rows, or there are descriptors.
-  RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report);
+  RecordInParts(const StoreHeader& header, std::uint64_t row, const ItemReport& report,
+                std::string_view names = {});
   std::uint32_t parts() const { return chunk_.chunks_per_row; }
   // The samples [begin, end) of a part.
   std::uint64_t begin_of(std::uint32_t part) const;
@@ -68,6 +71,8 @@ class RecordInParts {
   Part encode(std::uint32_t part, const Samples& samples) const;
   // Takes note of the next part, in order.
   void add(const Part& part);
+  // What stands behind all parts, once; empty from then on. The names must outlive it.
+  std::span<const std::byte> take_names();
   std::size_t head_bytes() const;       // of what stands before the parts
   std::vector<std::byte> head() const;  // once all are added
   std::uint64_t payload_bytes() const;  // likewise
@@ -76,6 +81,7 @@ class RecordInParts {
   const StoreHeader& header_;
   std::uint64_t row_;
   ItemReport report_;
+  std::string_view names_;
   ChunkShape chunk_;
   std::uint32_t added_ = 0, crc32c_ = 0, points_crc32c_ = 0;
   std::uint64_t bytes_ = 0;

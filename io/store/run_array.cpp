@@ -286,6 +286,10 @@ class PackedMerge {
       for (const std::string& id : part.header.ids) longest = std::max(longest, id.size());
       id_width_ = std::max(id_width_, static_cast<std::uint32_t>(longest));
       if (packs.size() == 1) whole = part.header;
+      if (part.header.columns->has_names()) {
+        const Hdf5Lock lock;
+        pack.names_bytes = StoreFileReader(path).names_bytes();
+      }
     }
     write_index(whole, packs);
   }

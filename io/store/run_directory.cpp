@@ -11,6 +11,7 @@
 #include "io/store/run_array.h"
 #include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
+#include "io/store/store_file.h"
 #include "kernels/core/parallel.h"
 
 namespace meander {
@@ -125,7 +126,7 @@ struct RunDirectory::State {
 
   // Some parts are made at a time, as many as there are threads, and then written.
   void append_blocks(const EncodedRow& encoded) {
-    RecordInParts record(header, encoded.row, *encoded.report);
+    RecordInParts record(header, encoded.row, *encoded.report, encoded.names);
     std::vector<RecordInParts::Part> made;
     std::size_t written = 0;  // of those
     std::uint32_t next = 0;
@@ -142,7 +143,7 @@ struct RunDirectory::State {
           made[i] = record.encode(part, encoded.blocks(record.begin_of(part), record.end_of(part)));
         });
         next += static_cast<std::uint32_t>(made.size());
-        if (made.empty()) return {};
+        if (made.empty()) return record.take_names();
       }
       record.add(made[written]);
       return made[written++].bytes;

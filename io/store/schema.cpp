@@ -262,6 +262,10 @@ std::vector<DatasetSpec> make_item_datasets(const StoreColumns& columns) {
                                  "no texture coordinates, at all",
                                  0, 5));
   }
+  if (columns.has_names())
+    datasets.push_back(item_column<&R::names_bytes>(
+        "names_bytes", u32, 0, "byte",
+        "with --attribute group, object, material or part only: length of the row's part of /names", 0, 5));
   return datasets;
 }
 
@@ -290,6 +294,7 @@ std::shared_ptr<const ColumnTable> make_table(StoreColumns columns) {
   for (const DatasetSpec& spec : table->datasets) {
     if (spec.role != Role::item) continue;
     if (spec.type == ElementType::status) items.status_offset = items.bytes;
+    if (spec.path == names_bytes_path) items.names_offset = items.bytes;
     items.columns.emplace_back(&spec, items.bytes);
     items.bytes += value_bytes(spec);
   }
@@ -347,6 +352,12 @@ std::vector<std::string> column_list(const StoredColumns& columns) {
   for (const DatasetSpec& spec : datasets_of(columns))
     if (spec.role == Role::samples) names.push_back(spec.path.substr(1));
   return names;
+}
+
+std::uint32_t ItemRecord::names_bytes(std::span<const std::byte> items) const {
+  std::uint32_t bytes = 0;
+  if (names_offset) std::memcpy(&bytes, items.data() + *names_offset, sizeof bytes);
+  return bytes;
 }
 
 std::uint64_t sample_bytes(const StoredColumns& columns) {
@@ -484,6 +495,12 @@ std::size_t StoreLayout::index_of(ElementType type) const {
   return static_cast<std::size_t>(found - datasets.begin());
 }
 
+std::size_t StoreLayout::index_of(std::string_view path) const {
+  const auto found = std::find_if(datasets.begin(), datasets.end(),
+                                  [&](const DatasetLayout& dataset) { return dataset.spec.path == path; });
+  return static_cast<std::size_t>(found - datasets.begin());
+}
+
 StoreLayout make_layout(const StoreHeader& header) {
   std::size_t id_width = 1;
   for (const std::string& id : header.ids) id_width = std::max(id_width, id.size());
@@ -547,12 +564,13 @@ std::string layout_markdown() {
                         : spec.doc);
   };
   StoreColumns all{.tensors = true, .colors = true, .texcoord = true};
-  all.attributes = {{"<name>", 1}};
+  all.attributes = {{"<name>", 1}, {"object", 1, AttributeKind::classes}};
   const StoredColumns columns(std::move(all));
   for (const DatasetSpec& spec : datasets_of(columns)) {
-    add(spec, shape_text(spec));
+    if (spec.path != "/attributes/object") add(spec, shape_text(spec));
     if (spec.role == Role::label) add(descriptor_dataset({"<name>", 1, {}}), "(M, B)");
   }
+  table += fmt::format("| `{}` | u8 | (T) | 0 | 1 | {} |\n", names_path, names_doc);
   return table;
 }
 
@@ -585,6 +603,14 @@ bool StoreColumns::has(SampleColumn column) const {
 std::string StoreColumns::chosen_name(std::size_t bit) const {
   if (bit < attributes.size()) return std::string(store::attribute_prefix) + attributes[bit].name;
   return "texcoord";
+}
+
+bool StoreColumns::has_names() const {
+  return std::any_of(attributes.begin(), attributes.end(), [](const AttributeColumn& column) {
+    return column.width == 1 && column.is_classes() &&
+           std::find(numbered_attributes.begin(), numbered_attributes.end(), column.name) !=
+               numbered_attributes.end();
+  });
 }
 
 std::string attribute_name_problem(std::string_view name) {

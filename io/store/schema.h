@@ -77,6 +77,10 @@ struct ItemRecord {
   std::vector<std::pair<const DatasetSpec*, std::size_t>> columns;
   std::size_t bytes = 0;
   std::size_t status_offset = 0;
+  std::optional<std::size_t> names_offset = {};  // of stores that have names
+
+  // Of the names of the row with these item columns.
+  std::uint32_t names_bytes(std::span<const std::byte> items) const;
 };
 
 // What follows from the columns of a store.
@@ -103,6 +107,17 @@ std::vector<std::string> column_list(const StoredColumns& columns);
 // Bytes of one sample in all columns, before they are compressed.
 std::uint64_t sample_bytes(const StoredColumns& columns);
 inline constexpr std::string_view attribute_prefix = "attributes/";
+
+// The names behind the classes of all rows, one behind the other, are one dataset of bytes, in chunks of this
+// length; item columns have their lengths.
+inline constexpr const char* names_path = "/names";
+inline constexpr const char* names_bytes_path = "/items/names_bytes";
+inline constexpr const char* names_doc =
+    "with --attribute group, object, material or part only: what the classes of the models are called, by "
+    "row "
+    "as long as /items/names_bytes says: JSON, by attribute a list";
+inline constexpr std::size_t names_chunk = 65536;
+static_assert(names_chunk >= most_name_bytes);
 
 DatasetSpec descriptor_dataset(const DescriptorSchema& descriptor);
 
@@ -157,6 +172,7 @@ struct StoreLayout {
 
   std::size_t index_of(Role role) const;         // the first dataset of that role
   std::size_t index_of(ElementType type) const;  // of that type
+  std::size_t index_of(std::string_view path) const;
 };
 
 StoreLayout make_layout(const StoreHeader& header);

@@ -78,6 +78,8 @@ struct StoreColumns {
   // Whether anything but the columns of a plain run is asked for.
   bool are_chosen() const { return texcoord || left_out != 0 || !attributes.empty(); }
   std::size_t chosen_count() const { return attributes.size() + (texcoord ? 1 : 0); }
+  // Whether models have names for the classes of a column: one of numbered_attributes.
+  bool has_names() const;
   // The column of a bit of ItemReport::lacks: its dataset without the leading `/`.
   std::string chosen_name(std::size_t bit) const;
   friend bool operator==(const StoreColumns&, const StoreColumns&) = default;
@@ -141,7 +143,8 @@ struct EncodedRow {
   std::uint64_t row = 0;
   std::vector<std::byte> bytes;
   SampleBlocks blocks = {};               // in place of `bytes`, with
-  std::optional<ItemReport> report = {};  // the rest of the row
+  std::optional<ItemReport> report = {};  // the rest of the row,
+  std::string names = {};                 // and its names
 };
 
 // Encodes one row (compression included). Pure and thread-safe: workers call it. The row's sample arrays must
@@ -153,7 +156,7 @@ EncodedRow encode_row(const StoreHeader& header, std::uint64_t row_number, Row&&
 // A row whose samples are made and encoded while it is written. Of stores whose chunks hold one row, without
 // descriptors; throws ItemError(internal) for others.
 EncodedRow encode_row_in_blocks(const StoreHeader& header, std::uint64_t row_number, const ItemReport& report,
-                                SampleBlocks blocks);
+                                SampleBlocks blocks, std::string names = {});
 // Rows of more samples than this are copied in blocks; the few blocks of others would be encoded by few
 // threads.
 inline constexpr std::uint32_t most_copied_samples = 1 << 18;
@@ -285,7 +288,9 @@ class StoreReader {
   ItemReport report(std::uint64_t row) const;
   std::int32_t label(std::uint64_t row) const;
   Split split(std::uint64_t row) const;   // none in a store of format version 1
-  Row read_row(std::uint64_t row) const;  // with samples and descriptors
+  Row read_row(std::uint64_t row) const;  // with samples, descriptors and names
+  // Row::names of a row; empty where it has none.
+  std::string names(std::uint64_t row) const;
   // Samples [begin, end) of a row that is ok.
   Samples read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const;
   // The row, to be written to a store of the same columns and descriptors.

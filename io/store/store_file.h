@@ -47,8 +47,9 @@ struct StorePack {
   std::string file;  // its name; it lies beside the index
   std::string first_id;
   std::uint64_t rows = 0;
-  std::uint64_t bytes = 0;   // of the file, and
-  std::uint32_t crc32c = 0;  // the checksum, both as in its user block
+  std::uint64_t bytes = 0;        // of the file, and
+  std::uint32_t crc32c = 0;       // the checksum, both as in its user block
+  std::uint64_t names_bytes = 0;  // of its /names; not in /packs
 };
 
 // Empty when the first block of the file is that of the pack, else a sentence. Reads that block alone.
@@ -78,17 +79,24 @@ class StoreFileWriter {
 
   void write_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                    std::span<const std::byte> filtered);
+  // The names of the next row that has any.
+  void append_names(std::span<const std::byte> names);
   void seal();  // closes, writes the user block, syncs
 
  private:
   void begin(const StoreHeader& header, std::span<const StorePack> packs, std::uint64_t reserve);
   void create(const StoreHeader& header, std::span<const StorePack> packs);
+  void create_names(std::span<const StorePack> packs);
+  void write_names_chunk();
   void abandon();
 
   std::filesystem::path path_;
   const StoreLayout& layout_;
   Hdf5File file_;
   std::vector<Hdf5Dataset> datasets_;
+  Hdf5Dataset names_dataset_;
+  std::vector<std::byte> names_;     // of the chunk that is not full
+  std::uint64_t names_begin_ = 0;    // of that chunk
   FileDescriptor written_;           // the same file
   std::uint64_t written_bytes_ = 0;  // since the system was last asked to write
   bool sealed_ = false;
@@ -129,8 +137,14 @@ class StoreFileReader {
   // has_chunk knows.
   void read_chunk(std::size_t dataset, std::uint64_t row, std::uint32_t part,
                   std::vector<std::byte>& filtered) const;
+  // The names of all rows: how long they are, and a part of them. Of stores without names 0.
+  std::uint64_t names_bytes() const { return names_bytes_; }
+  void read_names(std::uint64_t begin, std::span<std::byte> names) const;
+  // Where the names of each row end, from row 0 on: (row + 1) of them.
+  std::vector<std::uint64_t> read_name_ends() const;
 
  private:
+  void open_names();
   void read_facts();
   StoredColumns read_columns(hid_t root) const;
   void read_descriptors();
@@ -146,6 +160,8 @@ class StoreFileReader {
   StoreLayout layout_;
   std::vector<Hdf5Dataset> datasets_;
   std::vector<Hdf5Type> types_;
+  Hdf5Dataset names_dataset_;
+  std::uint64_t names_bytes_ = 0;
   std::vector<std::string> problems_;
 };
 
@@ -159,6 +175,9 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
                                      std::span<const StorePack> packs);
 void write_packs(hid_t file, std::span<const StorePack> packs);
 std::vector<StorePack> read_packs(hid_t file);  // empty where there are none; Hdf5Error when they are damaged
+// The same of /names: without packs of a chunk's length each and of no fixed length in all.
+Hdf5Properties make_names_creation(Compression compression);
+Hdf5Properties make_virtual_names(std::span<const StorePack> packs);
 std::vector<hsize_t> chunk_offset(const DatasetLayout& dataset, std::uint64_t row, std::uint32_t part);
 
 void write_attribute(hid_t object, const char* name, std::string_view text);

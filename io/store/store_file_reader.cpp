@@ -107,6 +107,7 @@ StoreFileReader::StoreFileReader(const fs::path& path) : path_(path) {
   std::erase_if(layout_.datasets,
                 [&](const DatasetLayout& dataset) { return dataset.spec.since > facts_.format_version; });
   for (DatasetLayout& dataset : layout_.datasets) open_dataset(dataset);
+  if (layout_.index_of(names_bytes_path) < layout_.datasets.size()) open_names();
   layout_.id_width = layout_.datasets[layout_.index_of(Role::id)].text_width;
 }
 
@@ -249,6 +250,52 @@ void StoreFileReader::open_dataset(DatasetLayout& dataset) {
       H5Oget_info_by_name2(file_.get(), spec.link.c_str(), &second, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ||
       first.addr != second.addr)
     complain(fmt::format("has no second name {}", spec.link));
+}
+
+void StoreFileReader::open_names() {
+  const auto complain = [&](const std::string& what) {
+    problems_.push_back(fmt::format("{} {}", names_path, what));
+  };
+  if (H5Lexists(file_.get(), names_path, H5P_DEFAULT) <= 0) return complain("is missing");
+  names_dataset_ =
+      Hdf5Dataset(H5Dopen2(file_.get(), names_path, H5P_DEFAULT), std::string("open ") + names_path);
+  const hid_t id = names_dataset_.get();
+  const std::vector<hsize_t> extents = extents_of(id);
+  const Hdf5Type type(H5Dget_type(id), std::string("read the type of ") + names_path);
+  if (extents.size() != 1 || H5Tequal(type.get(), H5T_STD_U8LE) <= 0) return complain("is no list of bytes");
+  names_bytes_ = extents[0];
+  const Hdf5Properties creation(H5Dget_create_plist(id), std::string("read the properties of ") + names_path);
+  const std::vector<hsize_t> chunk = chunk_extents_of(creation.get());
+  if (facts_.packs.empty() && chunk != std::vector<hsize_t>{names_chunk})
+    complain("has other chunks than the schema");
+}
+
+void StoreFileReader::read_names(std::uint64_t begin, std::span<std::byte> names) const {
+  const std::string action = fmt::format("read {} of {}", names_path, path_.string());
+  if (names.empty()) return;
+  if (begin > names_bytes_ || names.size() > names_bytes_ - begin)
+    throw Hdf5Error(fmt::format("cannot {}: it has {} bytes", action, names_bytes_));
+  const hsize_t all = names_bytes_, from = begin, count = names.size();
+  const Hdf5Space file_space(H5Screate_simple(1, &all, nullptr), action);
+  hdf5_check(H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, &from, nullptr, &count, nullptr), action);
+  const Hdf5Space memory(H5Screate_simple(1, &count, nullptr), action);
+  hdf5_check(
+      H5Dread(names_dataset_.get(), H5T_STD_U8LE, memory.get(), file_space.get(), H5P_DEFAULT, names.data()),
+      action);
+}
+
+std::vector<std::uint64_t> StoreFileReader::read_name_ends() const {
+  const std::size_t dataset = layout_.index_of(names_bytes_path);
+  std::vector<std::uint64_t> ends(layout_.rows, 0);
+  if (dataset == layout_.datasets.size()) return ends;
+  std::uint64_t end = 0;
+  std::vector<std::uint32_t> lengths;
+  for_each_part({0, layout_.rows}, column_chunk_rows, [&](RowRange rows) {
+    lengths.resize(rows.size());
+    read_rows(dataset, rows.begin, rows.size(), std::as_writable_bytes(std::span(lengths)));
+    for (std::uint64_t row = rows.begin; row < rows.end; ++row) ends[row] = end += lengths[row - rows.begin];
+  });
+  return ends;
 }
 
 void StoreFileReader::read_rows(std::size_t dataset, std::uint64_t row, std::uint64_t count,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "io/store/chunk_codec.h"
 #include "io/store/file_checksum.h"
 #include "io/store/store_file.h"
 
@@ -176,7 +177,50 @@ void StoreFileWriter::create(const StoreHeader& header, std::span<const StorePac
                                 dataset.spec.link.c_str(), H5P_DEFAULT, H5P_DEFAULT),
                  "link " + dataset.spec.link);
   }
+  if (columns.has_names()) create_names(packs);
   if (!packs.empty()) write_packs(file_.get(), packs);
+}
+
+void StoreFileWriter::create_names(std::span<const StorePack> packs) {
+  hsize_t bytes = 0;
+  for (const StorePack& pack : packs) bytes += pack.names_bytes;
+  // How long they are is known when the last row is written; of an index at once.
+  const hsize_t no_limit = H5S_UNLIMITED;
+  const Hdf5Space space(H5Screate_simple(1, &bytes, bytes == 0 ? &no_limit : nullptr),
+                        std::string("make the space of ") + names_path);
+  const Hdf5Properties creation =
+      bytes == 0 ? make_names_creation(layout_.compression) : make_virtual_names(packs);
+  names_dataset_ = Hdf5Dataset(H5Dcreate2(file_.get(), names_path, H5T_STD_U8LE, space.get(), H5P_DEFAULT,
+                                          creation.get(), H5P_DEFAULT),
+                               std::string("create ") + names_path);
+  write_attribute(names_dataset_.get(), "description", names_doc);
+  write_attribute(names_dataset_.get(), "unit", "1");
+}
+
+void StoreFileWriter::append_names(std::span<const std::byte> names) {
+  while (!names.empty()) {
+    const std::size_t count = std::min(names.size(), names_chunk - names_.size());
+    names_.insert(names_.end(), names.begin(), names.begin() + static_cast<std::ptrdiff_t>(count));
+    names = names.subspan(count);
+    if (names_.size() == names_chunk) write_names_chunk();
+  }
+}
+
+void StoreFileWriter::write_names_chunk() {
+  const Hdf5Lock lock;
+  const hsize_t begin = names_begin_, end = begin + names_.size();
+  names_.resize(names_chunk);
+  std::vector<std::byte> filtered;
+  append_filtered(names_, 1, layout_.compression, filtered);
+  names_.clear();
+  names_begin_ = end;
+  try {
+    hdf5_check(H5Dset_extent(names_dataset_.get(), &end), std::string("lengthen ") + names_path);
+    hdf5_check(H5Dwrite_chunk(names_dataset_.get(), H5P_DEFAULT, 0, &begin, filtered.size(), filtered.data()),
+               fmt::format("write {} of {}", names_path, path_.string()));
+  } catch (const Hdf5Error& error) {
+    throw RunError(RunError::Kind::stopped, error.what());
+  }
 }
 
 StoreFileWriter::~StoreFileWriter() {
@@ -189,6 +233,7 @@ void StoreFileWriter::abandon() {
   // emptied file has room again.
   if (file_ && ::truncate(path_.c_str(), 0) != 0) path_.clear();
   datasets_.clear();
+  names_dataset_.close();
   file_.close();
   if (!path_.empty()) ::unlink(path_.c_str());
 }
@@ -214,7 +259,9 @@ void StoreFileWriter::write_chunk(std::size_t dataset, std::uint64_t row, std::u
 
 void StoreFileWriter::seal() {
   const Hdf5Lock lock;
+  if (!names_.empty()) write_names_chunk();
   try {
+    if (!names_dataset_.close()) throw_hdf5_error("close a dataset of " + path_.string());
     for (Hdf5Dataset& dataset : datasets_)
       if (!dataset.close()) throw_hdf5_error("close a dataset of " + path_.string());
     datasets_.clear();

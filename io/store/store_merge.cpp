@@ -42,6 +42,7 @@ struct OpenSource {
       refuse_source(source.path, "it belongs to another run");
     statuses.resize(rows.size());
     reader.read_rows(layout.index_of(ElementType::status), first, rows.size(), statuses);
+    if (layout.columns->has_names()) name_ends = reader.read_name_ends();
   }
 
   // Of a column of texts in these rows, in bytes; at least 1.
@@ -66,6 +67,7 @@ struct OpenSource {
   std::uint64_t first, more;  // rows of the file before and after them
   StoreFileReader reader;
   std::vector<std::byte> statuses;
+  std::vector<std::uint64_t> name_ends;  // of all rows of the file, of stores that have names
 };
 
 class RowMerger {
@@ -81,6 +83,7 @@ class RowMerger {
       with_sources(block, [&] {
         for (std::size_t d = 0; d < layout_.datasets.size(); ++d)
           if (!per_sample(layout_.datasets[d].spec)) write_column(store, d, 0, block);
+        if (layout_.columns->has_names()) write_names(store, block);
       });
     });
     for_each_part({0, layout_.rows}, column_chunk_rows, [&](RowRange block) {
@@ -106,13 +109,16 @@ class RowMerger {
       if (const std::string damage = check_whole_file(source.path); !damage.empty())
         refuse_source(source.path, damage);
       const Hdf5Lock lock;
+      std::uint64_t names = 0;  // which need not be spread evenly over its rows
       guarded(source.path, [&] {
         const OpenSource open(source, layout_, header_);
+        names = open.reader.names_bytes();
         const std::uint32_t whole = open.reader.layout().datasets[reason].text_width;
         const bool is_whole = source.rows_before == 0 && source.rows_after == 0;
         width = std::max(width, is_whole || whole <= width ? whole : open.longest_text(reason));
       });
       const std::uint64_t all_rows = source.rows_before + source.rows.size() + source.rows_after;
+      bytes += names;
       bytes += fs::file_size(source.path) / std::max<std::uint64_t>(all_rows, 1) * source.rows.size();
     }
     if (row != layout_.rows)
@@ -145,6 +151,23 @@ class RowMerger {
         guarded(at->path,
                 [&] { open_.emplace(at->rows.begin, std::make_unique<OpenSource>(*at, layout_, header_)); });
     body();
+  }
+
+  // The names of the rows of a block, which are one stretch of each of its sources.
+  void write_names(StoreFileWriter& store, RowRange block) {
+    std::vector<std::byte> names;
+    for (std::uint64_t row = block.begin; row < block.end;) {
+      const OpenSource& source = source_of(row);
+      const std::uint64_t end = std::min(block.end, source.rows.end), first = source.row_in_file(row);
+      const std::uint64_t stop = source.name_ends.at(source.row_in_file(end - 1));
+      std::uint64_t at = first == 0 ? 0 : source.name_ends.at(first - 1);
+      for (; at < stop; at += names.size()) {
+        names.resize(static_cast<std::size_t>(std::min<std::uint64_t>(stop - at, 16 * names_chunk)));
+        guarded(source.path, [&] { source.reader.read_names(at, names); });
+        store.append_names(names);
+      }
+      row = end;
+    }
   }
 
   // The source of a row: one that is open.

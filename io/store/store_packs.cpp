@@ -209,6 +209,26 @@ Hdf5Properties make_virtual_creation(const DatasetLayout& dataset, const StoreLa
   return creation;
 }
 
+Hdf5Properties make_virtual_names(std::span<const StorePack> packs) {
+  const std::string action = "map /names to the packs";
+  Hdf5Properties creation(H5Pcreate(H5P_DATASET_CREATE), action);
+  hdf5_check(H5Pset_obj_track_times(creation.get(), false), action);
+  hsize_t total = 0, begin = 0;
+  for (const StorePack& pack : packs) total += pack.names_bytes;
+  const Hdf5Space all(H5Screate_simple(1, &total, nullptr), action);
+  for (const StorePack& pack : packs) {
+    const hsize_t bytes = pack.names_bytes;
+    if (bytes == 0) continue;
+    const Hdf5Space source(H5Screate_simple(1, &bytes, nullptr), action);
+    hdf5_check(H5Sselect_hyperslab(all.get(), H5S_SELECT_SET, &begin, nullptr, &bytes, nullptr), action);
+    hdf5_check(
+        H5Pset_virtual(creation.get(), all.get(), source_name(pack.file).c_str(), names_path, source.get()),
+        action);
+    begin += bytes;
+  }
+  return creation;
+}
+
 }  // namespace meander::store
 
 namespace meander {

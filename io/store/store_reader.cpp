@@ -95,6 +95,7 @@ struct StorePart {
   mutable std::uint64_t ids_begin = 0;
   mutable std::size_t searches = 0;
   mutable std::vector<std::string> first_ids;
+  mutable std::vector<std::uint64_t> name_ends;  // of all rows, once a name is asked for
 
   StorePart(const std::filesystem::path& store, StoreCheck check);
   StorePart(const StorePart&) = delete;
@@ -106,6 +107,7 @@ struct StorePart {
 
   std::optional<std::uint64_t> find(std::string_view wanted) const;
   void read_row(std::uint64_t row, Row& result) const;
+  std::string names(std::uint64_t row, std::uint32_t bytes) const;
   Samples read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const;
   void read_descriptor(std::string_view name, std::uint64_t row, std::span<float> values) const;
   std::uint32_t width_of(std::string_view name) const;
@@ -267,6 +269,19 @@ void StorePart::read_row(std::uint64_t row, Row& result) const {
       }
     }
   });
+}
+
+std::string StorePart::names(std::uint64_t row, std::uint32_t bytes) const {
+  std::string text;
+  if (bytes == 0) return text;
+  guarded([&] {
+    if (name_ends.empty()) name_ends = file->read_name_ends();
+    if (bytes > most_name_bytes || bytes > name_ends[row])
+      throw Hdf5Error(fmt::format("row {} of {} has {} bytes of names", row, path.string(), bytes));
+    text.resize(bytes);
+    file->read_names(name_ends[row] - bytes, std::as_writable_bytes(std::span(text)));
+  });
+  return text;
 }
 
 Samples StorePart::read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const {
@@ -500,7 +515,14 @@ Row StoreReader::read_row(std::uint64_t row) const {
   if (result.report.status != Status::ok) return result;
   const State::Place place = state_->place_of(row);
   place.part->read_row(place.row, result);
+  result.names = place.part->names(place.row, result.report.names_bytes);
   return result;
+}
+
+std::string StoreReader::names(std::uint64_t row) const {
+  const std::uint32_t bytes = report(row).names_bytes;
+  const State::Place place = state_->place_of(row);
+  return place.part->names(place.row, bytes);
 }
 
 Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::uint64_t end) const {
@@ -511,7 +533,7 @@ Samples StoreReader::read_samples(std::uint64_t row, std::uint64_t begin, std::u
 CopiedRow StoreReader::copy_row(std::uint64_t row) const {
   const bool has_many = samples() > most_copied_samples && descriptors().empty();
   CopiedRow copied;
-  copied.row = has_many ? Row{report(row), label(row), {}, {}} : read_row(row);
+  copied.row = has_many ? Row{report(row), label(row), {}, {}, names(row)} : read_row(row);
   if (has_many && copied.row.report.status == Status::ok)
     copied.blocks = [this, row](std::uint64_t begin, std::uint64_t end) {
       return read_samples(row, begin, end);

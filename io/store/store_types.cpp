@@ -98,10 +98,11 @@ std::vector<hsize_t> chunk_offset(const DatasetLayout& dataset, std::uint64_t ro
   return offset;
 }
 
-Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression) {
+namespace {
+
+Hdf5Properties make_chunked(const std::vector<hsize_t>& chunk, Compression compression) {
   Hdf5Properties creation(H5Pcreate(H5P_DATASET_CREATE), "make creation properties");
   const hid_t id = creation.get();
-  const std::vector<hsize_t> chunk = make_chunk_extents(dataset);
   hdf5_check(H5Pset_chunk(id, static_cast<int>(chunk.size()), chunk.data()), "set the chunk shape");
   if (compression == Compression::standard) {
     hdf5_check(H5Pset_shuffle(id), "set the shuffle filter");
@@ -111,6 +112,18 @@ Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compressi
   hdf5_check(H5Pset_alloc_time(id, H5D_ALLOC_TIME_INCR), "set the allocation time");
   hdf5_check(H5Pset_obj_track_times(id, false), "leave out times");
   hdf5_check(H5Pset_attr_creation_order(id, H5P_CRT_ORDER_TRACKED), "keep the order of attributes");
+  return creation;
+}
+
+}  // namespace
+
+Hdf5Properties make_names_creation(Compression compression) {
+  return make_chunked({names_chunk}, compression);
+}
+
+Hdf5Properties make_creation(const DatasetLayout& dataset, Compression compression) {
+  Hdf5Properties creation = make_chunked(make_chunk_extents(dataset), compression);
+  const hid_t id = creation.get();
   if (dataset.spec.type != ElementType::text) {
     const Hdf5Type type = make_type(dataset);
     hdf5_check(H5Pset_fill_value(id, type.get(), &dataset.spec.fill), "set the fill value");

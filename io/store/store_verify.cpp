@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "io/json/json_tree.h"
 #include "io/parameters_text.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/crc32c.h"
@@ -143,6 +144,24 @@ bool looked_for_topology(const std::string& parameters_json) {
   }
 }
 
+// What is wrong with the names of a row, completing "they are ..."; empty: nothing.
+std::string names_problem(const std::string& text) {
+  if (text.size() > most_name_bytes) return fmt::format("longer than {} bytes", most_name_bytes);
+  try {
+    const JsonTree json(text);
+    if (!json.root().is_object()) return "no JSON object";
+    for (const JsonValue& list : json.root().items()) {
+      const std::vector<JsonValue> names = list.items();
+      if (!list.is_array() ||
+          !std::all_of(names.begin(), names.end(), [](const JsonValue& name) { return name.text(); }))
+        return "no lists of texts";
+    }
+    return {};
+  } catch (const ItemError& error) {
+    return fmt::format("no JSON: {}", error.what());
+  }
+}
+
 class Verifier {
  public:
   Verifier(const StoreFileReader& file, std::size_t limit, VerifyResult& result)
@@ -156,6 +175,7 @@ class Verifier {
 
   void check_rows(const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
     result_.rows = layout_.rows;
+    check_names();
     const std::uint64_t step = rows_at_a_time();
     for (std::uint64_t row = 0; row < layout_.rows && !full(); row += step) {
       const RowRange rows{row, std::min(row + step, layout_.rows)};
@@ -177,6 +197,29 @@ class Verifier {
   template <class... Arguments>
   void complain(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
     if (!full()) result_.problems.push_back(fmt::format(text, std::forward<Arguments>(arguments)...));
+  }
+
+  // Whether the names of every row are where the lengths say, and a text as readers make it.
+  void check_names() {
+    if (layout_.index_of(names_bytes_path) == layout_.datasets.size()) return;
+    try {
+      const std::vector<std::uint64_t> ends = file_.read_name_ends();
+      const std::uint64_t end = ends.empty() ? 0 : ends.back();
+      if (end != file_.names_bytes())
+        return complain("{} has {} bytes, of which the rows have {}", names_path, file_.names_bytes(), end);
+      std::string text;
+      for (std::uint64_t row = 0; row < ends.size() && !full(); ++row) {
+        const std::uint64_t begin = row == 0 ? 0 : ends[row - 1];
+        text.resize(
+            static_cast<std::size_t>(std::min<std::uint64_t>(ends[row] - begin, most_name_bytes + 1)));
+        if (text.empty()) continue;
+        file_.read_names(begin, std::as_writable_bytes(std::span(text)));
+        if (const std::string problem = names_problem(text); !problem.empty())
+          complain("row {} has names that are {}", row, problem);
+      }
+    } catch (const Hdf5Error& error) {
+      complain("{}", error.what());
+    }
   }
 
   // Whole chunks of samples, about 32 MiB of them, never across the rows of an ItemBlock.
@@ -372,6 +415,7 @@ class Verifier {
     if (label < -1 || (label >= 0 && static_cast<std::size_t>(label) >= file_.facts().label_names.size()))
       problems.push_back(
           fmt::format("{} has label {} of {} classes", name, label, file_.facts().label_names.size()));
+    if (!ok && report.names_bytes != 0) problems.push_back(fmt::format("{} is not ok and has names", name));
     if (!ok && report.points_crc32c != 0)
       problems.push_back(fmt::format("{} is not ok and has a checksum of points", name));
     RowChecker(name, report, layout_.columns, problems).check_items(topology_);

@@ -356,6 +356,7 @@ ModelStages attributing(const SampleParameters& p) {
   return {{"attribute_samples", [attributes = p.attributes, texcoord = p.texcoord](Model& model) {
              Samples& samples = model.row.samples;
              ItemReport& report = model.row.report;
+             model.row.names = std::move(model.file.names);
              const auto note = [&](const SampleValues& made, std::size_t bit) {
                if (made.lacks_some) report.lacks |= std::uint32_t{1} << bit;
                if (made.is_missing) report.missing |= std::uint32_t{1} << bit;

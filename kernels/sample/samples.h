@@ -44,6 +44,8 @@ enum class AttributeKind : std::uint8_t {
 inline constexpr std::array<std::string_view, 4> numbered_attributes = {"group", "material", "object",
                                                                         "part"};
 
+inline constexpr std::size_t most_name_bytes = 65536;  // of the names behind them, of one model
+
 // A column of samples that holds an attribute of the model: numbers of vertices or faces by the name that its
 // file gives them.
 struct AttributeColumn {
@@ -113,6 +115,7 @@ struct ItemReport {
   std::uint32_t lacks = 0;
   std::uint32_t missing = 0;  // bit i: the model has no such attribute, or no texture coordinates, at all
   std::uint32_t points_crc32c = 0;  // over the N x 3 little-endian float32 of `points`; 0 unless ok
+  std::uint32_t names_bytes = 0;    // length of Row::names as it is stored; 0 unless ok
 };
 
 // One descriptor of one model.
@@ -127,6 +130,7 @@ struct Row {
   std::int32_t label = -1;
   Samples samples;  // empty arrays unless status is ok
   std::vector<DescriptorRow> descriptors;
+  std::string names = {};  // see PolygonMesh::names; of a row that is ok
 };
 
 }  // namespace meander

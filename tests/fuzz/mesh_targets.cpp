@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "io/json/json_tree.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/tensor_table.h"
 #include "scratch_file.h"
@@ -91,6 +92,14 @@ void demand_consistent(const PolygonMesh& mesh, MeshFormat format) {
     demand(attribute.name.starts_with('_'), "what is asked for has such a name");
     demand(attribute.values.size() == mesh.vertex_count(), "an attribute that is asked for has all vertices");
   }
+  for (const ScalarAttribute& attribute : mesh.asked_face_attributes) {
+    demand(attribute.integers && attribute.values.size() == polygons, "a number for each face");
+    for (const double value : attribute.values)
+      demand(std::isnan(value) || (value >= 0 && value < static_cast<double>(polygons)),
+             "what faces belong to is numbered by faces");
+  }
+  demand(mesh.names.size() <= most_name_bytes, "names are bounded");
+  demand(mesh.names.empty() || JsonTree(mesh.names).root().is_object(), "names are a JSON object");
   const CornerCoordinates& coordinates = mesh.coordinates;
   demand(coordinates.values.size() % 2 == 0, "coordinates are pairs");
   demand(coordinates.corner.empty() == coordinates.values.empty(), "coordinates come with their corners");
@@ -114,7 +123,8 @@ void run_mesh(std::string_view bytes, MeshFormat format, std::span<const Compani
   around.companions = companions;
   around.colors = true;
   static const std::vector<AttributeColumn> asked = {
-      {"_A", 2}, {"_A_0", 1}, {"_BATCHID", 1}, {"_FEATURE_ID_0", 1}, {"POSITION", 3}};
+      {"_A", 2},    {"_A_0", 1},     {"_BATCHID", 1}, {"_FEATURE_ID_0", 1}, {"POSITION", 3},
+      {"group", 1}, {"material", 1}, {"object", 1},   {"part", 1}};
   around.extras = {true, asked};
   around.admit = [](const MeshEstimate& stated) {
     if (stated.vertices > most_memory / 100 || stated.triangles > most_memory / 100 ||

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/store/run_array.h"
 #include "io/store/run_plan.h"
 #include "io/store/schema.h"
 #include "io/store/store_file.h"
@@ -18,6 +19,13 @@ StoreColumns with_attributes() {
   StoreColumns columns{.texcoord = true};
   columns.attributes = {{"flow", 3}, {"label", 1, AttributeKind::classes}, {"pair", 2}, {"quality", 1},
                         {"wide", 4}, {"words", 3, AttributeKind::classes}};
+  return columns;
+}
+
+// The same with classes that have names.
+StoreColumns with_names() {
+  StoreColumns columns = with_attributes();
+  columns.attributes.insert(columns.attributes.begin() + 2, {"object", 1, AttributeKind::classes});
   return columns;
 }
 
@@ -250,6 +258,106 @@ TEST_CASE("columns: classes are int32 in the file, with the fill -1, and belong 
   CHECK_THAT(refusal(folder / "t.h5", other).first, Contains("the columns were"));
   floats.attributes[1].kind = AttributeKind::linear;  // stored as plain
   CHECK(StoredColumns(floats)->attributes[1].kind == AttributeKind::plain);
+}
+
+TEST_CASE("columns: the names of classes are read back, whatever the shape of the chunks") {
+  for (const std::uint32_t samples : {3u, 2000u, 200000u})
+    for (const Compression compression : {Compression::standard, Compression::none}) {
+      const std::uint64_t rows = samples > 10000 ? 6 : 50;
+      StoreHeader header = header_with(with_names(), rows, samples, compression);
+      if (samples > 10000) header.descriptors.clear();
+      const ScratchFolder folder;
+      write_store(folder / "s.h5", header, 5);
+      CHECK(verify_store(folder / "s.h5").problems == std::vector<std::string>{});
+      const StoreReader reader(folder / "s.h5");
+      CHECK(reader.columns() == with_names());
+      RunDirectory copy(folder / "copy.h5", header);
+      for (std::uint64_t row = rows; row-- > 0;) {  // any order
+        const Row made = make_row(header, row);
+        CHECK(same(made, reader.read_row(row)));
+        CHECK((reader.names(row) == made.names));
+        CHECK((decode_row(header, make_encoded(header, row)).names == made.names));
+        CopiedRow copied = reader.copy_row(row);
+        CHECK((copied.row.names == made.names));
+        if (samples > 10000 && made.report.status == Status::ok) {  // as rows of very many samples are
+          copied.row = {reader.report(row), reader.label(row), {}, {}, reader.names(row)};
+          copied.blocks = [&, row](std::uint64_t begin, std::uint64_t end) {
+            return reader.read_samples(row, begin, end);
+          };
+        }
+        copy.end_item(encode_row(header, row, std::move(copied)));
+      }
+      copy.finish();
+      CHECK((read_file(folder / "copy.h5") == read_file(folder / "s.h5")));
+    }
+}
+
+TEST_CASE("columns: a store of the shards' rows has the names of one process, in packs too") {
+  const ScratchFolder folder;
+  const StoreHeader header = header_with(with_names(), 9000, 2);
+  write_store(folder / "one.h5", header);
+  RunArray array;
+  array.rows = 9000;
+  array.arguments = {"plan"};
+  array.shards = {{0, 3000, 1}, {3000, 3001, 1}, {3001, 9000, 1}};
+  for (const bool packed : {false, true}) {
+    const std::filesystem::path store = folder / (packed ? "packed.h5" : "whole.h5");
+    create_run_array(store, array, {header}, [](std::size_t, const std::filesystem::path&) {});
+    for (std::size_t s = 0; s < array.shards.size(); ++s) {
+      const StoreHeader part = read_shard_plan(store, s).header;
+      RunDirectory run(shard_store(store, s), part);
+      for (std::uint64_t row = 0; row < part.ids.size(); ++row) {
+        Row made = make_row(header, array.shards[s].begin + row);
+        run.end_item(encode_row(part, row, made));
+      }
+      run.finish();
+    }
+    merge_run_array(store, array, packed ? 4096 : 0);
+    CHECK(verify_store(store).problems == std::vector<std::string>{});
+    if (!packed) CHECK((read_file(store) == read_file(folder / "one.h5")));
+    {
+      const StoreReader reader(store);
+      for (const std::uint64_t row : {0ull, 1ull, 2999ull, 3000ull, 3001ull, 4095ull, 4096ull, 8999ull})
+        CHECK((reader.names(row) == make_row(header, row).names));
+    }
+    if (!packed) continue;
+    // As any program reads an index: all names as one list. The packs must not be open otherwise.
+    const store::Hdf5Lock lock;
+    const store::StoreFileReader index(store);
+    std::string all(index.names_bytes(), '\0'), expected;
+    index.read_names(0, std::as_writable_bytes(std::span(all)));
+    for (std::uint64_t row = 0; row < 9000; ++row) expected += make_row(header, row).names;
+    CHECK((all == expected));
+  }
+}
+
+TEST_CASE("columns: verify looks at the names of classes") {
+  const ScratchFolder folder;
+  const StoreHeader header = header_with(with_names(), 4, 30);
+  const auto problems_with = [&](const std::string& names) {
+    RunDirectory run(folder / "s.h5", header);
+    for (std::uint64_t row = 0; row < 4; ++row) {
+      Row made = make_row(header, row);
+      made.names = names;
+      run.end_item(encode_row(header, row, made));
+    }
+    run.finish();
+    std::string all;
+    for (const std::string& problem : verify_store(folder / "s.h5").problems) all += problem + "\n";
+    return all;
+  };
+  CHECK(problems_with("").empty());
+  CHECK(problems_with("{}").empty());
+  CHECK(problems_with(R"({"object":["a","\u00e9",""]})").empty());
+  CHECK_THAT(problems_with("["), Contains("names that are no JSON"));
+  CHECK_THAT(problems_with("[]"), Contains("no JSON object"));
+  CHECK_THAT(problems_with(R"({"object":[1]})"), Contains("no lists of texts"));
+  CHECK_THAT(problems_with(R"({"object":"a"})"), Contains("no lists of texts"));
+  Row long_names = make_row(header, 0);
+  for (std::uint64_t row = 0; long_names.report.status != Status::ok; ++row)
+    long_names = make_row(header, row);
+  long_names.names.assign(most_name_bytes + 1, 'x');
+  CHECK_THROWS_AS(encode_row(header, 0, long_names), ItemError);
 }
 
 TEST_CASE("columns: names of attributes, and choices that are none") {

@@ -128,6 +128,10 @@ inline Row make_row(const StoreHeader& header, std::uint64_t row) {
     for (std::size_t k = 0; k < width; ++k)
       values[width * lost + k] = std::numeric_limits<float>::quiet_NaN();
   }
+  if (columns.has_names() && random() % 4 != 0) {  // now and then some that fill most of a chunk
+    made.names = "{\"object\":[\"" + std::string(random() % 5 == 0 ? 60000 : random() % 300, 'n') + "\"]}";
+    report.names_bytes = static_cast<std::uint32_t>(made.names.size());
+  }
   for (const DescriptorSchema& schema : header.descriptors) {
     made.descriptors.push_back({schema.name, {}});
     for (std::uint32_t i = 0; i < schema.width; ++i) made.descriptors.back().values.push_back(real());
@@ -171,7 +175,8 @@ inline bool same(const ItemReport& a, const ItemReport& b) {
          a.scale == b.scale && a.flips == b.flips && a.overlap == b.overlap &&
          a.area_scale_range == b.area_scale_range && a.distortion == b.distortion &&
          a.repairs.counts == b.repairs.counts && a.file_bytes == b.file_bytes &&
-         a.content_sha256 == b.content_sha256 && a.lacks == b.lacks && a.missing == b.missing;
+         a.content_sha256 == b.content_sha256 && a.lacks == b.lacks && a.missing == b.missing &&
+         a.names_bytes == b.names_bytes;
 }
 
 inline bool same(const Row& a, const Row& b) {
@@ -181,8 +186,9 @@ inline bool same(const Row& a, const Row& b) {
     if (a.descriptors[i].name != b.descriptors[i].name || a.descriptors[i].values != b.descriptors[i].values)
       return false;
   const Samples &s = a.samples, &t = b.samples;
-  return s.points == t.points && s.normals == t.normals && s.face == t.face && s.corners == t.corners &&
-         s.barycentric == t.barycentric && s.curve_rank == t.curve_rank && s.density == t.density;
+  return a.names == b.names && s.points == t.points && s.normals == t.normals && s.face == t.face &&
+         s.corners == t.corners && s.barycentric == t.barycentric && s.curve_rank == t.curve_rank &&
+         s.density == t.density;
 }
 
 // The message and kind with which a run is refused; kind 0 unusable, 1 stopped, 2 not refused.

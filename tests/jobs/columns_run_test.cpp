@@ -538,6 +538,92 @@ TEST_CASE("run --attribute: the models that decide what a column holds are the f
   for (const std::int32_t value : whole.samples.classes[0]) CHECK((value == 1 || value == 40));
 }
 
+TEST_CASE("run --attribute: objects, groups and materials of OBJ and glTF, with their names") {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "in");
+  const std::string quads = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+  write_file(scratch / "in/a.obj", quads + "o seat\nusemtl wood\nf 1 2 3 4\no leg\nf 5 6 7 8\n");
+  write_file(scratch / "in/b.obj", quads + "g top\nf 1 2 3 4\ng\nf 5 6 7 8\n");
+  GltfFile file;
+  file.add_points(gltf_cube_points);
+  file.add_indices(gltf_cube_indices);
+  write_file(scratch / "in/c.glb", file.glb(R"(,"materials":[{"name":"steel"}],"meshes":[{"primitives":[)"
+                                            R"({"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+                                            R"("nodes":[{"name":"lid","mesh":0}])"));
+  write_mesh(scratch / "in/d.stl", cube());
+  const Words words = {"--attribute", "object,group,material,part"};
+  const ProcessResult result = run_columns(scratch / "in", scratch / "s.h5", words);
+  INFO(result.out << result.err);
+  REQUIRE(result.exit_code == 0);
+  require_verified(scratch / "s.h5");
+  const StoreReader reader(scratch / "s.h5");
+  enum : std::size_t { group, material, object, part };
+  const Row a = reader.read_row(0), b = reader.read_row(1), c = reader.read_row(2), d = reader.read_row(3);
+  CHECK(a.names == R"({"material":["wood"],"object":["seat","leg"]})");
+  CHECK(b.names == R"({"group":["top","default"]})");
+  CHECK(c.names == R"({"material":["steel"],"object":["lid"],"part":["lid"]})");
+  CHECK(d.names.empty());
+  CHECK((a.report.missing == 0b1001 && b.report.missing == 0b1110 && c.report.missing == 0b0001));
+  CHECK((d.report.missing == 0b1111 && d.report.lacks == 0b1111));
+  std::size_t seats = 0;
+  for (std::size_t i = 0; i < points_each; ++i) {
+    seats += a.samples.classes[object][i] == 0;
+    CHECK(a.samples.classes[object][i] == static_cast<std::int32_t>(a.samples.face[i]));
+    CHECK(a.samples.classes[material][i] == 0);
+    CHECK(b.samples.classes[group][i] == static_cast<std::int32_t>(b.samples.face[i]));
+    CHECK((c.samples.classes[object][i] == 0 && c.samples.classes[part][i] == 0));
+    CHECK(a.samples.classes[group][i] == no_sample_class);
+  }
+  CHECK((seats > points_each / 2 - 3 && seats < points_each / 2 + 3));
+  // The points are those without them.
+  REQUIRE(run_columns(scratch / "in", scratch / "plain.h5", {}).exit_code == 0);
+  for (std::uint64_t row = 0; row < 4; ++row)
+    CHECK(StoreReader(scratch / "plain.h5").read_row(row).samples.points ==
+          reader.read_row(row).samples.points);
+  const ProcessResult info = meander_with({"info", scratch / "s.h5", "a.obj"});
+  CHECK_THAT(info.out, Contains("  object            seat, leg\n") && Contains("  material          wood\n"));
+  CHECK_THAT(meander_with({"info", scratch / "s.h5", "a.obj", "--json"}).out,
+             Contains(R"("names":{"material":["wood"],"object":["seat","leg"]})"));
+
+  // Names go wherever rows go: an update, rows that are reused, shards and packs of them, more descriptors.
+  write_file(scratch / "in/e.obj", quads + "o \xC3\xA9t\xC3\xA9\nf 1 2 3 4\n");
+  REQUIRE(run_columns(scratch / "in", scratch / "s.h5", words).exit_code == 0);
+  REQUIRE(run_columns(scratch / "in", scratch / "one.h5", words).exit_code == 0);
+  CHECK(read_file(scratch / "s.h5") == read_file(scratch / "one.h5"));
+  CHECK(row_of(scratch / "one.h5", "e.obj").names == "{\"object\":[\"\xC3\xA9t\xC3\xA9\"]}");
+  REQUIRE(run_columns(scratch / "in", scratch / "reused.h5", joined(words, {"--reuse", scratch / "s.h5"}))
+              .exit_code == 0);
+  CHECK(read_file(scratch / "reused.h5") == read_file(scratch / "one.h5"));
+  const Words plan = {
+      "plan", (scratch / "in").string(), "-o", (scratch / "array.h5").string(), "-n", "300", "--shards", "2"};
+  REQUIRE(meander_with(joined(plan, words)).exit_code == 0);
+  const std::string folder = (scratch / "array.h5.run").string();
+  for (const char* shard : {"0/2", "1/2"})
+    REQUIRE(meander_with({"run", folder, "--shard", shard, "--progress", "none"}).exit_code == 0);
+  REQUIRE(meander_with({"merge", folder}).exit_code == 0);
+  CHECK(read_file(scratch / "array.h5") == read_file(scratch / "one.h5"));
+  REQUIRE(meander_with({"describe", scratch / "one.h5", "--descriptors", "d2", "-o", scratch / "d.h5"})
+              .exit_code == 0);
+  require_verified(scratch / "d.h5");
+  CHECK(row_of(scratch / "d.h5", "a.obj").names == a.names);
+}
+
+TEST_CASE("run --attribute: parts.obj of the shared cases is half seat and half leg") {
+  const fs::path parts = fs::path(MEANDER_SHARED_DATA) / "../cases/obj_groups/parts.obj";
+  if (!fs::exists(parts)) {
+    WARN("skipped: " << parts.string() << " is not there");
+    return;
+  }
+  const ScratchFolder scratch;
+  REQUIRE(run_columns(parts, scratch / "s.h5", {"--attribute", "object"}).exit_code == 0);
+  const Row row = StoreReader(scratch / "s.h5").read_row(0);
+  const std::vector<std::int32_t>& objects = row.samples.classes.at(0);
+  const auto seats = std::count(objects.begin(), objects.end(), 0),
+             legs = std::count(objects.begin(), objects.end(), 1);
+  CHECK((seats + legs == points_each && std::abs(seats - legs) < 6));
+  CHECK(row.names == R"({"object":["seat","leg"]})");
+}
+
 TEST_CASE("run --attribute: scene.ply of the shared cases has the labels 1 and 40 alone") {
   const fs::path scene = fs::path(MEANDER_SHARED_DATA) / "../cases/integer_labels/scene.ply";
   if (!fs::exists(scene)) {

@@ -304,6 +304,23 @@ def check_chosen(load_store, meander, folder):
             assert array.dtype == numpy.float32
             assert numpy.array_equal(array, file[dataset][0], equal_nan=True), name
     assert load_store.load_store(store)[0].shape == (1, 64, 3)
+    (folder / "parts").mkdir()
+    for name, faces in ("a", "o seat\nf 1 2 3\no leg\nf 1 3 4\n"), ("b", "f 1 2 3 4\n"), ("c", "o c\nf 1 2 3 4\n"):
+        (folder / "parts" / f"{name}.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n" + faces)
+    parts = folder / "parts.h5"
+    subprocess.run([meander, "run", str(folder / "parts"), "-o", str(parts), "-n", "64", "--attribute", "object",
+                    "--progress", "none"], check=True)
+    with load_store.open_store(parts) as file:
+        assert [load_store.names_of(file, row) for row in range(3)] == [{"object": ["seat", "leg"]}, {}, {"object": ["c"]}]
+        assert file["attributes/object"].dtype == numpy.int32 and file["attributes/object"].fillvalue == -1
+        assert (file["attributes/object"][0] == file["face"][0]).all() and (file["attributes/object"][1] == -1).all()
+        assert list(file["items/missing"]) == [0, 1, 0]
+    subprocess.run([meander, "export", str(parts), "-o", str(folder / "parts-npz"), "--format", "npz", "--arrays",
+                    "attribute:object"], check=True)
+    with numpy.load(folder / "parts-npz" / "a.obj.npz") as made:
+        assert made["attribute_object"].dtype == numpy.int32
+    with load_store.open_store(store) as file:
+        assert load_store.names_of(file, 0) == {}
     try:
         load_store.StoreDataset(store)
         raise AssertionError("a data set of normals that are not there")

@@ -491,8 +491,30 @@ class Stores(WithMeshes):
             self.assertTrue(numpy.allclose(row["attributes"]["place"], row["points"][:, :2], atol=1e-6))
             self.assertTrue(numpy.isnan(row["texcoord"]).all())
             self.assertEqual(s.lacks(0), ["texcoord"])
+            self.assertEqual(s.names(0), {})
             with self.assertRaisesRegex(ValueError, "no normals"):
                 s.dataset()
+
+    def test_classes_and_their_names(self):
+        folder = self.path / "parts"
+        folder.mkdir()
+        square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+        (folder / "a.obj").write_text(square + "o seat\nf 1 2 3\no leg\nf 1 3 4\n")
+        (folder / "b.obj").write_text(square + "f 1 2 3 4\n")
+        (folder / "c.obj").write_text(square + "f 1 2 3\no \u00e9t\u00e9\nf 1 3 4\n")
+        store = self.path / "parts.h5"
+        subprocess.run([PROGRAM, "run", folder, "-o", store, "-n", "64", "--attribute", "object", "--progress", "none"],
+                       stdout=subprocess.DEVNULL, check=True)
+        with meander.open_store(store) as s:
+            self.assertEqual(s.names("a.obj"), {"object": ["seat", "leg"]})
+            self.assertEqual(s.names("b.obj"), {})
+            self.assertEqual(s.names(-1), {"object": ["\u00e9t\u00e9"]})
+            objects = s["a.obj"]["attributes"]["object"]
+            self.assertEqual(objects.dtype, numpy.int32)
+            self.assertTrue((objects == s["a.obj"]["face"]).all())
+            self.assertTrue((s["b.obj"]["attributes"]["object"] == -1).all())
+            self.assertTrue((s["c.obj"]["attributes"]["object"] == s["c.obj"]["face"].astype(int) - 1).all())
+            self.assertEqual([s.lacks(row) for row in range(3)], [[], ["attributes/object"], ["attributes/object"]])
 
 
 class Documentation(unittest.TestCase):

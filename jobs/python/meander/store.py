@@ -1,4 +1,5 @@
 """Stores (docs/STORE.md) as numpy arrays and as data sets. Needs h5py."""
+import json
 import os
 
 import numpy
@@ -55,6 +56,7 @@ class Store:
         self.samples = int(self.file.attrs["samples"])
         self.attributes = list(self.file["attributes"]) if "attributes" in self.file else []
         self._row_of = None
+        self._name_ends = None
 
     def __enter__(self):
         return self
@@ -104,12 +106,24 @@ class Store:
         return arrays
 
     def lacks(self, item):
-        """The names of the columns in which a row has NaN at one sample or more: "attributes/NAME", "texcoord"."""
+        """The names of the columns in which a row has NaN, or no class (-1), at one sample or more: "attributes/NAME",
+        "texcoord"."""
         if "items/lacks" not in self.file:
             return []
         column = self.file["items/lacks"]
         bits = int(column[self.row(item)])
         return [name for bit, name in enumerate(column.attrs["names"]) if bits >> bit & 1]
+
+    def names(self, item):
+        """What the classes of a row are called: a dict by attribute (group, material, object, part, as far as they are
+        stored) of lists, class i being entry i. Of very many names the last are missing."""
+        if "names" not in self.file:
+            return {}
+        if self._name_ends is None:
+            self._name_ends = numpy.cumsum(self.file["items/names_bytes"][:], dtype=numpy.uint64)
+        row = self.row(item)
+        begin, end = int(self._name_ends[row - 1]) if row > 0 else 0, int(self._name_ends[row])
+        return json.loads(self.file["names"][begin:end].tobytes().decode()) if end > begin else {}
 
     def points(self, split=None):
         """(rows, n, 3) float32: the points of all ok rows, or of those in "train", "test" or "validation"."""

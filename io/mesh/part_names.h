@@ -1,0 +1,39 @@
+// Internal to io/mesh: numbers that readers give to faces by what their files divide a surface into, and the
+// names behind them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/mesh/polygon_mesh.h"
+#include "kernels/sample/samples.h"
+
+namespace meander {
+
+// Whether a column asks for the numbers of this name.
+bool asks_for(std::span<const AttributeColumn> attributes, std::string_view name);
+
+// Faces with the numbers of what they belong to: 0, 1, ... in the order in which faces first do.
+struct NumberedFaces {
+  std::vector<double> values;      // NaN: of nothing
+  std::vector<std::string> names;  // by number, as the file has them; empty: no face belongs to anything
+};
+
+// Takes up attributes of faces in ascending order of their names.
+class NumberedAttributes {
+ public:
+  explicit NumberedAttributes(PolygonMesh& mesh) : mesh_(mesh) {}
+  // As an asked attribute of the mesh, with the names; nothing where no face belongs to anything.
+  void add(const std::string& attribute, NumberedFaces faces);
+  // The names alone, of an attribute that the mesh has. Those beyond most_name_bytes in all are noted.
+  void add_names(std::string_view attribute, std::span<const std::string> names);
+  void finish();
+
+ private:
+  PolygonMesh& mesh_;
+  std::string lists_;
+};
+
+}  // namespace meander
