@@ -112,9 +112,9 @@ class ObjBlockReader {
         part_.free_forms += is_free_form() ? 1 : 0;
         if ((extras_.colors || extras_.materials) && first == 'u') read_material();
         if (extras_.colors && first == '#') read_painted();
-        if (text::is_separator(second)) {
-          if (extras_.objects && (first == 'o' || first == 'O')) read_name(part_.objects);
-          if (extras_.groups && (first == 'g' || first == 'G')) read_name(part_.groups);
+        if ((extras_.objects || extras_.groups) && text::is_separator(second)) {
+          if (extras_.objects && first == 'o') read_name(part_.objects);
+          if (extras_.groups && first == 'g') read_name(part_.groups);
         }
         // Never continued: a comment or a material path may well end in a backslash.
         at_ = text::find_line_end(at_, end_);
