@@ -154,7 +154,7 @@ void ModelBytes::open_companion(const ModelPlace& place, CompanionFile& companio
   try {
     if (is_member(place.packed)) {
       const std::optional<std::string> name = member_beside(place, companion.path);
-      if (!name) return lose(Loss::outside, "leads out of the archive");
+      if (!name) return lose(Loss::outside, outside);
       const Archive& archive = *place.packed.archive;
       const auto member = any_case ? archive.find_in_any_case(*name) : archive.find(*name);
       if (!member) return lose(Loss::missing, "the archive has no such member");

@@ -163,7 +163,10 @@ class SceneTextures {
       std::string reason;
       const std::string path = companion_path(*uri, reason);
       ColorImage image = image_of_file(companions_, path, cancel_);
-      if (path.empty()) image.problem = reason;
+      if (path.empty()) {
+        image.problem = reason;
+        image.loss = Note::image_outside;
+      }
       return image;
     }
     ColorImage read;
@@ -179,9 +182,7 @@ class SceneTextures {
     const std::optional<std::string_view>& uri = document_.images[number].uri;
     const std::string name =
         uri && !is_data_uri(*uri) ? "`" + shown_text(*uri) + "`" : fmt::format("image {}", number);
-    const bool is_sentence = image.problem.starts_with("is ") || image.problem.starts_with("leads ");
-    notes_.add(image.loss,
-               shown_text(name + (is_sentence ? " " : ": ") + image.problem, Notes::longest_note_example));
+    notes_.add(image.loss, shown_text(text_of_loss(name, image.problem), Notes::longest_note_example));
   }
 
   // The number of an image that has been read, perhaps lost; no_index: there is none.

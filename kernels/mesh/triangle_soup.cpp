@@ -159,17 +159,27 @@ Box box_of_used(const PolygonMesh& mesh, std::span<const std::uint8_t> used, std
   return all;
 }
 
-// Whether three vertices span an area: one that rounding of their coordinates could not make.
+// Whether three vertices span an area: one that rounding of their coordinates could not make. A coordinate
+// that is off by a unit in its last place moves the area by as much times the opposite side.
 bool spans_area(const PolygonMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  constexpr double least_ratio = 2e-14;  // of twice the area to the square of the longest side
-  const std::array<double, 3> at = place_of(mesh, a), p = place_of(mesh, b), q = place_of(mesh, c);
-  Vector3 u{p[0] - at[0], p[1] - at[1], p[2] - at[2]}, v{q[0] - at[0], q[1] - at[1], q[2] - at[2]};
-  const double largest =
-      std::max({std::abs(u.x), std::abs(u.y), std::abs(u.z), std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  constexpr double last_places = 16 * std::numeric_limits<double>::epsilon();
+  const std::array<std::array<double, 3>, 3> at = {place_of(mesh, a), place_of(mesh, b), place_of(mesh, c)};
+  const auto side = [&](std::size_t from, std::size_t to) {
+    return Vector3{at[to][0] - at[from][0], at[to][1] - at[from][1], at[to][2] - at[from][2]};
+  };
+  const auto largest_of = [](const auto& v) {
+    return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  };
+  std::array<Vector3, 3> opposite = {side(1, 2), side(2, 0), side(0, 1)};
+  double largest = 0;
+  for (const Vector3& s : opposite) largest = std::max(largest, largest_of(std::array{s.x, s.y, s.z}));
   if (!(largest > 0) || !std::isfinite(largest)) return false;
-  for (Vector3* const side : {&u, &v}) *side = {side->x / largest, side->y / largest, side->z / largest};
-  const Vector3 w = v - u;
-  return norm(cross(u, v)) > least_ratio * std::max({dot(u, u), dot(v, v), dot(w, w)});
+  double rounding = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    opposite[k] = {opposite[k].x / largest, opposite[k].y / largest, opposite[k].z / largest};
+    rounding += largest_of(at[k]) / largest * norm(opposite[k]);
+  }
+  return norm(cross(opposite[1], opposite[2])) > last_places * rounding;
 }
 
 // Calls visit(a, b, c) for the triangles of the fan of a polygon, until it returns true; whether it did.

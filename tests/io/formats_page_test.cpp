@@ -130,7 +130,8 @@ std::map<std::string, Check> checks() {
       word(value);
     return happens(file, off);
   });
-  add("OFF `nOFF`", [] { return happens("nOFF\n3\n" + off_body, off); });
+  add("OFF `nOFF` of two and three dimensions", [] { return happens("nOFF\n3\n" + off_body, off); });
+  add("OFF `nOFF` of more dimensions", [] { return happens("nOFF\n5\n" + off_body, off); });
   add("OFF colours of vertices and of faces", [] {
     const PolygonMesh mesh =
         read_all("COFF\n3 1 0\n0 0 0 1 0 0\n1 0 0 1 0 0\n0 1 0 1 0 0\n3 0 1 2 9 9 9\n", off);

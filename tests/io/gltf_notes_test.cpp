@@ -99,10 +99,13 @@ TEST_CASE("glTF notes: each image that is shown and lost, once, with its kind") 
     Note kind;
     const char* said;
   };
-  const CompanionFile beside[] = {{"open.png", {}, "No such file or directory", true}};
+  const CompanionFile beside[] = {{.path = "open.png",
+                                   .problem = "Permission denied",
+                                   .is_image = true,
+                                   .loss = CompanionFile::Loss::unreadable}};
   for (const Lost& lost :
        {Lost{R"({"uri":"images/a.png"})", Note::image_missing, "`images/a.png` is not there"},
-        Lost{R"({"uri":"open.png"})", Note::image_missing, "`open.png`: No such file or directory"},
+        Lost{R"({"uri":"open.png"})", Note::image_unreadable, "`open.png` cannot be read"},
         Lost{R"({"uri":"http://x.org/a.png"})", Note::image_outside,
              "`http://x.org/a.png` is not a file of the model's folder"},
         Lost{R"({"bufferView":77})", Note::image_missing, "image 0 is not there"},
@@ -198,7 +201,7 @@ TEST_CASE("glTF notes: buffers that are not there and not needed, colours and ma
   CHECK(example(lost, Note::material_missing) == "there is no material 3");
 }
 
-TEST_CASE("glTF: COLOR_0 is in [0, 1], clamped, and integers are shares of their largest") {
+TEST_CASE("glTF: COLOR_0 is from 0 to 1, clamped, and integers are shares of their largest") {
   const auto first = [](const auto& values, int component, const std::string& extra) {
     GltfFile file = cube_file();
     file.add_accessor(file.add_view(values), component, 8, "VEC4", extra);

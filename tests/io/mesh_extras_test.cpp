@@ -260,7 +260,7 @@ TEST_CASE("numbers of faces: OBJ files that name nothing, or nothing that has a 
   CHECK(same_numbers(of_faces(bad, "object"), {0, 1}));
 }
 
-TEST_CASE("numbers of faces: names are valid UTF-8, and bounded; what is left out is noted") {
+TEST_CASE("numbers of faces: names are valid UTF-8, and bounded, and what is left out is noted") {
   std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no caf\xE9\x01\nf 1 2 3\no 100%\nf 1 2 3\n";
   CHECK(read_obj_numbers(text, all_numbers).names == R"({"object":["caf%E9%01","100%"]})");
   for (int i = 0; i < 3000; ++i) text += fmt::format("o {:0100}\ng {}\nf 1 2 3\n", i, i % 7);

@@ -17,7 +17,8 @@ except ImportError:
 DTYPES = {"f32": "<f4", "f64": "<f8", "i32": "<i4", "u8": "u1", "u32": "<u4", "u64": "<u8"}
 DESCRIPTORS = {"d2": 64, "a3": 5}
 STATUSES = ["ok", "empty", "unreadable", "unsupported_format", "non_finite", "index_out_of_range", "zero_area",
-            "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal", "missing_attribute"]
+            "zero_density", "too_large", "timeout", "out_of_memory", "crashed", "internal", "missing_attribute",
+            "incomplete"]
 SPLITS = ["none", "train", "test", "validation"]
 METHODS = ["none", "conformal", "mean-value", "direct", "anisotropic", "balanced"]
 ORDER_REASONS = ["as_asked", "flipped", "winding", "not_finite", "work_limit"]

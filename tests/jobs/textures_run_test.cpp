@@ -588,8 +588,8 @@ std::vector<Words> commands_of_readme() {
     std::istringstream words(line.substr(0, line.find('#')));
     Words command;
     for (std::string word; words >> word;) command.push_back(word);
-    command.erase(command.begin());  // the program
-    commands.push_back(command);
+    command.erase(command.begin());                            // the program
+    if (command[1] != "models/") commands.push_back(command);  // of the user's own
   }
   return commands;
 }

@@ -590,7 +590,8 @@ TEST_CASE("docs/RUNNING.md: every status and exit code is there, and every optio
   }
   for (const char* code : {"| 0 |", "| 1 |", "| 2 |", "| 3 |", "| 75 |"})
     CHECK(page.find(code) != std::string::npos);
-  const std::string help = run_process({fault_program, "run", "--help"}).out;
+  const std::string help = run_process({fault_program, "run", "--help"}).out +
+                           run_process({fault_program, "export", "--help"}).out;
   for (std::size_t at = 0; (at = page.find("--", at)) != std::string::npos;) {
     std::size_t end = at + 2;
     while (end < page.size() && (std::isalpha(static_cast<unsigned char>(page[end])) || page[end] == '-'))

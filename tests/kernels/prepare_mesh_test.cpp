@@ -390,7 +390,11 @@ TEST_CASE("prepare_mesh: a face without area that names a far vertex bounds noth
          {far, far + 1, far + 2}},
         {{{size, 2, 1}, {size, 2, 1}, {size, 2, 1}}, {far, far + 1, far + 2}},  // a facet in one point,
         {{{size, 2, 1}, {1, 2, 1}, {size, 2, 1}}, {far, far + 1, far + 2}},     // there and back,
-        {{{size, 0, 0}, {0, 0, 0}}, {far, far + 1, far, far + 1}}};             // and a polygon
+        {{{.1 * size, .2 * size, .3 * size},                                    // with rounding,
+          {.27 * size, .54 * size, .81 * size},
+          {-.33 * size, -.66 * size, -.99 * size}},
+         {far, far + 1, far + 2}},
+        {{{size, 0, 0}, {0, 0, 0}}, {far, far + 1, far, far + 1}}};  // and a polygon
     for (std::size_t k = 0; k < cases.size(); ++k) {
       INFO(size << " case " << k);
       PolygonMesh mesh = whole;
