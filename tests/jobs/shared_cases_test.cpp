@@ -78,8 +78,11 @@ TEST_CASE("shared cases: images of ShapeNet beside its models, in a folder and i
     REQUIRE(rows.size() == 1);
     const Row& row = rows.begin()->second;
     CHECK(row.report.color_source == ColorSource::texture);
-    CHECK(share_of(row, {254, 0, 0}, 2) > .4);
-    CHECK(share_of(row, {0, 0, 254}, 2) > .4);
+    CHECK(share_of(row, {254, 0, 0}, 2) > .2);
+    CHECK(share_of(row, {0, 0, 254}, 2) > .2);
+    // Between the halves, and where the image repeats, pixels are blended.
+    for (std::size_t i = 0; i < row.samples.count(); ++i)
+      CHECK((row.samples.points[3 * i] < .5f) == (color(row, i)[0] >= color(row, i)[2]));
   }
 }
 
