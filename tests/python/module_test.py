@@ -517,6 +517,21 @@ class Stores(WithMeshes):
             self.assertEqual([s.lacks(row) for row in range(3)], [[], ["attributes/object"], ["attributes/object"]])
 
 
+    def test_notes_of_rows(self):
+        folder = self.path / "noted"
+        folder.mkdir()
+        triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+        (folder / "a.obj").write_text("mtllib none.mtl\n" + triangle)
+        (folder / "b.obj").write_text(triangle)
+        store = self.path / "noted.h5"
+        subprocess.run([PROGRAM, "run", folder, "-o", store, "-n", "64", "--colors", "--progress", "none"],
+                       stdout=subprocess.DEVNULL, check=True)
+        with meander.open_store(store) as s:
+            self.assertEqual(s.notes("a.obj"),
+                             {"library_missing": 1, "text": "library_missing 1: `none.mtl` is not there"})
+            self.assertEqual(s.notes(1), {})
+
+
 class Documentation(unittest.TestCase):
     def test_stubs_and_docstrings_name_what_there_is(self):
         stubs = (Path(meander.__file__).parent / "__init__.pyi").read_text()

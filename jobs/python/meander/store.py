@@ -114,6 +114,18 @@ class Store:
         bits = int(column[self.row(item)])
         return [name for bit, name in enumerate(column.attrs["names"]) if bits >> bit & 1]
 
+    def notes(self, item):
+        """What the file of a row asks for and did not get: a dict of counts by kind, and under "text" what they say;
+        empty where there is nothing, and for stores that do not tell (format version 4 and before)."""
+        if "items/notes" not in self.file:
+            return {}
+        row = self.row(item)
+        counts = self.file["items/notes"]
+        notes = {name: int(count) for name, count in zip(counts.attrs["names"], counts[row]) if count}
+        if notes:
+            notes["text"] = self.file["items/note_text"][row].decode()
+        return notes
+
     def names(self, item):
         """What the classes of a row are called: a dict by attribute (group, material, object, part, as far as they are
         stored) of lists, class i being entry i. Of very many names the last are missing."""
