@@ -94,8 +94,8 @@ struct MeshSurroundings {
 // names them, each once. None for the formats that are one file, and for a file that cannot be read.
 std::vector<std::string> companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 
-// The same of the files that hold colours alone: the material libraries (MTL) of OBJ, the images of glTF
-// (CompanionFile::is_image). O(bytes).
+// The same of the files that hold colours alone: the material libraries (MTL) of OBJ, the images of glTF and
+// of PLY (CompanionFile::is_image). O(bytes).
 std::vector<std::string> color_companion_paths(std::span<const std::byte> bytes, MeshFormat format);
 // The images of the materials that the OBJ file of these bytes uses, from these libraries, each once; none
 // for other formats. A name counts from the folder of its library, and of an absolute path the file's name
@@ -112,9 +112,8 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 // What is accepted, and the limits:
 // * The name decides the format. Content that clearly is of another format is unreadable, and the sentence
 //   names it: reading it silently would hide that a collection is mislabelled.
-// * Byte-order marks, UTF-16 with a mark, CRLF and CR line ends, comments and numbers as nan,
-// -nan(ind), 1.#INF
-//   or 1e400 (infinity) are read. 1,5 is not a number in any locale.
+// * Byte-order marks, UTF-16 with a mark, CRLF and CR line ends, comments and numbers as nan, -nan(ind),
+//   1.#INF or 1e400 (infinity) are read. 1,5 is not a number in any locale.
 // * A face that cannot be read keeps its number and has no corners; a coordinate that is not a number makes
 //   the file unreadable, because one decimal comma means thousands. Files whose faces all cannot be read are
 //   unreadable.
@@ -139,16 +138,15 @@ std::vector<std::string> library_image_paths(std::span<const std::byte> bytes, M
 //   without name. glTF: materials and nodes by their entry in the file; a node without a name has that of its
 //   mesh.
 //
-// Texture coordinates, when asked for: of corners, from OBJ (`vt`) and glTF (TEXCOORD_0), v as the file has
-// it: upwards in OBJ, downwards in glTF.
+// Texture coordinates, when asked for: of corners, from OBJ (`vt`), PLY (`texcoord` of faces, or those of
+// vertices) and glTF (TEXCOORD_0), v as the file has it: upwards in OBJ and PLY, downwards in glTF.
 //
-// Colours, when asked for: of vertices from PLY (red green blue), OBJ (`v x y z r g b`), OFF (COFF) and glTF
-// (COLOR_0); of faces from PLY and OFF; of materials from OBJ (Kd of the MTL files) and glTF
-// (baseColorFactor); and textures, PNG and JPEG, of OBJ (map_Kd of the MTL files) and glTF
-// (baseColorTexture), of which those are decoded that a polygon has. An image that is missing, damaged or
-// beyond most_image_pixels is kept without pixels. Integers of PLY have the range of their type. Elsewhere
-// values are in [0, 1], or in [0, 255] where one of a file's vertices or faces is above 1. A colour that is
-// not there or cannot be read is none, never an error.
+// Colours, when asked for: of vertices, faces, materials and textures, as docs/FORMATS.md lists them by
+// format, with the rule by which numbers are bytes or fractions (scale_colors). Images (decode_color_image)
+// are decoded as far as a polygon has them; one that is missing, damaged or beyond most_image_pixels is kept
+// without pixels. A colour that is not there or cannot be read is none, never an error.
+//
+// What the file asks for and does not get stands in PolygonMesh::notes: colours with `colors` alone.
 PolygonMesh read_mesh(std::span<const std::byte> bytes, MeshFormat format, const CancelToken& cancel = {},
                       const MeshSurroundings& around = {});
 
