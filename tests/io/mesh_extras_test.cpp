@@ -353,8 +353,9 @@ TEST_CASE("attributes: which of them are declared as integers, and what headers 
   for (const auto& [name, integers] : std::vector<std::pair<std::string, bool>>{
            {"_A", true}, {"_B", false}, {"_N", false}, {"_V_0", true}, {"_V_2", true}}) {
     INFO(name);
-    const auto at = std::find_if(read.asked_attributes.begin(), read.asked_attributes.end(),
-                                 [&](const ScalarAttribute& attribute) { return attribute.name == name; });
+    const auto at =
+        std::find_if(read.asked_attributes.begin(), read.asked_attributes.end(),
+                     [&wanted = name](const ScalarAttribute& attribute) { return attribute.name == wanted; });
     REQUIRE(at != read.asked_attributes.end());
     CHECK(at->integers == integers);
     if (name.size() == 2) CHECK(takes_integers(header, {name, 1}) == integers);
