@@ -61,20 +61,24 @@ fs::path common_folder(const std::vector<fs::path>& paths) {
   return common;
 }
 
-// A folder or an archive among the arguments.
+// A folder or an archive among the arguments, or the place of a file of labels.
 struct InputRoot {
   fs::path path;
   std::shared_ptr<const Archive> archive;
+  fs::path folder = {};  // in the archive
 
   // Whether it has a file of this name in it, which is then at path / name.
   bool has(const char* name) const {
     std::error_code error;
-    return archive ? archive->find(name).has_value() : fs::is_regular_file(path / name, error);
+    return archive ? member(name).has_value() : fs::is_regular_file(path / name, error);
+  }
+  std::optional<std::size_t> member(const char* name) const {
+    return archive->find((folder / name).generic_string());
   }
   std::string content(const char* name) const {
     if (!archive) return content_of_labels(path / name);
     try {
-      return archive->unpack(*archive->find(name));
+      return archive->unpack(*member(name));
     } catch (const ItemError& error) {
       throw UsageError("--labels: cannot read `" + (path / name).string() + "`: " + error.what());
     }
@@ -382,12 +386,26 @@ class Labels {
   std::map<std::string, std::string> class_names_;  // of synsets
 };
 
+// Where a file of labels stands, which may be in an archive.
+InputRoot place_of_labels(const fs::path& file) {
+  InputRoot place{file.parent_path(), nullptr};
+  if (archive_in_path(file).empty()) return place;
+  try {
+    const PackedFile packed = find_packed(file);
+    if (packed) place.folder = fs::path(packed.facts().name).parent_path();
+    place.archive = packed.archive;
+  } catch (const ItemError& error) {
+    throw UsageError("--labels: cannot read `" + file.string() + "`: " + error.what());
+  }
+  return place;
+}
+
 // The taxonomy.json beside one of the files, else the one in a folder or an archive of the input.
 std::optional<LabelFile> find_taxonomy(const std::vector<LabelFile>& files,
                                        const std::vector<InputRoot>& roots) {
   std::vector<InputRoot> places;
   for (const LabelFile& file : files)
-    if (file.is_shapenet) places.push_back({fs::path(file.name).parent_path(), nullptr});
+    if (file.is_shapenet) places.push_back(place_of_labels(file.name));
   if (places.empty()) return std::nullopt;
   places.insert(places.end(), roots.begin(), roots.end());
   constexpr const char* name = "taxonomy.json";

@@ -161,8 +161,11 @@ class LabelReader {
       is_list = is_list && (record->fields.size() == 1 || record->is_comment());
       records.push_back(std::move(*record));
     }
+    // In a table a line of several fields that begins with # is one of an item.
+    std::erase_if(records, [&](const CsvRecord& record) {
+      return record.is_comment() && (is_list || record.fields.size() == 1);
+    });
     if (!is_list) return take_table(text, records);
-    std::erase_if(records, [](const CsvRecord& record) { return record.is_comment(); });
     if (!take_category_names(records)) take_list(records);
   }
 

@@ -107,8 +107,7 @@ class RemeshJob {
     inputs_ = collect_inputs(run_.inputs, run_.collect);
     print_unread(inputs_.notes);
     plan_tensor_files(run_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty())
-      throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    if (inputs_.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
     header_ = run_header(run_, inputs_, nullptr);
     run_.model_bytes =
         memory_for_models(run_.memory_bytes, header_, run_.sample, run_.threads, inputs_.index_bytes);
@@ -341,6 +340,8 @@ class RemeshJob {
         made_.erase(item.plan.row);
       }
       record.message = remesh_message(record.mesh, record.lacks);
+      if (const std::string& notes = item.report.note_text; !notes.empty())
+        record.message += (record.message.empty() ? "" : "; ") + notes;
       record.file = names_[item.plan.row];
       record.samples = header_.samples;
     } else if (is_own(item.plan.row)) {  // of earlier parameters, or of a file that has changed since

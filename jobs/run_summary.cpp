@@ -240,8 +240,8 @@ void print_tallies(const StoreSummary& summary) {
                  models(tally.models), tally.example);
   for (std::size_t n = 0; n < note_count; ++n)
     if (const StoreSummary::Tally& tally = summary.by_note[n]; tally.models > 0)
-      fmt::print("  note: {:<22}{:>12} in {}, as {}: {}\n", note_names[n], tally.count, models(tally.models),
-                 tally.example, tally.example_text);
+      fmt::print("  note: {:<22}{:>12} in {}, as {}{}{}\n", note_names[n], tally.count, models(tally.models),
+                 tally.example, tally.example_text.empty() ? "" : ": ", tally.example_text);
 }
 
 void write_tallies(JsonWriter& json, const StoreSummary& summary) {

@@ -27,6 +27,7 @@ constexpr std::uint64_t small_bytes = std::uint64_t{1} << 20;
 constexpr std::uint64_t most_index_bytes = std::uint64_t{32} << 20;  // of the access points of one pass
 // Of a zip archive in an archive, that may be packed: its bytes are not there before they are unpacked.
 constexpr std::uint64_t most_inner_directory = std::uint64_t{256} << 20;
+constexpr std::ptrdiff_t most_variants = 4096;  // of one name, as in a folder on disk
 
 constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
     {{".zip", ArchiveKind::zip},
@@ -66,20 +67,31 @@ class PartSource final : public ByteSource {
   std::uint64_t begin_, bytes_;
 };
 
-// Keeps the access points few while they are made.
-class Thinned final : public ByteSource {
+// Keeps the access points few while they are made, and unpacks no more of a bomb (is_bomb) than shows it.
+class FirstPass final : public ByteSource {
  public:
-  Thinned(const InflateSource& source, AccessPoints& points) : source_(source), points_(points) {}
+  FirstPass(const InflateSource& source, AccessPoints& points, std::uint64_t packed_bytes)
+      : source_(source),
+        points_(points),
+        packed_bytes_(packed_bytes),
+        bomb_bytes_(std::max(most_free_bytes + 1, (packed_bytes + 1) * most_unpacked_ratio)) {}
   std::uint64_t bytes() const override { return source_.bytes(); }
   std::string read(std::uint64_t offset, std::size_t count) const override {
-    std::string bytes = source_.read(offset, count);
+    const bool beyond = offset >= bomb_bytes_;
+    if (beyond) offset = bomb_bytes_ - 1;
+    std::string bytes = source_.read(offset, beyond ? 1 : count);
+    if (offset + bytes.size() >= bomb_bytes_)
+      throw ItemError(Status::unreadable, bomb_reason(packed_bytes_, offset + bytes.size()));
     while (points_.memory_bytes() > most_index_bytes) points_.thin();
     return bytes;
   }
+  // Unpacks the rest, so that it is checked.
+  void finish() const { read(bomb_bytes_, 1); }
 
  private:
   const InflateSource& source_;
   AccessPoints& points_;
+  std::uint64_t packed_bytes_, bomb_bytes_;
 };
 
 [[noreturn]] void throw_too_large(std::uint64_t most) {
@@ -145,11 +157,11 @@ void Archive::unpack_once() {
     const std::uint64_t begin = zip_data_offset(file, facts);
     InflateSource source(file, {begin, begin + facts.packed_bytes}, Wrapping::raw, facts.bytes);
     source.record(outer_points_);
-    const Thinned thinned(source, outer_points_);
+    const FirstPass pass(source, outer_points_, facts.packed_bytes);
     constexpr std::size_t piece = std::size_t{1} << 18;
     std::uint32_t crc = 0;
     for (std::uint64_t at = 0;;) {
-      const std::string bytes = thinned.read(at, piece);
+      const std::string bytes = pass.read(at, piece);
       at += bytes.size();
       crc = libdeflate_crc32(crc, bytes.data(), bytes.size());
       if (at > facts.bytes || (bytes.size() < piece && at < facts.bytes))
@@ -192,16 +204,31 @@ void Archive::list(const ByteSource& file) {
 }
 
 void Archive::list_tar_gzip(const ByteSource& file) {
-  InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0},
-                       most_unpacked(file.bytes()));
+  InflateSource source(file, {0, file.bytes()}, Wrapping::gzip, ~std::uint64_t{0});
   source.record(points_);
-  listing_ = read_tar_headers(Thinned(source, points_));
+  // The ratio of an archive in an archive is that of both together.
+  const FirstPass pass(source, points_, outer_ ? outer_->packed_bytes_of(member_in_outer_) : file.bytes());
+  listing_ = read_tar_headers(pass);
   if (!listing_.problem.empty()) return;
   try {
-    source.count_rest();
+    pass.finish();
   } catch (const ItemError& error) {
     listing_.problem = error.what();
   }
+}
+
+std::uint64_t Archive::packed_bytes_of(std::size_t member) const {
+  const ArchiveMember& facts = members()[member];
+  if (kind_ != ArchiveKind::tar_gzip) return facts.packed_bytes;
+  const std::uint64_t end = facts.offset + facts.bytes;
+  const AccessPoint* const before = points_.before(facts.offset);
+  std::uint64_t packed_end = file_bytes_;
+  for (std::uint64_t reach = std::uint64_t{1} << 60; reach >= points_.spacing(); reach /= 2) {
+    const AccessPoint* const behind = points_.before(end + reach);
+    if (behind == nullptr || behind->unpacked < end) break;
+    packed_end = behind->packed;
+  }
+  return std::min(facts.packed_bytes, packed_end - (before == nullptr ? 0 : before->packed));
 }
 
 void Archive::enter_top_folder(const std::string& own_name) {
@@ -259,9 +286,11 @@ std::optional<std::size_t> Archive::find_in_any_case(std::string_view name) cons
   if (!top_.empty() && name.starts_with(top_)) name.remove_prefix(top_.size());
   const std::string folded = folded_name(name);
   const std::uint64_t hash = hash_of(folded);
+  const auto first = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), std::pair(hash, 0u));
+  const auto last = std::upper_bound(first, by_folded_name_.end(), std::pair(hash, ~0u));
+  if (last - first > most_variants) return std::nullopt;
   std::optional<std::size_t> found;
-  for (auto at = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), std::pair(hash, 0u));
-       at != by_folded_name_.end() && at->first == hash; ++at) {
+  for (auto at = first; at != last; ++at) {
     const std::string& other = members()[at->second].name;
     if (folded_name(other) != folded) continue;
     if (!found || is_meant_before(other, members()[*found].name, name)) found = at->second;

@@ -67,7 +67,8 @@ class Archive {
   std::optional<std::size_t> find(std::string_view name) const;
   // The same, or where there is none the member whose path is the same once folded (folded_name): many
   // collections were made where that makes no difference. Of several, part by part of the path, the one that
-  // is exact, then the first by bytes. O(log members); once O(members log members).
+  // is exact, then the first by bytes; of more than 4,096, which no collection has, none. O(log members);
+  // once O(members log members).
   std::optional<std::size_t> find_in_any_case(std::string_view name) const;
 
   // The unpacked bytes, checked against their size and checksum where the archive has one. Throws ItemError:
@@ -90,6 +91,8 @@ class Archive {
   void list(const ByteSource& file);
   void list_tar_gzip(const ByteSource& file);
   void unpack_once();
+  // In the file; of a .tar.gz file at most, as its access points tell.
+  std::uint64_t packed_bytes_of(std::size_t member) const;
   void enter_top_folder(const std::string& own_name);
   void enter_positions();
   // The file, if it is the one that was listed.

@@ -94,7 +94,9 @@ std::optional<fs::path> file_beside(const ModelPlace& place, std::string_view pa
   if (climb > place.folders_above) return std::nullopt;
   const fs::path folder = folder_above(place, climb);
   const fs::path file = any_case ? find_in_any_case(folder, below) : folder / below;
-  if (climb > 0 && leads_out(file, folder_above(place, place.folders_above))) return std::nullopt;
+  // Links that the input itself has above the model are followed, as the model was found by them.
+  if (climb > 0 && leads_out(file, folder) && leads_out(file, folder_above(place, place.folders_above)))
+    return std::nullopt;
   return file;
 }
 
@@ -163,7 +165,8 @@ void ModelBytes::open_companion(const ModelPlace& place, CompanionFile& companio
       const std::optional<fs::path> file = file_beside(place, companion.path, any_case);
       if (!file) return lose(Loss::outside, outside);
       std::error_code error;
-      if (!fs::exists(*file, error)) companion.loss = Loss::missing;
+      const fs::file_type type = fs::status(*file, error).type();
+      if (type == fs::file_type::not_found) companion.loss = Loss::missing;
       beside_.push_back(open(*file, {}, any_case));
       companion.loss = Loss::none;
     }

@@ -94,8 +94,8 @@ class DecodedText {
   std::optional<std::string> converted_;
 };
 
-// The text in UTF-8 with LF somewhere, when the file is neither: UTF-16, or line ends of old Macintosh
-// programs. Binary PLY is left alone.
+// The text in UTF-8 with LF or CRLF at the end of every line, when the file is neither: UTF-16, or line ends of
+// old Macintosh programs, in some of its lines or all. Binary PLY is left alone, and PLY with LF somewhere.
 std::optional<std::string> converted(std::string_view content, bool is_ply);
 // What the content clearly is when it is not `format` ("a PLY file", "a gzip archive", ...), or of any format
 // when there is none; empty when in doubt. Looks at the first 64 KiB.

@@ -179,7 +179,11 @@ std::optional<std::string_view> GltfData::file_of(std::string_view uri, std::str
     if (file.path != path) continue;
     if (file.problem.empty())
       return std::string_view(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
-    reason = shown + ": " + file.problem;
+    // The same for a folder and an archive, whatever the system says.
+    using Loss = CompanionFile::Loss;
+    reason = shown + (file.loss == Loss::missing   ? " is not there"
+                      : file.loss == Loss::outside ? " " + file.problem
+                                                   : " cannot be read: " + file.problem);
     return std::nullopt;
   }
   reason = shown + " is not there";

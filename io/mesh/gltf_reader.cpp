@@ -220,6 +220,25 @@ class SceneTextures {
   std::shared_ptr<SurfaceTextures> textures_ = std::make_shared<SurfaceTextures>();
 };
 
+// Whether one of numbered_attributes is asked for.
+bool asks_for_numbers(const MeshExtras& extras) {
+  return std::any_of(numbered_attributes.begin(), numbered_attributes.end(),
+                     [&](std::string_view name) { return asks_for(extras.attributes, name); });
+}
+
+// Of a scene that count_scene has counted: below 2^24.
+std::size_t count_parts(const GltfDocument& document, const GltfScene& scene) {
+  std::uint64_t parts = 0;
+  for (std::uint32_t node = 0; node < document.nodes.size(); ++node) {
+    const std::uint32_t mesh = document.nodes[node].mesh;
+    if (scene.copies[node] == 0 || mesh == no_index) continue;
+    parts += scene.copies[node] * count_instances(document, node) * document.meshes[mesh].primitives.size();
+  }
+  if (document.nodes.empty())
+    for (const GltfMesh& mesh : document.meshes) parts += mesh.primitives.size();
+  return static_cast<std::size_t>(parts);
+}
+
 class SceneReader {
  public:
   SceneReader(const GltfDocument& document, const GltfScene& scene, GltfData& data, const MeshEstimate& total,
@@ -232,14 +251,14 @@ class SceneReader {
         colors_(colors),
         textured_(colors && SceneTextures::has_any(document)),
         extras_(extras),
-        names_parts_(std::any_of(numbered_attributes.begin(), numbered_attributes.end(),
-                                 [&](std::string_view name) { return asks_for(extras.attributes, name); })),
+        names_parts_(asks_for_numbers(extras)),
         textures_(textures),
         notes_(notes),
         skins_(document.skins.size()) {
     for (std::vector<double>* const values : {&mesh_.x, &mesh_.y, &mesh_.z}) values->reserve(total.vertices);
     mesh_.corners.reserve(3 * total.triangles);
     part_.reserve(total.triangles);
+    if (names_parts_) sources_.reserve(count_parts(document, scene));
   }
 
   // Where a part, as its number counts them, comes from.
@@ -785,59 +804,64 @@ class SceneReader {
 class EntryNames {
  public:
   EntryNames(JsonValue root, std::string_view list) : entries_(root.member(list).items()) {}
-  std::string of(std::uint32_t entry) const {
+  std::string_view of(std::uint32_t entry) const {
     if (entry >= entries_.size()) return {};
-    return std::string(entries_[entry].member("name").text().value_or(""));
+    return entries_[entry].member("name").text().value_or("");
   }
 
  private:
   std::vector<JsonValue> entries_;
 };
 
-// Faces by what their parts come from: the entry `key` of a list, no_index for none.
-template <class Name>
-NumberedFaces number_scene_faces(const std::vector<double>& part_of_face,
-                                 std::span<const SceneReader::PartSource> sources,
-                                 std::uint32_t SceneReader::PartSource::*key, const Name& name_of) {
-  NumberedFaces made;
+using PartSource = SceneReader::PartSource;
+
+// Numbers of faces by what their parts come from, and by number one of these.
+struct SceneNumbers {
+  std::vector<double> values;
+  std::vector<PartSource> sources;
+};
+
+// By the entry `key` of a list, no_index for none.
+SceneNumbers number_scene_faces(const std::vector<double>& part_of_face, std::span<const PartSource> sources,
+                                std::uint32_t PartSource::*key) {
+  SceneNumbers made;
   std::map<std::uint32_t, std::size_t> numbers;
   made.values.reserve(part_of_face.size());
   for (const double part : part_of_face) {
-    const SceneReader::PartSource& source = sources[static_cast<std::size_t>(part)];
+    const PartSource& source = sources[static_cast<std::size_t>(part)];
     if (source.*key == no_index) {
       made.values.push_back(std::numeric_limits<double>::quiet_NaN());
       continue;
     }
     const auto [at, is_new] = numbers.try_emplace(source.*key, numbers.size());
-    if (is_new) made.names.push_back(name_of(source));
+    if (is_new) made.sources.push_back(source);
     made.values.push_back(static_cast<double>(at->second));
   }
   return made;
 }
 
-// The numbers of materials and nodes, and the names behind these and behind those of parts.
-void add_scene_numbers(JsonValue root, std::span<const SceneReader::PartSource> sources,
+// The numbers of materials and nodes, and the names behind these and behind those of parts. A name may stand
+// for any number of them: it stays where the file has it.
+void add_scene_numbers(JsonValue root, std::span<const PartSource> sources,
                        std::span<const AttributeColumn> asked, PolygonMesh& mesh) {
   if (sources.empty()) return;
-  using Source = SceneReader::PartSource;
   const EntryNames nodes(root, "nodes"), meshes(root, "meshes"), materials(root, "materials");
-  const auto node_name = [&](const Source& source) {
-    const std::string name = nodes.of(source.node);
+  const auto material_name = [&](const PartSource& source) { return materials.of(source.material); };
+  const auto node_name = [&](const PartSource& source) {
+    const std::string_view name = nodes.of(source.node);
     return name.empty() ? meshes.of(source.mesh) : name;
   };
   const std::vector<double>& part_of_face = mesh.face_attributes.back().values;
   NumberedAttributes numbered(mesh);
-  if (asks_for(asked, "material"))
-    numbered.add("material",
-                 number_scene_faces(part_of_face, sources, &Source::material,
-                                    [&](const Source& source) { return materials.of(source.material); }));
-  if (asks_for(asked, "object"))
-    numbered.add("object", number_scene_faces(part_of_face, sources, &Source::node, node_name));
-  if (asks_for(asked, "part")) {
-    std::vector<std::string> names;
-    for (const Source& source : sources) names.push_back(node_name(source));
-    numbered.add_names("part", names);
-  }
+  const auto add = [&](const std::string& attribute, std::uint32_t PartSource::*key, const auto& name_of) {
+    SceneNumbers made = number_scene_faces(part_of_face, sources, key);
+    numbered.add(attribute, std::move(made.values), made.sources.size(),
+                 [&](std::size_t number) { return name_of(made.sources[number]); });
+  };
+  if (asks_for(asked, "material")) add("material", &PartSource::material, material_name);
+  if (asks_for(asked, "object")) add("object", &PartSource::node, node_name);
+  if (asks_for(asked, "part"))
+    numbered.add_names("part", sources.size(), [&](std::size_t part) { return node_name(sources[part]); });
   numbered.finish();
 }
 
@@ -872,6 +896,8 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   MeshEstimate total = count_scene(document, scene, cancel);
   total.companions = companions_of(document);
   total.decoding_bytes += json.memory_bytes();
+  if (asks_for_numbers(around.extras))
+    total.decoding_bytes += count_parts(document, scene) * sizeof(PartSource);
   if (around.admit) around.admit(total);
   std::optional<std::string_view> binary;
   if (chunks.has_binary) binary = part_of(content, chunks.binary_begin, chunks.binary_bytes);
@@ -891,10 +917,10 @@ PolygonMesh read_gltf(std::string_view content, const CancelToken& cancel, const
   }
   SceneReader reader(document, scene, data, total, cancel, around.colors, around.extras, textures, notes);
   PolygonMesh mesh = reader.read();
-  add_scene_numbers(json.root(), reader.take_sources(), around.extras.attributes, mesh);
-  mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   data.note_missing_buffers(notes);
   mesh.notes = std::move(notes);
+  add_scene_numbers(json.root(), reader.take_sources(), around.extras.attributes, mesh);
+  mesh.repairs[Repair::extra_data] = saturated(chunks.extra_bytes);
   return mesh;
 }
 

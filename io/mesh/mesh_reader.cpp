@@ -123,18 +123,42 @@ PolygonMesh with_colors_in_range(PolygonMesh mesh) {
 
 }  // namespace
 
+namespace {
+
+// Whether a CR is there that no LF follows. All bytes are looked at, many at once.
+bool has_lone_cr(std::string_view text) {
+  bool found = !text.empty() && text.back() == '\r';
+  constexpr std::size_t at_once = 65536;
+  for (std::size_t begin = 0; begin + 1 < text.size() && !found; begin += at_once) {
+    const std::size_t end = std::min(begin + at_once, text.size() - 1);
+    unsigned lone = 0;
+    for (std::size_t at = begin; at < end; ++at)
+      lone |= static_cast<unsigned>(text[at] == '\r') & static_cast<unsigned>(text[at + 1] != '\n');
+    found = lone != 0;
+  }
+  return found;
+}
+
+// Every CR that no LF follows becomes one.
+std::string with_lf(std::string text) {
+  for (std::size_t at = 0; at < text.size(); ++at)
+    if (text[at] == '\r' && (at + 1 == text.size() || text[at + 1] != '\n')) text[at] = '\n';
+  return text;
+}
+
+}  // namespace
+
 std::optional<std::string> converted(std::string_view content, bool is_ply) {
-  if (content.starts_with("\xFF\xFE")) return from_utf16(content, false);
-  if (content.starts_with("\xFE\xFF")) return from_utf16(content, true);
-  if (content.find('\n') != std::string_view::npos) return std::nullopt;
+  if (content.starts_with("\xFF\xFE")) return with_lf(from_utf16(content, false));
+  if (content.starts_with("\xFE\xFF")) return with_lf(from_utf16(content, true));
   // The header of a binary PLY file is read with its CR line ends: a copy would damage the data behind it.
   if (is_ply && content.substr(0, 64).find("ascii") == std::string_view::npos) return std::nullopt;
-  if (content.find('\r') == std::string_view::npos) return std::nullopt;
+  // A comment of a PLY header may have one: what stands behind it is no line of the header.
+  if (is_ply && content.find('\n') != std::string_view::npos) return std::nullopt;
+  if (!has_lone_cr(content)) return std::nullopt;
   // The bytes of a damaged binary STL file are not line ends.
   if (content.substr(0, 512).find('\0') != std::string_view::npos) return std::nullopt;
-  std::string copy(content);
-  std::replace(copy.begin(), copy.end(), '\r', '\n');
-  return copy;
+  return with_lf(std::string(content));
 }
 
 void scale_colors(std::vector<float>& values, ColorNumbers numbers) {

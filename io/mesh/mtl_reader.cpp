@@ -109,7 +109,9 @@ std::string with_options_in_front(std::string_view line) {
   line = trimmed(line);
   for (std::size_t at = bytes_of_options(line); at + 1 < line.size(); ++at) {
     if (!text::is_separator(line[at])) continue;
-    const std::string_view front = trimmed(line.substr(0, at)), behind = line.substr(at + 1);
+    const std::string_view behind = line.substr(at + 1);
+    if (behind.front() != '#' && behind.front() != '-') continue;
+    const std::string_view front = trimmed(line.substr(0, at));
     const std::string_view tail = front.substr(front.size() - std::min<std::size_t>(front.size(), 5));
     const bool has_extension = tail.size() == 5 && (tail[0] == '.' || tail[1] == '.');
     if (behind.front() == '#' && has_extension) return std::string(front);
@@ -178,7 +180,9 @@ std::vector<std::string_view> library_names(std::string_view names) {
   for (std::size_t begin = 0, at = 0; at < names.size(); ++at) {
     const bool is_end = at + 1 == names.size();
     if (!is_end && (!text::is_separator(names[at + 1]) || names[at] == '\\')) continue;
+    if (!is_end && text::is_separator(names[at])) continue;  // in a run of blanks
     const std::string_view name = trimmed(names.substr(begin, at + 1 - begin));
+    if (name.starts_with('#')) break;  // a comment
     if (!is_end && (name.size() < 5 || !text::same_word(name.substr(name.size() - 4), ".mtl"))) continue;
     if (!name.empty()) found.push_back(name);
     begin = at + 1;

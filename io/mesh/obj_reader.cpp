@@ -456,7 +456,9 @@ class CurrentMaterial {
 
   void use(std::string_view name) {
     const MtlMaterial* const material = materials_.find(name);
-    if (material == nullptr && materials_.any_read && missing_.insert(name).second)
+    // Of a library that is lost, the materials are not missed beside it.
+    const bool is_missed = materials_.any_read || !materials_.notes.any();
+    if (material == nullptr && is_missed && missing_.insert(name).second)
       notes_.add(Note::material_missing, fmt::format("no library has the material `{}`", name));
     take(material);
   }
@@ -495,16 +497,19 @@ SurfaceColors join_colors(std::vector<ObjPart>& parts, const std::vector<std::si
   if (std::none_of(colors.vertex.begin(), colors.vertex.end(), [](float v) { return v == v; }))
     colors.vertex = {};
   scale_colors(colors.vertex, ColorNumbers::real);
-  if (companions.empty()) return colors;
+  const bool names_any =
+      std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.materials.empty(); });
+  if (companions.empty() && !names_any) return colors;
   colors.of_materials = true;
   auto textures = std::make_shared<SurfaceTextures>();
   textures->coordinates = std::move(coordinates.values);
   textures->corner = std::move(coordinates.corner);
   MaterialTextures images(companions, cancel, *textures, notes);
   CurrentMaterial current(materials, images, notes);
-  const bool names_any =
-      std::any_of(parts.begin(), parts.end(), [](const ObjPart& p) { return !p.materials.empty(); });
   if (!names_any && materials.only() != nullptr) current.assume(*materials.only());
+  if (!names_any && materials.by_name.size() > 1)
+    notes.add(Note::material_missing,
+              fmt::format("faces name no material, and the libraries have {}", materials.by_name.size()));
   for (std::size_t b = 0; b < parts.size(); ++b) {
     const std::vector<NameUse>& uses = parts[b].materials;
     std::size_t next = 0;

@@ -44,6 +44,7 @@ void make_vertices(PolygonMesh& mesh, std::size_t count, bool normals) {
 struct ColorTokens {
   std::atomic<bool> any_real{false};           // one has a point or an exponent
   std::atomic<std::uint64_t> of_color_map{0};  // faces with the number of an entry in a map of colours
+  std::atomic<std::uint64_t> odd{0};           // faces with two numbers, or more than four
 };
 
 // The colour at the end of a row: three numbers, or four with an opacity. Any other count is none, one number
@@ -61,6 +62,7 @@ void read_color(TextCursor& cursor, std::size_t behind, float* color, ColorToken
   }
   count -= std::min(count, behind);
   if (tokens != nullptr && count == 1) tokens->of_color_map.fetch_add(1, std::memory_order_relaxed);
+  if (tokens != nullptr && (count == 2 || count > 4)) tokens->odd.fetch_add(1, std::memory_order_relaxed);
   if (count != 3 && count != 4) return;
   if (tokens != nullptr && any_real) tokens->any_real.store(true, std::memory_order_relaxed);
   for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(values[k]);
@@ -298,10 +300,12 @@ PolygonMesh read_text(std::string_view content, const OffHeader& header, Wanted 
     mesh.colors.face.assign(3 * (std::min<std::uint64_t>(header.faces, body.size()) + 1), no_color);
     tokens.any_real = false;
     tokens.of_color_map = 0;
+    tokens.odd = 0;
   };
   const auto finish = [&] {
     if (colors)
       finish_colors(mesh, tokens.any_real ? ColorNumbers::real : ColorNumbers::whole, tokens.of_color_map);
+    mesh.notes.add(Note::colors_ignored, "colours of faces are not three or four numbers", tokens.odd);
   };
   if (colors) make_room();
   if (body.size() >= rule.parallel_from && header.faces <= body.size() &&

@@ -2,6 +2,8 @@
 // names behind them.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,11 +26,17 @@ struct NumberedFaces {
 // Takes up attributes of faces in ascending order of their names.
 class NumberedAttributes {
  public:
+  using NameOf = std::function<std::string_view(std::size_t)>;  // by number, as the file has it
+
   explicit NumberedAttributes(PolygonMesh& mesh) : mesh_(mesh) {}
   // As an asked attribute of the mesh, with the names; nothing where no face belongs to anything.
   void add(const std::string& attribute, NumberedFaces faces);
-  // The names alone, of an attribute that the mesh has. Those beyond most_name_bytes in all are noted.
-  void add_names(std::string_view attribute, std::span<const std::string> names);
+  // The same with `count` names, see add_names.
+  void add(const std::string& attribute, std::vector<double> values, std::size_t count,
+           const NameOf& name_of);
+  // The names alone, of an attribute that the mesh has. Those beyond most_name_bytes in all are noted; they
+  // are not looked at but for the first.
+  void add_names(std::string_view attribute, std::size_t count, const NameOf& name_of);
   void finish();
 
  private:

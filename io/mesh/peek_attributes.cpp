@@ -1,6 +1,8 @@
 #include "io/mesh/peek_attributes.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "io/mesh/format_readers.h"
 #include "io/mesh/gltf_document.h"
@@ -11,18 +13,6 @@ namespace meander {
 namespace {
 
 constexpr std::size_t most_header = 64 << 10;
-
-void add(std::vector<FileAttribute>& attributes, FileAttribute attribute) {
-  const auto same = [&](const FileAttribute& known) {
-    return known.name == attribute.name && known.width == attribute.width &&
-           known.of_faces == attribute.of_faces;
-  };
-  const auto known = std::find_if(attributes.begin(), attributes.end(), same);
-  if (known == attributes.end())
-    attributes.push_back(std::move(attribute));
-  else
-    known->integers = known->integers && attribute.integers;
-}
 
 std::vector<FileAttribute> attributes_of_ply(const ByteSource& file) {
   std::string head = file.read(0, most_header);
@@ -57,6 +47,7 @@ std::vector<FileAttribute> attributes_of_gltf(const ByteSource& file) {
   constexpr std::size_t most_chunk_header = 32;
   const GltfChunks chunks = gltf_chunks(file.read(0, most_chunk_header), file.bytes());
   std::vector<FileAttribute> attributes;
+  std::map<std::pair<std::string, std::uint32_t>, std::size_t> places;  // in the list, by name and width
   if (chunks.json_bytes <= most_peeked_json) {
     const JsonTree json(file.read(chunks.json_begin, static_cast<std::size_t>(chunks.json_bytes)));
     const std::vector<JsonValue> accessors = json.root().member("accessors").items();
@@ -74,8 +65,14 @@ std::vector<FileAttribute> attributes_of_gltf(const ByteSource& file) {
           const bool is_float =
               accessor.member("componentType").count() == static_cast<std::uint64_t>(GltfComponent::float32);
           const bool is_fraction = accessor.member("normalized").truth().value_or(false);
-          if (width >= 1 && width <= 4)
-            add(attributes, {std::string(value.name()), width, !is_float && !is_fraction, false});
+          if (width < 1 || width > 4) continue;
+          const bool integers = !is_float && !is_fraction;
+          const auto [at, is_new] =
+              places.try_emplace(std::pair(std::string(value.name()), width), attributes.size());
+          if (is_new)
+            attributes.push_back({std::string(value.name()), width, integers, false});
+          else
+            attributes[at->second].integers = attributes[at->second].integers && integers;
         }
   }
   for (const char* const name : {"material", "object", "part"}) attributes.push_back({name, 1, true, true});

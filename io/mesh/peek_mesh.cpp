@@ -254,7 +254,12 @@ std::uint64_t ply_attribute_bytes(std::uint64_t bytes, const PlyHeader& header) 
                                                                       : std::uint64_t{element.fixed_bytes()};
     const std::uint64_t rows = least == 0 ? 0 : std::min(element.count, bytes / least);
     for (const PlyProperty& property : element.properties)
-      if (!property.is_list && property.name != "x" && property.name != "y" && property.name != "z")
+      if (property.is_list && property.name == "texcoord")
+        // While the vector grows, and where both textures and coordinates want it; of text two bytes a
+        // number.
+        total += 3 * sizeof(float) *
+                 (bytes / (header.encoding == PlyEncoding::ascii ? 2 : bytes_of(property.type)));
+      else if (!property.is_list && property.name != "x" && property.name != "y" && property.name != "z")
         total += rows * sizeof(double);
   }
   return total;

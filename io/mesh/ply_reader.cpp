@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -67,8 +68,12 @@ class PlyMeshReader {
     }
     if (wants_coordinates_) {
       CornerCoordinates coordinates = corner_coordinates();
-      if (around_.extras.coordinates && !coordinates.values.empty()) mesh_.coordinates = coordinates;
-      if (textured_) add_textures(std::move(coordinates));
+      const bool keeps = around_.extras.coordinates && !coordinates.values.empty();
+      if (keeps && textured_) mesh_.coordinates = coordinates;
+      if (textured_)
+        add_textures(std::move(coordinates));
+      else if (keeps)
+        mesh_.coordinates = std::move(coordinates);
     }
     return std::move(mesh_);
   }
@@ -148,11 +153,11 @@ class PlyMeshReader {
   }
 
   // Texture coordinates of all corners, of the faces or else of the vertices; none where the file has none.
-  CornerCoordinates corner_coordinates() const {
+  CornerCoordinates corner_coordinates() {
     CornerCoordinates coordinates;
     if (wants_wedges()) {
       coordinates.corner.assign(mesh_.corners.size(), no_index);
-      coordinates.values = wedges_.values;
+      coordinates.values = std::move(wedges_.values);
       check_count(coordinates.values.size() / 2, "texture coordinates");
       for (std::size_t p = 0; p + 1 < wedges_.begin.size() && p < mesh_.polygon_count(); ++p) {
         const std::uint32_t begin = mesh_.polygon_begin[p], end = mesh_.polygon_begin[p + 1];
@@ -183,11 +188,15 @@ class PlyMeshReader {
   // The images of the header, on the faces whose corners have coordinates; `texnumber` says which.
   void add_textures(CornerCoordinates coordinates) {
     auto textures = std::make_shared<SurfaceTextures>();
+    std::map<std::string, std::uint32_t> images;  // by path: each once
     for (const std::string& name : header_.texture_files) {
+      const std::string path = meant_path({}, name);
+      const auto [at, is_new] = images.try_emplace(path, static_cast<std::uint32_t>(textures->images.size()));
       Texture& texture = textures->textures.emplace_back();
       texture.placement = {1, 0, 0, 0, -1, 1};  // v points up
-      texture.image = static_cast<std::uint32_t>(textures->images.size());
-      textures->images.push_back(image_of_file(around_.companions, meant_path({}, name), cancel_));
+      texture.image = at->second;
+      if (!is_new) continue;
+      textures->images.push_back(image_of_file(around_.companions, path, cancel_));
       note_lost_image(textures->images.back(), name, mesh_.notes);
     }
     const std::vector<double>* const number = values_of(mesh_.face_attributes, "texnumber");
@@ -343,7 +352,9 @@ class PlyMeshReader {
       const bool is_index_list = columns.index_list == static_cast<int>(p);
       if (columns.number_list == static_cast<int>(p)) {
         token = read_numbers(cursor, *columns.numbers);
-        if (token == Token::bad && repairs != nullptr) token = Token::ok;
+        // As a list of corners: what stands behind it cannot be told apart.
+        given_up = token == Token::bad;
+        if (given_up && repairs != nullptr) token = Token::ok;
         continue;
       }
       if (element.properties[p].is_list) {

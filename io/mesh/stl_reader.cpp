@@ -45,11 +45,10 @@ void read_colors(std::string_view content, PolygonMesh& mesh) {
   constexpr std::string_view mark = "COLOR=";
   const std::size_t stated = content.substr(0, 80 - 4).find(mark);
   const bool is_magics = stated != std::string_view::npos;
-  if (!is_magics && marked == 0) {
+  if (!is_magics)
     mesh.notes.add(Note::colors_ignored, "attributes of facets are no colours: the bit that says so is clear",
                    unmarked);
-    return;
-  }
+  if (!is_magics && marked == 0) return;
   std::vector<float>& colors = mesh.colors.face;
   colors.assign(3 * facets, no_color);
   for (std::size_t f = 0; f < facets; ++f) {

@@ -119,7 +119,7 @@ DatasetSpec note_text_column() {
                    note_text_width,
                    0,
                    "",
-                   "the notes in words, with an example of each",
+                   "the notes in words, with an example of each as far as there is room",
                    ""};
   spec.put_item = [](const ItemReport& report, std::byte* out) {
     const std::string text = clean_line(report.note_text, note_text_width);

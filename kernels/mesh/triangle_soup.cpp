@@ -8,6 +8,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "kernels/core/parallel.h"
 #include "kernels/mesh/box_frame.h"
@@ -213,7 +214,8 @@ Box box_of_areas(const PolygonMesh& mesh, const UsablePolygons& polygons) {
 
 // Whether polygons with an area reach all six sides of the box of all polygons: nearly always, and seen by
 // the first vertex at each side. False does not say the contrary.
-bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const Box& box) {
+bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const Box& box,
+                       const CancelToken& cancel) {
   std::array<std::uint32_t, 6> ends;
   ends.fill(no_index);
   std::size_t missing = 6;
@@ -226,9 +228,13 @@ bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, 
         --missing;
       }
   }
-  const auto is_reached = [&](std::uint32_t vertex, std::size_t corner) {
+  // A polygon may name a vertex again and again: it is looked at once.
+  std::array<std::size_t, 6> tried;
+  tried.fill(polygons.usable.size());
+  const auto is_reached = [&](std::size_t side, std::uint32_t vertex, std::size_t corner) {
     const auto after = std::upper_bound(mesh.polygon_begin.begin(), mesh.polygon_begin.end(), corner);
     const auto p = static_cast<std::size_t>(after - mesh.polygon_begin.begin()) - 1;
+    if (std::exchange(tried[side], p) == p) return false;
     return polygons.usable[p] && any_of_fan(mesh, mesh.polygon_begin[p], mesh.polygon_begin[p + 1],
                                             [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
                                               return (a == vertex || b == vertex || c == vertex) &&
@@ -244,9 +250,11 @@ bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, 
     for (std::size_t k = begin; k < end; ++k)
       for (const std::uint32_t vertex : wanted) found |= static_cast<std::uint32_t>(corners[k] == vertex);
     if (found == 0) continue;
+    cancel.check();
     for (std::size_t k = begin; k < end; ++k)
-      for (std::uint32_t& vertex : ends)
-        if (vertex != no_index && corners[k] == vertex && is_reached(vertex, k)) vertex = no_index;
+      for (std::size_t side = 0; side < 6; ++side)
+        if (ends[side] != no_index && corners[k] == ends[side] && is_reached(side, ends[side], k))
+          ends[side] = no_index;
     if (std::all_of(ends.begin(), ends.end(), [](std::uint32_t vertex) { return vertex == no_index; }))
       return true;
   }
@@ -256,10 +264,10 @@ bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, 
 // The box of the polygons that can be sampled. A polygon without an area may name a vertex far from all
 // others, which bounds nothing. `trims`: whether there are vertices outside.
 Box box_of_polygons(const PolygonMesh& mesh, const UsablePolygons& polygons, std::uint32_t& unused,
-                    bool& trims) {
+                    bool& trims, const CancelToken& cancel) {
   const Box box = box_of_used(mesh, polygons.used, unused);
   trims = false;
-  if (areas_reach_sides(mesh, polygons, box)) return box;
+  if (areas_reach_sides(mesh, polygons, box, cancel)) return box;
   const Box of_areas = box_of_areas(mesh, polygons);
   if (of_areas.is_empty() || of_areas == box) return box;
   trims = true;
@@ -398,7 +406,7 @@ TriangleSoup read_soup(const PolygonMesh& mesh, bool weld, PreparedMesh& out, co
   const UsablePolygons polygons = usable_polygons(mesh, out.repairs);
   if (polygons.triangles() == 0) fail_without_faces(mesh, out.repairs);
   bool trims = false;
-  const Box box = box_of_polygons(mesh, polygons, out.unreferenced_vertices, trims);
+  const Box box = box_of_polygons(mesh, polygons, out.unreferenced_vertices, trims, cancel);
   set_frame(box, out);
   cancel.check();
   TriangleSoup soup =

@@ -111,8 +111,9 @@ void demand_consistent(const PolygonMesh& mesh, MeshFormat format) {
 void demand_inside(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const std::filesystem::path named(path);
-    demand(!path.empty() && !named.is_absolute(), "companions are below the model's folder");
-    for (const std::filesystem::path& part : named) demand(part != "..", "companions do not lead out");
+    demand(!path.empty() && !named.is_absolute(), "companions are named from the model's folder");
+    demand(named.lexically_normal() == named, "companions lead up at their beginning alone");
+    demand(named.filename() != "..", "companions are files");
     demand(std::count(paths.begin(), paths.end(), path) == 1, "companions are named once");
   }
 }

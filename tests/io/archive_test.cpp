@@ -493,6 +493,51 @@ TEST_CASE("archives in archives: what cannot be opened is refused with its reaso
   CHECK_THAT(outcome_of(opened).front(), Contains("the archive was changed while it was in use"));
 }
 
+TEST_CASE("archives in archives: the ratios of a bomb do not multiply") {
+  // Zeros that are packed twice: each time by less than is_bomb allows, together by more.
+  const std::string zeros((std::size_t{64} << 20) + 1, '\0');
+  std::string inner;
+  for (const std::string& part :
+       {tar_bytes({entry("a.off", "OFF")}).substr(0, 1024), tar_bytes({entry("b.off", zeros)})})
+    inner += gzip_bytes(part, 1);
+  inner += std::string(2'000'000, '\0');  // padding
+  REQUIRE_FALSE(is_bomb(inner.size(), zeros.size()));
+  ArchiveEntry plain = entry("in.tar.gz", inner), stored = plain;
+  stored.deflate = false;
+  const auto problem_in = [](const std::string& name, const std::string& bytes) {
+    const Written file(name, bytes);
+    const auto archive = std::make_shared<const Archive>(file.path());
+    CHECK(archive->problem().empty());
+    const Archive opened(archive, archive->find("in.tar.gz").value());
+    CHECK(outcome_of(opened).front() == "a.off=OFF");
+    return opened.problem();
+  };
+  CHECK_THAT(problem_in("x.zip", zip_bytes({plain})), Contains("decompression bomb"));
+  CHECK(problem_in("x.zip", zip_bytes({stored})).empty());
+  CHECK(problem_in("x.tar", tar_bytes({plain})).empty());
+  // In a .tar.gz file it has its part of the file, not what others have.
+  const ArchiveEntry other = entry("other.txt", text_of(8 << 20));
+  CHECK_THAT(problem_in("x.tar.gz", gzip_bytes(tar_bytes({plain}))), Contains("decompression bomb"));
+  CHECK_THAT(problem_in("x.tar.gz", gzip_bytes(tar_bytes({plain, other}))), Contains("decompression bomb"));
+  CHECK_THAT(problem_in("x.tar.gz", gzip_bytes(tar_bytes({other, plain}))), Contains("decompression bomb"));
+  CHECK(problem_in("x.tar.gz", gzip_bytes(tar_bytes({plain}), 0)).empty());
+}
+
+TEST_CASE("archives: of very many names that fold to one none is looked for") {
+  std::vector<ArchiveEntry> entries;
+  for (unsigned k = 0; k < 4097; ++k) {
+    std::string name = "abcdefghijklm.png";
+    for (unsigned bit = 0; bit < 13; ++bit)
+      if ((k >> bit & 1) != 0) name[bit] = static_cast<char>(name[bit] - 'a' + 'A');
+    entries.push_back(entry(name, ""));
+  }
+  const std::string wanted = "ABCDEFGHIJKLM.PNG", last = entries.back().name;
+  CHECK(Archive(Written("x.zip", zip_bytes(entries)).path()).find_in_any_case(last) == 4096u);
+  CHECK_FALSE(Archive(Written("x.zip", zip_bytes(entries)).path()).find_in_any_case(wanted));
+  entries.pop_back();
+  CHECK(Archive(Written("x.zip", zip_bytes(entries)).path()).find_in_any_case(wanted) == 4095u);
+}
+
 TEST_CASE("archives as outputs: members come back as they were written, the same bytes every time") {
   const std::vector<std::pair<std::string, std::string>> members = {
       {"a.txt", ""},

@@ -453,3 +453,39 @@ TEST_CASE("colours: textures of PLY by the coordinates of faces or of vertices, 
   CHECK(odd.notes[Note::image_missing] == 3);  // two files, and the number 2
   CHECK(ply_image_paths(text) == std::vector<std::string>{"a.png", "b.png"});
 }
+
+TEST_CASE("colours: names of libraries end at comments, and runs of blanks are no names") {
+  const auto names = [](const std::string& text) {
+    return color_companion_paths(std::as_bytes(std::span(text)), MeshFormat::obj);
+  };
+  CHECK(names("mtllib m.mtl # by x\n") == std::vector<std::string>{"m.mtl"});
+  CHECK(names("mtllib a" + std::string(100000, ' ') + "b.mtl\n").size() == 1);
+  const std::string mtl = "newmtl a\nmap_Kd x" + std::string(100000, ' ') + "y.png\n";
+  const std::vector<CompanionFile> libraries = {library(mtl)};
+  CHECK(read_materials(libraries).find("a")->has_image);
+}
+
+TEST_CASE("colours: materials that are asked for and nowhere, and images named again, are noted once") {
+  const std::string face = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nf 1 2 3\n";
+  CHECK(read_text(face, MeshFormat::obj).notes[Note::material_missing] == 1);
+  CHECK(read_text("mtllib ..\n" + face, MeshFormat::obj).notes[Note::material_missing] == 1);
+  const std::vector<CompanionFile> lost = {library("", "no such file")};
+  const PolygonMesh without = read_text("mtllib m.mtl\n" + face, MeshFormat::obj, true, {}, lost);
+  CHECK(without.notes[Note::library_missing] == 1);
+  CHECK(without.notes[Note::material_missing] == 0);
+  const std::vector<CompanionFile> two = {library("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n")};
+  CHECK(read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", MeshFormat::obj, true, {}, two)
+            .notes[Note::material_missing] == 1);
+  std::string ply = "ply\nformat ascii 1.0\n";
+  for (int k = 0; k < 50; ++k) ply += "comment TextureFile t.png\n";
+  ply +=
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float s\nproperty "
+      "float t\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 "
+      "1\n3 0 1 2\n";
+  const PolygonMesh mesh = read_text(ply, MeshFormat::ply);
+  CHECK(mesh.notes[Note::image_missing] == 1);
+  REQUIRE(mesh.colors.textures);
+  CHECK(mesh.colors.textures->images.size() == 1);
+  CHECK(mesh.colors.textures->textures.size() == 50);
+}

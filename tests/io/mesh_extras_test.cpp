@@ -309,6 +309,26 @@ TEST_CASE("numbers of faces: glTF nodes, materials and parts with their names") 
       read_gltf_file(file.glb(R"(,"meshes":[{"name":"only","primitives":[{"attributes":{"POSITION":0}}]}])"),
                      asking(false, all_numbers));
   CHECK(bare.names == R"({"part":["only"]})");
+  // A long name of many parts, which nodes without a name have from their mesh.
+  const std::size_t copies = 1000;
+  std::string nodes = R"({"mesh":0})";
+  for (std::size_t i = 1; i < copies; ++i) nodes += R"(,{"mesh":0})";
+  std::uint64_t stated = 0;
+  MeshSurroundings around = asking(false, all_numbers);
+  around.admit = [&](const MeshEstimate& needs) { stated = needs.decoding_bytes; };
+  const std::string many =
+      file.glb(fmt::format(R"(,"meshes":[{{"name":"{}","primitives":[{{"attributes":{{"POSITION":0}}}}]}}],)"
+                           R"("nodes":[{}])",
+                           std::string(1 << 20, 'x'), nodes));
+  const PolygonMesh crowd = read_gltf_file(many, around);
+  CHECK(crowd.names.empty());
+  CHECK(crowd.notes[Note::names_dropped] == 2 * copies);
+  CHECK(of_faces(crowd, "object").back() == copies - 1);
+  // The list of parts is reserved for where it is needed.
+  const std::uint64_t with_parts = stated;
+  around.extras = {};
+  read_gltf_file(many, around);
+  CHECK(with_parts == stated + 12 * copies);
 }
 
 TEST_CASE("attributes: which of them are declared as integers, and what headers say of it") {

@@ -295,3 +295,30 @@ TEST_CASE("read_mesh: a deadline and a stop are obeyed") {
   stopped.cancelled = &stop;
   REQUIRE_THROWS_AS(read_mesh(bytes, MeshFormat::off, stopped), RunCancelled);
 }
+
+TEST_CASE("reader: CR, LF, CRLF and LF CR end lines, also mixed in one file and in UTF-16") {
+  const std::string obj = "# made by hand\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n";
+  const std::string off = "OFF\n# counts\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n";
+  const auto with_ends = [](const std::string& text, const std::vector<std::string>& ends) {
+    std::string changed;
+    std::size_t line = 0;
+    for (const char c : text) changed += c == '\n' ? ends[line++ % ends.size()] : std::string(1, c);
+    return changed;
+  };
+  const auto utf16 = [](const std::string& text) {
+    std::string wide = "\xFF\xFE";
+    for (const char c : text) wide += {c, '\0'};
+    return wide;
+  };
+  const std::string cr = "\r", lf = "\n", crlf = "\r\n", lfcr = "\n\r";
+  for (const std::vector<std::string>& ends : std::vector<std::vector<std::string>>{
+           {cr}, {crlf}, {lfcr}, {cr, lf}, {lf, cr}, {crlf, cr}, {lf, lf, lf, cr}, {"\r\r\n"}}) {
+    for (const auto& [text, format] : {std::pair(obj, MeshFormat::obj), std::pair(off, MeshFormat::off)}) {
+      INFO(text << ends.size() << ends.front().size());
+      const PolygonMesh expected = read(text, format);
+      CHECK(same_mesh(read(with_ends(text, ends), format), expected));
+      CHECK(same_mesh(read(utf16(with_ends(text, ends)), format), expected));
+      CHECK(same_mesh(read(with_ends(text, ends) + lf, format), expected));
+    }
+  }
+}

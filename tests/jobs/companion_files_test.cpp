@@ -171,8 +171,14 @@ TEST_CASE("companion files: links do not lead out of the input") {
   const Row row = StoreReader(scratch / "s.h5").read_row(0);
   CHECK(colors_of(row) == std::set{fill});
   CHECK(notes_of(row, Note::image_outside) == 1);
-  // One that stays inside is followed.
+  // A model that a link of the input leads to has the files beside it.
   fs::remove(images);
+  put_shapenet(scratch / "elsewhere");
+  fs::create_directories(scratch / "linked");
+  fs::create_directory_symlink(scratch / "elsewhere/03001627/aaaa0001", scratch / "linked/aaaa0001");
+  REQUIRE(run_with(scratch / "linked", scratch / "s.h5", {"--colors", "--fresh"}).exit_code == 0);
+  check_halves(StoreReader(scratch / "s.h5").read_row(0));
+  // One that stays inside is followed.
   fs::rename(scratch / "outside", scratch / "in/03001627/pictures");
   fs::create_directory_symlink("../pictures", images);
   REQUIRE(run_with(scratch / "in", scratch / "s.h5", {"--colors", "--fresh"}).exit_code == 0);

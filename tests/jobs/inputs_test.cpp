@@ -491,6 +491,27 @@ TEST_CASE("labels: all.csv of ShapeNet gives splits, and classes their names fro
   fs::rename(tree.folder() / "taxonomy.json", tree.folder() / "else/taxonomy.json");
   CHECK(tree.lines({"all.csv"}) == lines("02691156", "03001627", " none"));
   CHECK(tree.lines({"all.csv", "else/taxonomy.json"}) == named);
+  // In an archive, at its top, in a folder of it and in an archive in it.
+  std::vector<ArchiveEntry> packed(2);
+  packed[0].name = "all.csv";
+  packed[0].content = all;
+  packed[1].name = "taxonomy.json";
+  packed[1].content = taxonomy;
+  tree.write("S.zip", zip_bytes(packed));
+  CHECK(tree.lines({"S.zip/all.csv"}) == named);
+  CHECK(tree.read({"S.zip/all.csv"}).notes.class_names == (tree.folder() / "S.zip/taxonomy.json").string());
+  ArchiveEntry inner;
+  inner.name = "in.zip";
+  inner.content = zip_bytes(packed);
+  tree.write("outer.tar", tar_bytes({inner}));
+  CHECK(tree.lines({"outer.tar/in.zip/all.csv"}) == named);
+  for (ArchiveEntry& entry : packed) entry.name = "lists/" + entry.name;
+  packed.push_back(inner);
+  tree.write("T.tar.gz", gzip_bytes(tar_bytes(packed)));
+  CHECK(tree.lines({"T.tar.gz/lists/all.csv"}) == named);
+  packed[1].name = "taxonomy.json";
+  tree.write("T.tar.gz", gzip_bytes(tar_bytes(packed)));
+  CHECK(tree.lines({"T.tar.gz/lists/all.csv"}) == lines("02691156", "03001627", " none"));
   // A synset alone as the input is that of its folder; the model of the other with the same number is not
   // there.
   const std::string chairs = tree.in() + "/03001627";
@@ -565,6 +586,17 @@ TEST_CASE("labels: tables without a class leave that of the folders, and columns
   CHECK_THAT(tree.refusal({"test=metadata.csv"}), Contains("line 2: the split `train`"));
   tree.write("classes.csv", "chair_0001,seat\n");
   CHECK(tree.lines({"val=classes.csv"})[1] == "chair/train/chair_0001.off seat validation");
+}
+
+TEST_CASE("labels: comments in tables are lines of one field that begin with #") {
+  const LabelledTree tree({"a.obj", "#b.obj"});
+  tree.write("t.csv", "# made by hand\nid,class\n  # a comment\na.obj,chair\n#b.obj,lamp\n#\n");
+  CHECK(tree.lines({"t.csv"}) == Ids{"#b.obj lamp none", "a.obj chair none"});
+  CHECK(tree.read({"t.csv"}).notes.lines_without_item == 0);
+  tree.write("plain.csv", "# no header\na.obj,chair\n");
+  CHECK(tree.lines({"plain.csv"}) == Ids{"#b.obj - none", "a.obj chair none"});
+  tree.write("bad.csv", "id,class\n# a comment\na.obj\n");
+  CHECK_THAT(tree.refusal({"bad.csv"}), Contains("line 3: 1 fields"));
 }
 
 TEST_CASE("labels: lists of ids, one a line, with the split of the argument or of the file's name") {

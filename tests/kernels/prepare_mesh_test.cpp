@@ -570,3 +570,15 @@ TEST_CASE("Sampler: arrays of more corners than 32 bits can number are refused b
   CHECK(row.report.status == Status::unsupported_format);
   CHECK(row.report.reason == "4294967298 corners are more than 32 bits can number");
 }
+
+TEST_CASE("prepare_mesh: a polygon that names a vertex again and again is looked at once") {
+  // As many corners as would take minutes one by one.
+  PolygonMesh mesh = polygon_mesh({0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0}, {{1, 2, 3}});
+  std::vector<std::uint32_t> corners(200000, 0);
+  corners.insert(corners.end(), mesh.corners.begin(), mesh.corners.end());
+  mesh.corners = corners;
+  mesh.polygon_begin = {0, 200000, 200003};
+  const PreparedMesh made = prepare_mesh(mesh);
+  CHECK(made.bbox == std::array<double, 6>{1, 0, 0, 2, 1, 0});
+  CHECK(made.triangle_count() == 1);
+}
