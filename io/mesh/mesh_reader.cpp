@@ -127,9 +127,11 @@ namespace {
 
 // Whether a CR is there that no LF follows. All bytes are looked at, many at once.
 bool has_lone_cr(std::string_view text) {
-  bool found = !text.empty() && text.back() == '\r';
+  const std::size_t first = text.find('\r');  // most files have none
+  if (first == std::string_view::npos) return false;
+  bool found = text.back() == '\r';
   constexpr std::size_t at_once = 65536;
-  for (std::size_t begin = 0; begin + 1 < text.size() && !found; begin += at_once) {
+  for (std::size_t begin = first; begin + 1 < text.size() && !found; begin += at_once) {
     const std::size_t end = std::min(begin + at_once, text.size() - 1);
     unsigned lone = 0;
     for (std::size_t at = begin; at < end; ++at)
