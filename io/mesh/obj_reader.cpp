@@ -246,9 +246,11 @@ class ObjBlockReader {
         if (const char* const q = text::parse_digits(p, end_, normal)) p = q;
       }
     }
-    if (p < end_ && (*p == '.' || text::lower(*p) == 'e')) p = text::parse_whole_number(at_, end_, vertex);
-    if (p == nullptr) return false;
-    if (p < end_ && !text::is_separator(*p) && *p != '#' && *p != '\\') return false;
+    if (p < end_ && !text::is_separator(*p)) {
+      if (*p == '.' || text::lower(*p) == 'e') p = text::parse_whole_number(at_, end_, vertex);
+      if (p == nullptr) return false;
+      if (p < end_ && !text::is_separator(*p) && *p != '#' && *p != '\\') return false;
+    }
     at_ = p;
     std::vector<std::uint32_t>& corners = part_.polygons.corners;
     if (normal != 0) {

@@ -219,14 +219,27 @@ bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, 
   std::array<std::uint32_t, 6> ends;
   ends.fill(no_index);
   std::size_t missing = 6;
-  for (std::size_t v = 0; v < polygons.used.size() && missing > 0; ++v) {
-    if (!polygons.used[v]) continue;
-    const std::array<double, 3> at = place_of(mesh, static_cast<std::uint32_t>(v));
-    for (std::size_t side = 0; side < 6; ++side)
-      if (ends[side] == no_index && at[side % 3] == (side < 3 ? box.low : box.high)[side % 3]) {
-        ends[side] = static_cast<std::uint32_t>(v);
-        --missing;
-      }
+  constexpr std::size_t vertices_at_once = 256;
+  for (std::size_t begin = 0; begin < polygons.used.size() && missing > 0; begin += vertices_at_once) {
+    const std::size_t end = std::min(begin + vertices_at_once, polygons.used.size());
+    std::uint32_t touch = 0;  // few vertices are at a side: blocks without one are passed over
+    const auto compare = [&](std::span<const double> values, double low, double high) {
+      for (std::size_t v = begin; v < end; ++v)
+        touch |= static_cast<std::uint32_t>(values[v] == low) | static_cast<std::uint32_t>(values[v] == high);
+    };
+    compare(mesh.x, box.low[0], box.high[0]);
+    compare(mesh.y, box.low[1], box.high[1]);
+    compare(mesh.z, box.low[2], box.high[2]);
+    if (touch == 0) continue;
+    for (std::size_t v = begin; v < end; ++v) {
+      if (!polygons.used[v]) continue;
+      const std::array<double, 3> at = place_of(mesh, static_cast<std::uint32_t>(v));
+      for (std::size_t side = 0; side < 6; ++side)
+        if (ends[side] == no_index && at[side % 3] == (side < 3 ? box.low : box.high)[side % 3]) {
+          ends[side] = static_cast<std::uint32_t>(v);
+          --missing;
+        }
+    }
   }
   // A polygon may name a vertex again and again: it is looked at once.
   std::array<std::size_t, 6> tried;
