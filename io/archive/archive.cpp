@@ -25,9 +25,9 @@ namespace {
 // Members up to this size are unpacked whole, even to look at parts of them.
 constexpr std::uint64_t small_bytes = std::uint64_t{1} << 20;
 constexpr std::uint64_t most_index_bytes = std::uint64_t{32} << 20;  // of the access points of one pass
-// Of a zip archive in an archive, that may be packed: its bytes are not there before they are unpacked.
-constexpr std::uint64_t most_inner_directory = std::uint64_t{256} << 20;
-constexpr std::ptrdiff_t most_variants = 4096;  // of one name, as in a folder on disk
+// Max size of the directory of a zip inside an archive: it is unpacked whole before it can be read.
+constexpr std::uint64_t max_inner_directory = std::uint64_t{256} << 20;
+constexpr std::ptrdiff_t max_variants = 4096;  // spellings of one name that are tried, as in a folder on disk
 
 constexpr std::array<std::pair<std::string_view, ArchiveKind>, 4> extensions = {
     {{".zip", ArchiveKind::zip},
@@ -192,7 +192,7 @@ void Archive::thin_index() {
 void Archive::list(const ByteSource& file) {
   if (file.bytes() == 0) throw ItemError(Status::unreadable, "the file is empty");
   if (kind_ == ArchiveKind::zip) {
-    listing_ = read_zip_directory(file, outer_ ? most_inner_directory : ~std::uint64_t{0});
+    listing_ = read_zip_directory(file, outer_ ? max_inner_directory : ~std::uint64_t{0});
     return;
   }
   // Many a .tar.gz file is none, and the other way round.
@@ -288,7 +288,7 @@ std::optional<std::size_t> Archive::find_in_any_case(std::string_view name) cons
   const std::uint64_t hash = hash_of(folded);
   const auto first = std::lower_bound(by_folded_name_.begin(), by_folded_name_.end(), std::pair(hash, 0u));
   const auto last = std::upper_bound(first, by_folded_name_.end(), std::pair(hash, ~0u));
-  if (last - first > most_variants) return std::nullopt;
+  if (last - first > max_variants) return std::nullopt;
   std::optional<std::size_t> found;
   for (auto at = first; at != last; ++at) {
     const std::string& other = members()[at->second].name;

@@ -37,7 +37,7 @@ fs::path folder_above(const ModelPlace& place, std::uint32_t climb) {
   return folder;
 }
 
-// Of a member of an archive: the name of the member that a path leads to; nothing where it leads out.
+// The name of the archive member that a path beside `place` leads to, or nothing where it leads outside.
 std::optional<std::string> member_beside(const ModelPlace& place, std::string_view path) {
   const auto [climb, below] = split_climb(path);
   std::string_view folder = place.packed.facts().name;

@@ -21,7 +21,7 @@ constexpr std::uint64_t most_gif_expansion = 4 * most_gif_codes;
   throw ItemError(Status::unreadable, "the GIF file " + what);
 }
 
-// What stands in front of the first picture's pixels.
+// The fields that precede the pixels of the first picture.
 struct GifFrame {
   std::uint32_t width = 0, height = 0;  // of the whole
   std::uint32_t x = 0, y = 0, columns = 0, rows = 0;

@@ -46,7 +46,7 @@ WebpChunk next_webp_chunk(ImageCursor& cursor) {
   return chunk;
 }
 
-// What libwebp would take for another container must not reach it: a stream begins with its own mark.
+// A stream must begin with its own signature: libwebp would parse any other beginning as a container.
 void set_webp_stream(WebpStream& stream, const WebpChunk& chunk) {
   stream.bytes = chunk.bytes;
   stream.chunk = chunk.whole;

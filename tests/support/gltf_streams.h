@@ -32,6 +32,15 @@ struct BentGrid {
   }
 };
 
+inline std::string encode_draco(draco::TriangleSoupMeshBuilder& builder, int method) {
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetEncodingMethod(method);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
+  return {buffer.data(), buffer.size()};
+}
+
 inline std::string draco_stream(const BentGrid& grid, int method) {
   draco::TriangleSoupMeshBuilder builder;
   const auto faces = static_cast<int>(grid.indices.size() / 3);
@@ -44,12 +53,7 @@ inline std::string draco_stream(const BentGrid& grid, int method) {
     builder.SetAttributeValuesForFace(position, draco::FaceIndex(static_cast<std::uint32_t>(f)), at(0), at(1),
                                       at(2));
   }
-  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
-  draco::ExpertEncoder encoder(*mesh);
-  encoder.SetEncodingMethod(method);
-  draco::EncoderBuffer buffer;
-  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
-  return {buffer.data(), buffer.size()};
+  return encode_draco(builder, method);
 }
 
 // The same with a colour for each corner of four numbers from (x, y) of its vertex: floats, or bytes, which
@@ -80,12 +84,7 @@ inline std::string colored_draco_stream(const BentGrid& grid, int method, bool b
     else
       builder.SetAttributeValuesForFace(color, face, values[0], values[1], values[2]);
   }
-  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
-  draco::ExpertEncoder encoder(*mesh);
-  encoder.SetEncodingMethod(method);
-  draco::EncoderBuffer buffer;
-  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
-  return {buffer.data(), buffer.size()};
+  return encode_draco(builder, method);
 }
 
 // Values of one attribute of a Draco stream, `width` of type T for each vertex.
@@ -127,12 +126,7 @@ inline std::string draco_stream_of(const std::vector<DracoValues>& attributes,
                                         at(2));
     }
   }
-  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
-  draco::ExpertEncoder encoder(*mesh);
-  encoder.SetEncodingMethod(method);
-  draco::EncoderBuffer buffer;
-  if (!encoder.EncodeToBuffer(&buffer).ok()) throw std::runtime_error("Draco does not encode");
-  return {buffer.data(), buffer.size()};
+  return encode_draco(builder, method);
 }
 
 inline std::string draco_file(const std::string& stream, std::size_t vertices, std::size_t indices,
