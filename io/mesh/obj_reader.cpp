@@ -69,6 +69,9 @@ struct ObjPart {
   bool keywords = false;             // a line that only OBJ files have was seen
 };
 
+// In lower case, to be compared with letters alone: no other byte becomes one of them.
+constexpr char folded(char c) { return static_cast<char>(c | 0x20); }
+
 // A line end behind a backslash, and blanks, does not end the line.
 bool is_continued(const char* line_end, const char* text_begin) {
   const char* p = line_end;
@@ -85,11 +88,12 @@ class ObjBlockReader {
     while (at_ < end_ && part_.bad_vertex == nullptr) {
       while (at_ < end_ && text::is_separator(*at_)) ++at_;
       if (at_ == end_) return;
-      const char first = text::lower(*at_), second = at_ + 1 < end_ ? text::lower(at_[1]) : '\n';
-      if (first == 'v' && text::is_separator(second)) {
+      const char after = at_ + 1 < end_ ? at_[1] : '\n';
+      const char first = folded(*at_), second = folded(after);
+      if (first == 'v' && text::is_separator(after)) {
         ++at_;
         read_vertex();
-      } else if (first == 'f' && text::is_separator(second)) {
+      } else if (first == 'f' && text::is_separator(after)) {
         ++at_;
         read_face();
         skip_logical_line();
@@ -111,8 +115,8 @@ class ObjBlockReader {
         if (!part_.keywords) part_.keywords = is_keyword();
         part_.free_forms += is_free_form() ? 1 : 0;
         if ((extras_.colors || extras_.materials) && first == 'u') read_material();
-        if (extras_.colors && first == '#') read_painted();
-        if ((extras_.objects || extras_.groups) && text::is_separator(second)) {
+        if (extras_.colors && *at_ == '#') read_painted();
+        if ((extras_.objects || extras_.groups) && text::is_separator(after)) {
           if (extras_.objects && first == 'o') read_name(part_.objects);
           if (extras_.groups && first == 'g') read_name(part_.groups);
         }
@@ -240,7 +244,8 @@ class ObjBlockReader {
     if (p == nullptr) return false;
     if (p < end_ && *p == '/') {
       ++p;
-      if (const char* const q = text::parse_digits(p, end_, texture)) p = q;
+      const bool is_given = p < end_ && *p != '/';
+      if (const char* const q = is_given ? text::parse_digits(p, end_, texture) : nullptr) p = q;
       if (p < end_ && *p == '/') {
         ++p;
         if (const char* const q = text::parse_digits(p, end_, normal)) p = q;

@@ -134,30 +134,33 @@ std::array<double, 3> place_of(const PolygonMesh& mesh, std::uint32_t vertex) {
   return {mesh.x[vertex], mesh.y[vertex], mesh.z[vertex]};
 }
 
-// The box of the vertices that polygons use, and the number of those that none does.
-Box box_of_used(const PolygonMesh& mesh, std::span<const std::uint8_t> used, std::uint32_t& unused) {
-  struct Part {
+constexpr std::size_t vertex_block = 4096;
+
+// Of the vertices that polygons use.
+struct UsedBoxes {
+  std::vector<Box> of_block;
+  Box all;
+};
+
+UsedBoxes boxes_of_used(const PolygonMesh& mesh, std::span<const std::uint8_t> used, std::uint32_t& unused) {
+  UsedBoxes boxes;
+  boxes.of_block.resize((used.size() + vertex_block - 1) / vertex_block);
+  std::vector<std::uint32_t> unused_of(boxes.of_block.size());
+  parallel_blocks(used.size(), vertex_block, [&](std::size_t begin, std::size_t end) {
     Box box;
-    std::uint32_t unused = 0;
-  };
-  std::vector<Part> parts((used.size() + polygon_block - 1) / polygon_block);
-  parallel_blocks(used.size(), polygon_block, [&](std::size_t begin, std::size_t end) {
-    Part part;
+    std::uint32_t count = 0;
     for (std::size_t v = begin; v < end; ++v) {
       if (used[v])
-        part.box.add(place_of(mesh, static_cast<std::uint32_t>(v)));
+        box.add(place_of(mesh, static_cast<std::uint32_t>(v)));
       else
-        ++part.unused;
+        ++count;
     }
-    parts[begin / polygon_block] = part;
+    boxes.of_block[begin / vertex_block] = box;
+    unused_of[begin / vertex_block] = count;
   });
-  Box all;
-  unused = 0;
-  for (const Part& part : parts) {
-    all.add(part.box);
-    unused += part.unused;
-  }
-  return all;
+  for (const Box& box : boxes.of_block) boxes.all.add(box);
+  unused = std::accumulate(unused_of.begin(), unused_of.end(), 0u);
+  return boxes;
 }
 
 // Whether three vertices span an area: one that rounding of their coordinates could not make. A coordinate
@@ -212,77 +215,76 @@ Box box_of_areas(const PolygonMesh& mesh, const UsablePolygons& polygons) {
   return all;
 }
 
-// Whether polygons with an area reach all six sides of the box of all polygons: nearly always, and seen by
-// the first vertex at each side. False does not say the contrary.
-bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const Box& box,
-                       const CancelToken& cancel) {
-  std::array<std::uint32_t, 6> ends;
-  ends.fill(no_index);
-  std::size_t missing = 6;
-  constexpr std::size_t vertices_at_once = 256;
-  for (std::size_t begin = 0; begin < polygons.used.size() && missing > 0; begin += vertices_at_once) {
-    const std::size_t end = std::min(begin + vertices_at_once, polygons.used.size());
-    std::uint32_t touch = 0;  // few vertices are at a side: blocks without one are passed over
-    const auto compare = [&](std::span<const double> values, double low, double high) {
-      for (std::size_t v = begin; v < end; ++v)
-        touch |= static_cast<std::uint32_t>(values[v] == low) | static_cast<std::uint32_t>(values[v] == high);
-    };
-    compare(mesh.x, box.low[0], box.high[0]);
-    compare(mesh.y, box.low[1], box.high[1]);
-    compare(mesh.z, box.low[2], box.high[2]);
-    if (touch == 0) continue;
-    for (std::size_t v = begin; v < end; ++v) {
-      if (!polygons.used[v]) continue;
-      const std::array<double, 3> at = place_of(mesh, static_cast<std::uint32_t>(v));
-      for (std::size_t side = 0; side < 6; ++side)
-        if (ends[side] == no_index && at[side % 3] == (side < 3 ? box.low : box.high)[side % 3]) {
-          ends[side] = static_cast<std::uint32_t>(v);
-          --missing;
-        }
-    }
+// The first vertex at a side of the box: 0 to 2 are the low sides, 3 to 5 the high ones.
+std::uint32_t vertex_at_side(const PolygonMesh& mesh, std::span<const std::uint8_t> used,
+                             const UsedBoxes& boxes, std::size_t side) {
+  const auto side_of = [side](const Box& box) { return (side < 3 ? box.low : box.high)[side % 3]; };
+  const double wanted = side_of(boxes.all);
+  const std::array<std::span<const double>, 3> values = {mesh.x, mesh.y, mesh.z};
+  for (std::size_t b = 0; b < boxes.of_block.size(); ++b) {
+    if (side_of(boxes.of_block[b]) != wanted) continue;
+    const std::size_t end = std::min((b + 1) * vertex_block, used.size());
+    for (std::size_t v = b * vertex_block; v < end; ++v)
+      if (values[side % 3][v] == wanted && used[v]) return static_cast<std::uint32_t>(v);
   }
-  // A polygon may name a vertex again and again: it is looked at once.
-  std::array<std::size_t, 6> tried;
-  tried.fill(polygons.usable.size());
-  const auto is_reached = [&](std::size_t side, std::uint32_t vertex, std::size_t corner) {
-    const auto after = std::upper_bound(mesh.polygon_begin.begin(), mesh.polygon_begin.end(), corner);
-    const auto p = static_cast<std::size_t>(after - mesh.polygon_begin.begin()) - 1;
-    if (std::exchange(tried[side], p) == p) return false;
+  return no_index;
+}
+
+// Whether a triangle with an area has this vertex. Most files name vertices nearly in their order: corners
+// are looked at from where that would be, outwards. O(C) at worst.
+bool area_has_vertex(const PolygonMesh& mesh, const UsablePolygons& polygons, std::uint32_t vertex,
+                     const CancelToken& cancel) {
+  const auto has_area = [&](std::size_t p) {
     return polygons.usable[p] && any_of_fan(mesh, mesh.polygon_begin[p], mesh.polygon_begin[p + 1],
                                             [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
                                               return (a == vertex || b == vertex || c == vertex) &&
                                                      spans_area(mesh, a, b, c);
                                             });
   };
-  constexpr std::size_t at_once = 1024;
-  const std::array<std::uint32_t, 6> wanted = ends;
-  for (std::size_t begin = 0; begin < mesh.corners.size(); begin += at_once) {
-    const std::size_t end = std::min(begin + at_once, mesh.corners.size());
+  constexpr std::size_t at_once = 512;
+  const std::size_t blocks = (mesh.corners.size() + at_once - 1) / at_once;
+  const std::size_t middle = blocks * vertex / mesh.vertex_count();
+  // A polygon may name a vertex again and again: it is looked at once in each direction.
+  std::array<std::size_t, 2> tried = {no_index, no_index};
+  for (std::size_t step = 0; step < 2 * blocks; ++step) {
+    const std::size_t distance = (step + 1) / 2, forwards = step % 2;
+    if (forwards ? distance >= blocks - middle : distance > middle) continue;
+    const std::size_t block = forwards ? middle + distance : middle - distance;
+    const std::size_t begin = block * at_once, end = std::min(begin + at_once, mesh.corners.size());
     const std::uint32_t* const corners = mesh.corners.data();
     std::uint32_t found = 0;
-    for (std::size_t k = begin; k < end; ++k)
-      for (const std::uint32_t vertex : wanted) found |= static_cast<std::uint32_t>(corners[k] == vertex);
+    for (std::size_t k = begin; k < end; ++k) found |= static_cast<std::uint32_t>(corners[k] == vertex);
     if (found == 0) continue;
     cancel.check();
-    for (std::size_t k = begin; k < end; ++k)
-      for (std::size_t side = 0; side < 6; ++side)
-        if (ends[side] != no_index && corners[k] == ends[side] && is_reached(side, ends[side], k))
-          ends[side] = no_index;
-    if (std::all_of(ends.begin(), ends.end(), [](std::uint32_t vertex) { return vertex == no_index; }))
-      return true;
+    for (std::size_t k = begin; k < end; ++k) {
+      if (corners[k] != vertex) continue;
+      const auto after = std::upper_bound(mesh.polygon_begin.begin(), mesh.polygon_begin.end(), k);
+      const auto p = static_cast<std::size_t>(after - mesh.polygon_begin.begin()) - 1;
+      if (std::exchange(tried[forwards], p) != p && has_area(p)) return true;
+    }
   }
   return false;
+}
+
+// Whether polygons with an area reach all six sides of the box of all polygons: nearly always, and seen by
+// the first vertex at each side. False does not say the contrary.
+bool areas_reach_sides(const PolygonMesh& mesh, const UsablePolygons& polygons, const UsedBoxes& boxes,
+                       const CancelToken& cancel) {
+  for (std::size_t side = 0; side < 6; ++side)
+    if (!area_has_vertex(mesh, polygons, vertex_at_side(mesh, polygons.used, boxes, side), cancel))
+      return false;
+  return true;
 }
 
 // The box of the polygons that can be sampled. A polygon without an area may name a vertex far from all
 // others, which bounds nothing. `trims`: whether there are vertices outside.
 Box box_of_polygons(const PolygonMesh& mesh, const UsablePolygons& polygons, std::uint32_t& unused,
                     bool& trims, const CancelToken& cancel) {
-  const Box box = box_of_used(mesh, polygons.used, unused);
+  const UsedBoxes boxes = boxes_of_used(mesh, polygons.used, unused);
   trims = false;
-  if (areas_reach_sides(mesh, polygons, box, cancel)) return box;
+  if (areas_reach_sides(mesh, polygons, boxes, cancel)) return boxes.all;
   const Box of_areas = box_of_areas(mesh, polygons);
-  if (of_areas.is_empty() || of_areas == box) return box;
+  if (of_areas.is_empty() || of_areas == boxes.all) return boxes.all;
   trims = true;
   return of_areas;
 }
