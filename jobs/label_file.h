@@ -35,9 +35,9 @@ struct LabelFile {
 // Reads `[SPLIT=]FILE`. The split counts for all lines that have none of their own.
 //   * A table: `id,class[,split]`, one item a line, as RFC 4180 has it: fields in quotation marks may hold
 //     commas, line ends and doubled quotation marks. Blanks around fields without quotation marks do not
-//     count, nor do empty lines, a byte-order mark and lines of one field that begin with #. A first line with an id (id, uid, object_id, anno_id,
-//     model_id, modelId, file_id) names the columns in any order: class (or label, category) and split, one
-//     of them at least; others are left out.
+//     count, nor do empty lines, a byte-order mark and lines of one field that begin with #. A first line
+//     with an id (id, uid, object_id, anno_id, model_id, modelId, file_id) names the columns in any order:
+//     class (or label, category) and split, one of them at least; others are left out.
 //   * all.csv of ShapeNet: a header with synsetId and modelId. The class is the synset, the item is
 //     SYNSET/MODEL, else a MODEL that the file has once, else model_ID (SHREC 2016).
 //   * A list: one id a line, lines that begin with # left out. The split is that of SPLIT=, else the one that

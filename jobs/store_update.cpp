@@ -67,8 +67,7 @@ bool has_changed(const PlanItem& item, const ItemReport& report, TimePoint since
   try {
     // Materials are small: they are read rather than dated.
     if (!is_unknown(report.color_sha256) &&
-        ModelBytes(item, ~std::uint64_t{0}, true).color_sha256() !=
-            report.color_sha256)
+        ModelBytes(item, ~std::uint64_t{0}, true).color_sha256() != report.color_sha256)
       return true;
     const bool is_as_old = modification_time(facts) < since;
     if (is_as_old && (!may_name_files || files_are_as_old(item, report, since))) return false;
