@@ -8,6 +8,8 @@ set(program $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
 
 add_library(meander_hdf5 INTERFACE)
 target_include_directories(meander_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
+# The functions of version 1.10 by their names there; 1.12 and later have others under the same names.
+target_compile_definitions(meander_hdf5 INTERFACE H5_USE_110_API)
 # Only beside the headers: that of another installation may be another version.
 find_library(MEANDER_HDF5_ARCHIVE libhdf5.a PATHS ${HDF5_LIBRARY_DIRS} ${HDF5_LIBDIR} NO_DEFAULT_PATH)
 find_library(MEANDER_SZIP_LIBRARY sz)

@@ -60,13 +60,13 @@ const Journals::OpenFile& Journals::open(std::uint64_t journal) {
       file.last_use = uses_;
       return file;
     }
-  OpenFile opened{journal, uses_, open_file(path(journal), O_RDWR | O_CREAT), path(journal)};
-  if (open_.size() < most_open_files) return open_.emplace_back(std::move(opened));
-  const auto oldest = std::min_element(open_.begin(), open_.end(), [](const OpenFile& a, const OpenFile& b) {
-    return a.last_use < b.last_use;
-  });
-  *oldest = std::move(opened);
-  return *oldest;
+  fs::path name = path(journal);
+  FileDescriptor opened = open_file(name, O_RDWR | O_CREAT);
+  const auto is_older = [](const OpenFile& a, const OpenFile& b) { return a.last_use < b.last_use; };
+  OpenFile& file = open_.size() < most_open_files ? open_.emplace_back()
+                                                  : *std::min_element(open_.begin(), open_.end(), is_older);
+  file = {journal, uses_, std::move(opened), std::move(name)};
+  return file;
 }
 
 void Journals::replay(std::uint64_t journal, std::uint64_t first_row, std::uint64_t end_row,

@@ -70,15 +70,13 @@ void cast_block(RTCScene scene, std::span<const float> u, std::span<const float>
   out.crowded.reserve(u.size());
   out.triangle.reserve(u.size() + u.size() / 8);
   const auto record = std::make_unique_for_overwrite<PacketRecord>();
-  QueryContext query;
-  begin_query(query, record.get());
   RayPacket rays;
   alignas(64) std::array<int, packet_width> valid;
   for (std::size_t first = 0; first < u.size(); first += packet_width) {
     const auto lanes = static_cast<unsigned>(std::min<std::size_t>(packet_width, u.size() - first));
     load_packet(u, v, first, lanes, rays, valid.data());
     record->count.fill(0);
-    trace_packet(valid.data(), scene, query, rays);
+    trace_packet(valid.data(), scene, record.get(), rays);
     for (unsigned i = 0; i < lanes; ++i) {
       const bool crowded = record->count[i] > most_hits_per_ray;
       const std::uint32_t count = crowded ? 0 : record->count[i];

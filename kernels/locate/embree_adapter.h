@@ -2,7 +2,11 @@
 // the context of a query, and the call that traces a packet.
 #pragma once
 
+#if MEANDER_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 
 #include <mutex>
 #include <string>
@@ -21,26 +25,40 @@ struct EmbreeDevice::Handle {
 inline constexpr unsigned packet_width = 16;
 using RayPacket = RTCRay16;
 
+#if MEANDER_EMBREE_MAJOR == 3
+using EmbreeContext = RTCIntersectContext;
+#else
+using EmbreeContext = RTCRayQueryContext;
+#endif
+
 // What a query carries to the filter function: the context must stay the first member.
 struct QueryContext {
-  RTCIntersectContext embree;
+  EmbreeContext embree;
   void* record = nullptr;
 };
-
-inline void begin_query(QueryContext& query, void* record) {
-  rtcInitIntersectContext(&query.embree);
-  query.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  query.record = record;
-}
 
 // The record of the query that called a filter function.
 inline void* record_of(const RTCFilterFunctionNArguments* arguments) {
   return reinterpret_cast<QueryContext*>(arguments->context)->record;
 }
 
-// Any-hit traversal: nothing is sorted by distance, and a ray ends early only when its filter accepts a hit.
-inline void trace_packet(const int* valid, RTCScene scene, QueryContext& query, RayPacket& rays) {
+// Any-hit traversal of coherent rays: nothing is sorted by distance, and a ray ends early only when its
+// filter, which finds `record`, accepts a hit.
+inline void trace_packet(const int* valid, RTCScene scene, void* record, RayPacket& rays) {
+  QueryContext query;
+  query.record = record;
+#if MEANDER_EMBREE_MAJOR == 3
+  rtcInitIntersectContext(&query.embree);
+  query.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcOccluded16(valid, scene, &query.embree, &rays);
+#else
+  rtcInitRayQueryContext(&query.embree);
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  arguments.context = &query.embree;
+  rtcOccluded16(valid, scene, &rays, &arguments);
+#endif
 }
 
 // Turns the error that Embree kept for this thread, if any, into an exception: ItemError(out_of_memory) or

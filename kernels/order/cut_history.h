@@ -20,9 +20,10 @@ struct CutHistory {
     const std::uint32_t bit = upper ? 1u : 0u;
     side = side << 1 | bit;
     for (std::size_t k = 0; k < 3; ++k)
-      if (k != across)
+      if (k == across)
+        ++cuts[k];
+      else
         side_across_others[k] = static_cast<std::uint8_t>(std::uint32_t{side_across_others[k]} << 1 | bit);
-    ++cuts[across];
   }
 };
 

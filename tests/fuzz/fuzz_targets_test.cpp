@@ -1,6 +1,5 @@
 // The fuzz targets over a fixed corpus: seeds and their mutations. A fuzzer that follows the coverage goes
 // further (tests/fuzz/run); these cases see that the targets build, hold and keep what was found.
-#include <catch2/catch.hpp>
 #include <exception>
 #include <random>
 #include <set>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "seeds.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "targets.h"
 

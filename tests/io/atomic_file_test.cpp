@@ -2,7 +2,6 @@
 
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
 #include <functional>
 #include <memory>
 #include <string>
@@ -12,6 +11,7 @@
 #include "io/file/read_file.h"
 #include "io/plot/png_writer.h"
 #include "io/point_files.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;

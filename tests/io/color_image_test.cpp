@@ -1,16 +1,16 @@
 // PNG and JPEG files as colours: every kind, and what is not decoded.
 #include "io/image/color_image.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 
 #include "kernels/core/status.h"
+#include "support/catch.h"
 #include "support/image_files.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -112,7 +112,7 @@ TEST_CASE("color_image: what is cut, damaged, too large or of another kind has n
       CHECK_FALSE(image.problem.empty());
       CHECK((image.loss == Note::image_unreadable || bytes < 8));
     }
-  CHECK_THAT(decoded("GIF00a").problem, Contains("neither"));
+  CHECK_THAT(decoded("GIF00a").problem, ContainsSubstring("neither"));
 
   std::string damaged = png;
   damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x55);
@@ -131,7 +131,7 @@ TEST_CASE("color_image: what is cut, damaged, too large or of another kind has n
   REQUIRE(frame != std::string::npos);
   const std::string large_jpeg = with_size(jpeg, frame + 5, 2, 9000, 9000);
   CHECK_THAT(decoded(large_jpeg).problem,
-             Contains("9000 x 9000") && Contains(std::to_string(most_image_pixels)));
+             ContainsSubstring("9000 x 9000") && ContainsSubstring(std::to_string(most_image_pixels)));
   CHECK(decoded(large_jpeg).loss == Note::image_too_large);
   CHECK(memory_of(large_jpeg).kept_bytes == 0);
   for (const std::uint32_t size : {20000u, 8192u}) {

@@ -3,7 +3,6 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <functional>
 #include <string>
@@ -14,6 +13,7 @@
 #include "io/file/read_file.h"
 #include "io/plot/png_writer.h"
 #include "io/point_files.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;

@@ -1,6 +1,5 @@
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "io/plot/svg_plot.h"
 #include "io/store/store.h"
 #include "io/table/csv_writer.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 

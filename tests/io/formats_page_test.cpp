@@ -1,11 +1,11 @@
 // docs/FORMATS.md against the readers: a file for every line of its table.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 #include <map>
 #include <sstream>
 
 #include "io/reading.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/scratch_files.h"
 

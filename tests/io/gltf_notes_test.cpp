@@ -1,10 +1,9 @@
 // What a glTF file asks for and does not get is noted by name.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
 #include "gltf_reading.h"
 #include "kernels/mesh/surface_textures.h"
+#include "support/catch.h"
 #include "support/image_files.h"
 
 using namespace meander;
@@ -89,7 +88,7 @@ TEST_CASE(
   }
   CHECK_THAT(
       gltf_outcome(cube_file().glb(plain_cube + R"(,"extensionsRequired":["KHR_meshopt_compression"])")),
-      Catch::Contains(
+      Catch::Matchers::ContainsSubstring(
           "unsupported_format: it requires an extension that is not read: KHR_meshopt_compression"));
 }
 

@@ -1,17 +1,17 @@
 // Scenes, accessors, buffers and skins. Compressed and damaged files: gltf_streams_test.cpp.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 
 #include "gltf_reading.h"
 #include "io/archive/model_bytes.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace fs = std::filesystem;
 
@@ -93,9 +93,9 @@ TEST_CASE("glTF: points and lines are left out and counted, primitives of a mesh
   CHECK(mesh.face_attributes[0].values.front() == 1);
   CHECK(mesh.face_attributes[0].values.back() == 4);
   CHECK_THAT(gltf_outcome(cube_file().glb(primitive_of(",\"mode\":0"))),
-             Contains("empty: the scene holds no triangles, but 8 points and lines"));
+             ContainsSubstring("empty: the scene holds no triangles, but 8 points and lines"));
   CHECK_THAT(gltf_outcome(cube_file().glb(R"(,"scenes":[{}],"nodes":[{"mesh":0}],)" + cube_mesh)),
-             Contains("empty: the scene holds no triangles"));
+             ContainsSubstring("empty: the scene holds no triangles"));
 }
 
 TEST_CASE("glTF: sparse, interleaved and quantised accessors") {
@@ -120,7 +120,8 @@ TEST_CASE("glTF: sparse, interleaved and quantised accessors") {
     CHECK(point(zeros, 1) == std::vector<double>{5, 0, 0});
     CHECK(point(zeros, 2) == std::vector<double>{0, 0, 0});
     file.accessors.replace(file.accessors.find("\"count\":8"), 9, "\"count\":7");
-    CHECK_THAT(gltf_outcome(file.glb(zeros_first)), Contains("the sparse element 7 is none of its 7"));
+    CHECK_THAT(gltf_outcome(file.glb(zeros_first)),
+               ContainsSubstring("the sparse element 7 is none of its 7"));
   }
   SECTION("interleaved with normals") {
     std::vector<float> values;
@@ -160,8 +161,9 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
   std::string percent;
   for (const char c : file.binary) percent += fmt::format("%{:02X}", static_cast<unsigned char>(c));
   CHECK(same_mesh(read_gltf_file(file.json(plain_cube, "data:," + percent)), expected));
-  CHECK_THAT(gltf_outcome(file.json(plain_cube, "data:;base64,AA*A")), Contains("unreadable: a data URI"));
-  CHECK_THAT(gltf_outcome(file.json(plain_cube)), Contains("neither a file nor a binary chunk"));
+  CHECK_THAT(gltf_outcome(file.json(plain_cube, "data:;base64,AA*A")),
+             ContainsSubstring("unreadable: a data URI"));
+  CHECK_THAT(gltf_outcome(file.json(plain_cube)), ContainsSubstring("neither a file nor a binary chunk"));
   const ScratchFolder scratch;
   fs::create_directories(scratch / "in/b c");
   write_file(scratch / "out.bin", file.binary);
@@ -187,14 +189,14 @@ TEST_CASE("glTF: buffers in the file, as data and beside it") {
                           "%2Fetc/passwd", "..\\\\out.bin", "b c/d.bin%00", "b c/..",
                           "b c\\\\..\\\\..\\\\out.bin", "x/../../in/b c/d.bin", "\\\\\\\\host\\\\a.bin"}) {
     INFO(uri);
-    CHECK_THAT(outcome_beside(uri),
-               Contains("unreadable: buffers[0]") && (Contains("leads out of what was given as input") ||
-                                                      Contains("is not a path from the model's folder")));
+    CHECK_THAT(outcome_beside(uri), ContainsSubstring("unreadable: buffers[0]") &&
+                                        (ContainsSubstring("leads out of what was given as input") ||
+                                         ContainsSubstring("is not a path from the model's folder")));
   }
   for (const char* uri : {"file:///etc/passwd", "http://x.org/a.bin", "C:/a.bin"})
-    CHECK_THAT(outcome_beside(uri), Contains("is not a file of the model's folder"));
-  CHECK_THAT(outcome_beside("missing.bin"), Contains("`missing.bin` is not there"));
-  CHECK_THAT(outcome_beside("b c"), Contains("not a regular file"));
+    CHECK_THAT(outcome_beside(uri), ContainsSubstring("is not a file of the model's folder"));
+  CHECK_THAT(outcome_beside("missing.bin"), ContainsSubstring("`missing.bin` is not there"));
+  CHECK_THAT(outcome_beside("b c"), ContainsSubstring("not a regular file"));
 }
 
 TEST_CASE("glTF: the content of a model covers the files that it names") {
@@ -226,7 +228,7 @@ TEST_CASE("glTF: so many sets of joints that looking for them would take their s
                            attributes +
                            R"(}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"accessors":[]})";
   CHECK_THROWS_WITH(read_mesh(std::as_bytes(std::span(text)), MeshFormat::gltf),
-                    Catch::Contains("more than 64 sets of joints"));
+                    Catch::Matchers::ContainsSubstring("more than 64 sets of joints"));
 }
 
 TEST_CASE("glTF: skins in rest pose") {
@@ -255,6 +257,7 @@ TEST_CASE("glTF: skins in rest pose") {
   const PolygonMesh mirrored = read_gltf_file(skinned(R"(,"scale":[-1,1,1])"));
   CHECK(point(mirrored, 1) == std::vector<double>{-6, 2, 0});
   CHECK(faces_of(mirrored) == Faces{{0, 2, 1}});
-  CHECK_THAT(gltf_outcome(skinned("", "[1]")), Contains("unreadable: vertex 1: its skin has no joint 1"));
-  CHECK_THAT(gltf_outcome(skinned("", "[1,2,1]")), Contains("2 matrices for 3 joints"));
+  CHECK_THAT(gltf_outcome(skinned("", "[1]")),
+             ContainsSubstring("unreadable: vertex 1: its skin has no joint 1"));
+  CHECK_THAT(gltf_outcome(skinned("", "[1,2,1]")), ContainsSubstring("2 matrices for 3 joints"));
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -10,6 +9,7 @@
 
 #include "kernels/core/vector3.h"
 #include "reading.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 
 namespace meander::test {

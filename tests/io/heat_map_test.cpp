@@ -1,12 +1,12 @@
 #include "io/plot/heat_map.h"
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "io/special_values.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

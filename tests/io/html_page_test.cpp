@@ -1,10 +1,10 @@
 #include "io/plot/html_page.h"
 
-#include <catch2/catch.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "io/xml_reader.h"
+#include "support/catch.h"
 
 using namespace meander;
 using meander::test::named;

@@ -4,18 +4,18 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 
 #include "io/image/color_image.h"
 #include "kernels/core/status.h"
 #include "support/allocation_counter.h"
+#include "support/catch.h"
 #include "support/image_encoders.h"
 
 using namespace meander;
 using namespace meander::test;
 using namespace std::string_literals;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -84,7 +84,7 @@ void check_lost(const ColorImage& image, Note loss, const std::string& part) {
   CHECK(image.is_lost());
   CHECK(image.rgb.empty());
   CHECK(image.loss == loss);
-  CHECK_THAT(image.problem, Contains(part));
+  CHECK_THAT(image.problem, ContainsSubstring(part));
 }
 
 std::string with_number(std::string bytes, std::size_t at, std::size_t size, std::uint32_t value) {

@@ -1,9 +1,9 @@
 // Files with more elements than 32 bits can number: refused before memory is taken for them. Their bytes are
 // pages that are never touched.
-#include <catch2/catch.hpp>
 #include <cstring>
 
 #include "io/reading.h"
+#include "support/catch.h"
 #include "support/sparse_memory.h"
 
 using namespace meander;

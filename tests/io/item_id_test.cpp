@@ -1,12 +1,12 @@
 // Ids of items: reversible, valid UTF-8, and the names themselves where these are ordinary.
 #include "io/item_id.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 #include <set>
 #include <string>
 
 #include "io/utf8.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,12 +1,12 @@
 #include "io/json/json_reader.h"
 
-#include <catch2/catch.hpp>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "io/json_writer.h"
 #include "io/run_error.h"
+#include "support/catch.h"
 
 using namespace meander;
 

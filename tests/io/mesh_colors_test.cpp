@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -14,6 +13,7 @@
 #include "io/mesh/mtl_reader.h"
 #include "io/mesh/ply_header.h"
 #include "kernels/mesh/surface_textures.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;

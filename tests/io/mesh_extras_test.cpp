@@ -1,12 +1,12 @@
 // Attributes and texture coordinates that readers take up only when they are asked to.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "gltf_reading.h"
 #include "io/mesh/format_readers.h"
 #include "io/mesh/peek_attributes.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/gltf_streams.h"
 #include "support/mesh_files.h"

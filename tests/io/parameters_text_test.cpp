@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 
 #include "io/parameters_text.h"
+#include "support/catch.h"
 
 using namespace meander;
 

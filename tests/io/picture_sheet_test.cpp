@@ -1,7 +1,6 @@
 #include "io/plot/picture_sheet.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "io/plot/picture_row.h"
 #include "io/plot/text_painter.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -3,13 +3,13 @@
 #include <png.h>
 #include <zlib.h>
 
-#include <catch2/catch.hpp>
 #include <cstdio>
 #include <functional>
 #include <string>
 
 #include "io/plot/png_writer.h"
 #include "kernels/core/status.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/png_files.h"
 
@@ -136,7 +136,7 @@ TEST_CASE("read_gray_png: errors say what is wrong") {
   CHECK(result(good.substr(0, 60)) == "unreadable: the PNG file cannot be decoded: the file ends too early");
   std::string damaged = good;
   damaged[good.find("IDAT") + 100] ^= 1;
-  CHECK_THAT(result(damaged), Catch::StartsWith("unreadable: the PNG file cannot be decoded: "));
+  CHECK_THAT(result(damaged), Catch::Matchers::StartsWith("unreadable: the PNG file cannot be decoded: "));
   const ScratchFolder folder;
   CHECK_THROWS_WITH(read_gray_png(folder / "absent.png"),
                     "the file cannot be opened: No such file or directory");
@@ -153,11 +153,12 @@ TEST_CASE("read_gray_png: sizes are checked before memory is taken") {
   for (const char interlace : {'\0', '\1'})
     for (const auto& [width, height] : {std::pair{huge, huge}, {one, huge}, {huge, one}})
       CHECK_THAT(result(header(width, height, interlace), ~std::uint64_t{0}),
-                 Catch::StartsWith("unreadable: the header promises ") ||
-                     Catch::StartsWith("unreadable: the PNG file cannot be decoded: "));
+                 Catch::Matchers::StartsWith("unreadable: the header promises ") ||
+                     Catch::Matchers::StartsWith("unreadable: the PNG file cannot be decoded: "));
   CHECK(result(header(one, huge, 0)) ==
         "unreadable: the header promises 1 x 2147483647 pixels, more than 46 bytes can hold");
-  CHECK_THAT(result(header(zero, one, 0)), Catch::StartsWith("unreadable: the PNG file cannot be decoded: "));
+  CHECK_THAT(result(header(zero, one, 0)),
+             Catch::Matchers::StartsWith("unreadable: the PNG file cannot be decoded: "));
   // A file that is whole, and larger than allowed.
   for (const bool interlaced : {false, true}) {
     const std::string good = png_bytes({1000, 100, 8, PNG_COLOR_TYPE_GRAY, interlaced, {}, false},

@@ -2,12 +2,12 @@
 
 #include <png.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "io/run_error.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;

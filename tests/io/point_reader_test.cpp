@@ -161,12 +161,13 @@ TEST_CASE("read_points: PLY and OFF in small parallel blocks are the same") {
     // What is wrong is found in blocks too.
     std::string wrong = content;
     wrong.replace(wrong.find("-1500"), 5, "-inf!");
-    REQUIRE_THROWS_WITH(read_ply_points(wrong, {}, small), Catch::Contains("`-inf!` is not a number"));
+    REQUIRE_THROWS_WITH(read_ply_points(wrong, {}, small),
+                        Catch::Matchers::ContainsSubstring("`-inf!` is not a number"));
     wrong.replace(wrong.find("-inf!"), 5, "-inf ");
     REQUIRE_THROWS_WITH(read_ply_points(wrong, {}, small),
-                        Catch::Contains("vertex 1500 of 3000 is not finite"));
+                        Catch::Matchers::ContainsSubstring("vertex 1500 of 3000 is not finite"));
     REQUIRE_THROWS_WITH(read_off_vertices("OFF 3001 0 0\n" + rows, {}, small),
-                        Catch::Contains("the file ends in vertex 3000 of 3001"));
+                        Catch::Matchers::ContainsSubstring("the file ends in vertex 3000 of 3001"));
   }
 }
 
@@ -309,17 +310,19 @@ TEST_CASE("read_points: what is wrong in PLY, and where") {
   for (const char* const count : {"1000", "999999999999999999", "99999999999999999999999"}) {
     const std::string huge =
         std::string("element vertex ") + count + "\nproperty float x\nproperty float y\nproperty float z\n";
-    CHECK_THAT(ascii(huge, three_rows), Catch::StartsWith("unreadable: the header promises ") &&
-                                            Catch::EndsWith(" vertices, but only 19 bytes follow it"));
+    CHECK_THAT(ascii(huge, three_rows),
+               Catch::Matchers::StartsWith("unreadable: the header promises ") &&
+                   Catch::Matchers::EndsWith(" vertices, but only 19 bytes follow it"));
     CHECK_THAT(result("a.ply", ply("binary_little_endian", huge, three_rows)),
-               Catch::StartsWith("unreadable: the header promises ") &&
-                   Catch::EndsWith(" vertices, but only 18 bytes follow it"));
+               Catch::Matchers::StartsWith("unreadable: the header promises ") &&
+                   Catch::Matchers::EndsWith(" vertices, but only 18 bytes follow it"));
     CHECK(ascii(std::string("element other ") + count + "\nproperty int a\n" + head, three_rows) ==
           "unreadable: line 13: the file ends before the vertices");
     CHECK_THAT(
         result("a.ply", ply("binary_big_endian",
                             std::string("element other ") + count + "\nproperty int a\n" + head, three_rows)),
-        Catch::Contains("row 4 of ") && Catch::EndsWith("of the element `other` is not complete"));
+        Catch::Matchers::ContainsSubstring("row 4 of ") &&
+            Catch::Matchers::EndsWith("of the element `other` is not complete"));
   }
   // A list longer than the file, and one of negative length.
   const std::string listed =
@@ -329,9 +332,9 @@ TEST_CASE("read_points: what is wrong in PLY, and where") {
     std::string data(12, '\0');
     put(data, length, false);
     CHECK_THAT(result("a.ply", ply("binary_little_endian", listed, data)),
-               Catch::EndsWith("row 0 of 1 of the element `vertex` is not complete"));
+               Catch::Matchers::EndsWith("row 0 of 1 of the element `vertex` is not complete"));
     CHECK_THAT(ascii(listed, "1 2 3 " + std::to_string(length) + " 1\n"),
-               Catch::StartsWith("unreadable: line 9: row 0 of 1 of the element `vertex`"));
+               Catch::Matchers::StartsWith("unreadable: line 9: row 0 of 1 of the element `vertex`"));
   }
   for (const bool big : {false, true}) {
     const char* const format = big ? "binary_big_endian" : "binary_little_endian";
@@ -340,8 +343,8 @@ TEST_CASE("read_points: what is wrong in PLY, and where") {
     CHECK(result("a.ply", ply(format, head, data)) == "3 points");
     CHECK(result("a.ply", ply(format, head, data + "\n")) == "3 points");
     CHECK_THAT(result("a.ply", ply(format, head, data + "x")),
-               Catch::StartsWith("unreadable: byte ") &&
-                   Catch::EndsWith(": data follow the 3 vertices that the header promises"));
+               Catch::Matchers::StartsWith("unreadable: byte ") &&
+                   Catch::Matchers::EndsWith(": data follow the 3 vertices that the header promises"));
     CHECK(result("a.ply", ply(format, head, data.substr(1))) ==
           "unreadable: the header promises 3 vertices, but only 35 bytes follow it");
     data.resize(32);

@@ -1,7 +1,6 @@
 // Reading meshes from strings.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "io/mesh/format_readers.h"
+#include "support/catch.h"
 
 namespace meander::test {
 

@@ -1,8 +1,8 @@
 // Rows whose samples are made and encoded while they are written.
 #include <atomic>
-#include <catch2/catch.hpp>
 
 #include "store_support.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;

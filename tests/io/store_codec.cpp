@@ -1,13 +1,12 @@
 // Checksums, chunk filters, row records, the schema table.
 #include <hdf5.h>
 
-#include <catch2/catch.hpp>
-
 #include "io/store/chunk_codec.h"
 #include "io/store/crc32c.h"
 #include "io/store/row_codec.h"
 #include "io/store/schema.h"
 #include "store_support.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

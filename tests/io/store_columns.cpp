@@ -1,5 +1,4 @@
 // Stores with columns of the user's choice: what is stored, read back, verified, merged and refused.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
@@ -8,10 +7,11 @@
 #include "io/store/schema.h"
 #include "io/store/store_file.h"
 #include "store_support.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -134,11 +134,12 @@ TEST_CASE("columns: a missing column is named with the option that stores it") {
   const ScratchFolder folder;
   write_store(folder / "s.h5", header_with(points_alone_columns(), 3, 10));
   const StoreReader reader(folder / "s.h5");
-  CHECK_THROWS_WITH(reader.require(SampleColumn::normals, "--pointnet"),
-                    Contains("no `normals`, which --pointnet needs") && Contains("--store ...,normals"));
-  CHECK_THROWS_WITH(reader.require(SampleColumn::uv, "x"), Contains("its models are meshes"));
-  CHECK_THROWS_WITH(reader.require(SampleColumn::tensor, "x"), Contains("not anisotropic"));
-  CHECK_THROWS_WITH(export_pointnet(reader, folder / "out"), Contains("no `normals`"));
+  CHECK_THROWS_WITH(
+      reader.require(SampleColumn::normals, "--pointnet"),
+      ContainsSubstring("no `normals`, which --pointnet needs") && ContainsSubstring("--store ...,normals"));
+  CHECK_THROWS_WITH(reader.require(SampleColumn::uv, "x"), ContainsSubstring("its models are meshes"));
+  CHECK_THROWS_WITH(reader.require(SampleColumn::tensor, "x"), ContainsSubstring("not anisotropic"));
+  CHECK_THROWS_WITH(export_pointnet(reader, folder / "out"), ContainsSubstring("no `normals`"));
   write_store(folder / "all.h5", make_header(3, 10));
   CHECK_NOTHROW(StoreReader(folder / "all.h5").require(SampleColumn::normals, "x"));
 }
@@ -171,11 +172,11 @@ TEST_CASE("columns: a run is continued with the same columns only") {
   StoreHeader plain = header;
   plain.columns = StoreColumns{};
   CHECK_THAT(refusal(folder / "s.h5", plain).first,
-             Contains("the columns were") && Contains("attributes/flow"));
+             ContainsSubstring("the columns were") && ContainsSubstring("attributes/flow"));
   StoreColumns fewer = with_attributes();
   fewer.leave_out(SampleColumn::face);
   plain.columns = fewer;
-  CHECK_THAT(refusal(folder / "s.h5", plain).first, Contains("the columns were"));
+  CHECK_THAT(refusal(folder / "s.h5", plain).first, ContainsSubstring("the columns were"));
 }
 
 TEST_CASE("columns: verify holds what is there against what the items say that they lack") {
@@ -194,38 +195,39 @@ TEST_CASE("columns: verify holds what is there against what the items say that t
     return all;
   };
   CHECK(problems_with([](Row&) {}).empty());
-  CHECK_THAT(problems_with([](Row& row) {
-               row.report.lacks |= 8;
-               for (float& value : row.samples.attributes[3]) value = 1;
-             }),
-             Contains("has no NaN in /attributes/quality, but /items/lacks says that it lacks some"));
+  CHECK_THAT(
+      problems_with([](Row& row) {
+        row.report.lacks |= 8;
+        for (float& value : row.samples.attributes[3]) value = 1;
+      }),
+      ContainsSubstring("has no NaN in /attributes/quality, but /items/lacks says that it lacks some"));
   CHECK_THAT(problems_with([](Row& row) {
                row.report.lacks &= ~64u;
                row.samples.texcoord[3] = std::numeric_limits<float>::quiet_NaN();
              }),
-             Contains("has NaN in /texcoord, but /items/lacks says that it lacks none"));
+             ContainsSubstring("has NaN in /texcoord, but /items/lacks says that it lacks none"));
   CHECK_THAT(
       problems_with([](Row& row) { row.samples.attributes[0][5] = std::numeric_limits<float>::infinity(); }),
-      Contains("/attributes/flow that is infinite"));
+      ContainsSubstring("/attributes/flow that is infinite"));
   CHECK_THAT(problems_with([](Row& row) { row.report.lacks |= 128; }),
-             Contains("lacks columns that the store does not have"));
+             ContainsSubstring("lacks columns that the store does not have"));
   CHECK_THAT(problems_with([](Row& row) {
                row.report.lacks |= 2;
                for (std::int32_t& value : row.samples.classes[1]) value = 5;
              }),
-             Contains("has no -1 in /attributes/label, but /items/lacks says that it lacks some"));
+             ContainsSubstring("has no -1 in /attributes/label, but /items/lacks says that it lacks some"));
   CHECK_THAT(problems_with([](Row& row) {
                row.report.lacks |= 2;
                row.report.missing |= 2;
                row.samples.classes[1][0] = no_sample_class;
                row.samples.classes[1][1] = 5;
              }),
-             Contains("has classes in /attributes/label, but /items/missing says that it has none"));
+             ContainsSubstring("has classes in /attributes/label, but /items/missing says that it has none"));
   CHECK_THAT(problems_with([](Row& row) {
                row.report.lacks &= ~1u;
                row.report.missing |= 1;
              }),
-             Contains("is missing columns that it does not lack"));
+             ContainsSubstring("is missing columns that it does not lack"));
   // A class of a model may be -1.
   CHECK(problems_with([](Row& row) {
           row.report.lacks &= ~2u;
@@ -255,7 +257,7 @@ TEST_CASE("columns: classes are int32 in the file, with the fill -1, and belong 
   floats.attributes[1].kind = AttributeKind::plain;
   StoreHeader other = header;
   other.columns = floats;
-  CHECK_THAT(refusal(folder / "t.h5", other).first, Contains("the columns were"));
+  CHECK_THAT(refusal(folder / "t.h5", other).first, ContainsSubstring("the columns were"));
   floats.attributes[1].kind = AttributeKind::linear;  // stored as plain
   CHECK(StoredColumns(floats)->attributes[1].kind == AttributeKind::plain);
 }
@@ -349,10 +351,10 @@ TEST_CASE("columns: verify looks at the names of classes") {
   CHECK(problems_with("").empty());
   CHECK(problems_with("{}").empty());
   CHECK(problems_with(R"({"object":["a","\u00e9",""]})").empty());
-  CHECK_THAT(problems_with("["), Contains("names that are no JSON"));
-  CHECK_THAT(problems_with("[]"), Contains("no JSON object"));
-  CHECK_THAT(problems_with(R"({"object":[1]})"), Contains("no lists of texts"));
-  CHECK_THAT(problems_with(R"({"object":"a"})"), Contains("no lists of texts"));
+  CHECK_THAT(problems_with("["), ContainsSubstring("names that are no JSON"));
+  CHECK_THAT(problems_with("[]"), ContainsSubstring("no JSON object"));
+  CHECK_THAT(problems_with(R"({"object":[1]})"), ContainsSubstring("no lists of texts"));
+  CHECK_THAT(problems_with(R"({"object":"a"})"), ContainsSubstring("no lists of texts"));
   Row long_names = make_row(header, 0);
   for (std::uint64_t row = 0; long_names.report.status != Status::ok; ++row)
     long_names = make_row(header, row);

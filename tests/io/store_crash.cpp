@@ -3,12 +3,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 
 #include "io/store/store_merge.h"
 #include "store_support.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;
@@ -312,8 +312,8 @@ TEST_CASE("run: a journal that is cut off under a run is named, and nothing that
       message = error.what();
     }
   }
-  CHECK_THAT(message,
-             Catch::Contains("rows-000001.wal has changed since row 4115 was written to it: run again"));
+  CHECK_THAT(message, Catch::Matchers::ContainsSubstring(
+                          "rows-000001.wal has changed since row 4115 was written to it: run again"));
   CHECK(names_in(folder.path()) == std::vector<std::string>{"s.h5.run"});
   CHECK(RunDirectory(folder / "s.h5", header).done_count() == 4096 + 19);
   CHECK((finish_run(folder / "s.h5", header) == expected));
@@ -378,7 +378,8 @@ TEST_CASE("run: a second process is stopped, a lock left by a dead one is ignore
     const RunDirectory run(folder / "s.h5", header);
     const auto [message, kind] = refusal(folder / "s.h5", header);
     CHECK(kind == 1);
-    CHECK_THAT(message, Catch::Contains("another process (pid " + std::to_string(::getpid()) + ") holds"));
+    CHECK_THAT(message, Catch::Matchers::ContainsSubstring("another process (pid " +
+                                                           std::to_string(::getpid()) + ") holds"));
     try {
       discard_run(folder / "s.h5");
       FAIL("the store of a running process was discarded");

@@ -2,13 +2,13 @@
 // made.
 #include <fcntl.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <random>
 
 #include "io/store/crc32c.h"
 #include "io/store/file_checksum.h"
 #include "store_support.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;
@@ -113,10 +113,11 @@ TEST_CASE(
   write_store(store, make_header(3, 2));
   const std::string good = read_file(store);
   write_file(store, good.substr(0, good.size() - 1));
-  CHECK_THAT(refusal(store), Catch::Contains("is not a whole store: its first block says"));
+  CHECK_THAT(refusal(store),
+             Catch::Matchers::ContainsSubstring("is not a whole store: its first block says"));
   for (const std::string other : {"", "solid a mesh", "meander store\n"}) {
     write_file(store, other);
-    CHECK_THAT(refusal(store), Catch::Contains("does not begin as a store does"));
+    CHECK_THAT(refusal(store), Catch::Matchers::ContainsSubstring("does not begin as a store does"));
   }
   // The text of the first block is wrong, everything that HDF5 reads is right.
   write_file(store, good);
@@ -148,7 +149,7 @@ TEST_CASE("run: a bit of a journal that flips before the store is written is fou
         message = error.what();
       }
       INFO(samples << " samples, byte " << i);
-      REQUIRE_THAT(message, Catch::Contains("rows-000000.wal has changed since row"));
+      REQUIRE_THAT(message, Catch::Matchers::ContainsSubstring("rows-000000.wal has changed since row"));
       REQUIRE_FALSE(fs::exists(store));
       file.put(i, good[i]);
     }

@@ -4,9 +4,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
-
 #include "store_support.h"
+#include "support/catch.h"
 #include "support/small_disk.h"
 
 using namespace meander;

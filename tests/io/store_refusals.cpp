@@ -1,10 +1,10 @@
 // Runs that must not start or continue, and their messages.
-#include <catch2/catch.hpp>
 
 #include "io/store/crc32c.h"
 #include "io/store/run_folder.h"
 #include "io/store/run_plan.h"
 #include "store_support.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;
@@ -42,52 +42,54 @@ TEST_CASE("run: other parameters and other items are refused by name") {
     CHECK(kind == 0);
     return text;
   };
-  using Catch::Contains;
+  using Catch::Matchers::ContainsSubstring;
   CHECK_THAT(message([](StoreHeader& h) { h.samples = 5; }),
-             Contains("number of samples was 4, now it is 5"));
-  CHECK_THAT(message([](StoreHeader& h) { h.seed = 8; }), Contains("seed was 7, now it is 8"));
+             ContainsSubstring("number of samples was 4, now it is 5"));
+  CHECK_THAT(message([](StoreHeader& h) { h.seed = 8; }), ContainsSubstring("seed was 7, now it is 8"));
   CHECK_THAT(message([](StoreHeader& h) { h.order = "curve"; }),
-             Contains("order was progressive, now it is curve"));
+             ContainsSubstring("order was progressive, now it is curve"));
   CHECK_THAT(message([](StoreHeader& h) { h.compression = Compression::none; }),
-             Contains("compression was default"));
+             ContainsSubstring("compression was default"));
   CHECK_THAT(message([](StoreHeader& h) {
                h.parameters_json = R"({"density":"mean","describe":["d2"],"method":"conformal"})";
              }),
-             Contains(R"(parameter "density" was "uniform", now it is "mean")"));
+             ContainsSubstring(R"(parameter "density" was "uniform", now it is "mean")"));
   CHECK_THAT(message([](StoreHeader& h) {
                h.parameters_json = R"({"density":"uniform","describe":["d2","a,:}3"],"method":"conformal"})";
              }),
-             Contains(R"(parameter "describe" was ["d2"], now it is ["d2","a,:}3"])"));
+             ContainsSubstring(R"(parameter "describe" was ["d2"], now it is ["d2","a,:}3"])"));
   CHECK_THAT(
       message([](StoreHeader& h) { h.parameters_json = R"({"density":"uniform","describe":["d2"]})"; }),
-      Contains(R"(parameter "method" was "conformal" and is not given now)"));
+      ContainsSubstring(R"(parameter "method" was "conformal" and is not given now)"));
   CHECK_THAT(message([](StoreHeader& h) {
                h.parameters_json =
                    R"({"a":{"b":[1,{"c":2}]},"density":"uniform","describe":["d2"],"method":"conformal"})";
              }),
-             Contains(R"(parameter "a" was not given, now it is {"b":[1,{"c":2}]})"));
+             ContainsSubstring(R"(parameter "a" was not given, now it is {"b":[1,{"c":2}]})"));
   CHECK_THAT(message([](StoreHeader& h) { h.descriptors.pop_back(); }),
-             Contains("were d2(64), a3(5), now they are d2(64)"));
+             ContainsSubstring("were d2(64), a3(5), now they are d2(64)"));
   CHECK_THAT(message([](StoreHeader& h) { h.descriptors[1].attributes[0].second = "other"; }),
-             Contains("bins of descriptor a3"));
-  CHECK_THAT(message([](StoreHeader& h) { h.labels[2] = 99; }), Contains("label of \"class/m0000002.off\""));
+             ContainsSubstring("bins of descriptor a3"));
+  CHECK_THAT(message([](StoreHeader& h) { h.labels[2] = 99; }),
+             ContainsSubstring("label of \"class/m0000002.off\""));
   CHECK_THAT(message([](StoreHeader& h) { h.splits[2] = Split::none; }),
-             Contains("split of \"class/m0000002.off\" was test, now it is none"));
-  CHECK_THAT(message([](StoreHeader& h) { h.label_names.pop_back(); }), Contains("names of the classes"));
+             ContainsSubstring("split of \"class/m0000002.off\" was test, now it is none"));
+  CHECK_THAT(message([](StoreHeader& h) { h.label_names.pop_back(); }),
+             ContainsSubstring("names of the classes"));
   CHECK_THAT(message([](StoreHeader& h) {
                h.ids.erase(h.ids.begin() + 4, h.ids.begin() + 6);
                h.labels.resize(h.ids.size());
                h.splits.resize(h.ids.size());
              }),
-             Contains("2 gone (the first is \"class/m0000004.off\")"));
-  CHECK_THAT(
-      message([](StoreHeader& h) {
-        h.ids.front() = "a.off";
-        h.ids.push_back("zebra.off");
-        h.labels.push_back(0);
-        h.splits.push_back(Split::none);
-      }),
-      Contains("1 gone (the first is \"class/m0000000-long-name.off\"), 2 new (the first is \"a.off\")"));
+             ContainsSubstring("2 gone (the first is \"class/m0000004.off\")"));
+  CHECK_THAT(message([](StoreHeader& h) {
+               h.ids.front() = "a.off";
+               h.ids.push_back("zebra.off");
+               h.labels.push_back(0);
+               h.splits.push_back(Split::none);
+             }),
+             ContainsSubstring(
+                 "1 gone (the first is \"class/m0000000-long-name.off\"), 2 new (the first is \"a.off\")"));
   CHECK(refusal(folder / "s.h5", header).second == 2);
 }
 
@@ -117,8 +119,8 @@ TEST_CASE(
     plan[std::string_view("meander plan ").size()] = version;
     write_plan_text(folder / "s.h5", plan);
     const std::string message = refusal(folder / "s.h5", header).first;
-    CHECK_THAT(message,
-               Catch::Contains("was begun by another version of the program") && Catch::Contains("--fresh"));
+    CHECK_THAT(message, Catch::Matchers::ContainsSubstring("was begun by another version of the program") &&
+                            Catch::Matchers::ContainsSubstring("--fresh"));
     if (version == '5')
       CHECK(store::read_plan_of_shard(folder / "s.h5.run").header.ids == header.ids);
     else
@@ -164,7 +166,7 @@ TEST_CASE("run: a folder that is not there is unusable") {
   const ScratchFolder folder;
   const auto [message, kind] = refusal(folder / "nowhere/s.h5", make_header(2, 4));
   CHECK(kind == 0);
-  CHECK_THAT(message, Catch::Contains("No such file or directory"));
+  CHECK_THAT(message, Catch::Matchers::ContainsSubstring("No such file or directory"));
 }
 
 TEST_CASE("run: headers and rows that contradict themselves are bugs of ours") {
@@ -197,8 +199,9 @@ TEST_CASE("run: links that lead nowhere are refused at once") {
   fs::create_symlink(folder / "nowhere", folder / "s.h5.run");
   const auto [message, kind] = refusal(folder / "s.h5", header);
   CHECK(kind == 0);
-  CHECK_THAT(message, Catch::Contains("s.h5.run") && Catch::Contains("No such file"));
+  CHECK_THAT(message, Catch::Matchers::ContainsSubstring("s.h5.run") &&
+                          Catch::Matchers::ContainsSubstring("No such file"));
   fs::create_directory(folder / "t.h5.run");
   fs::create_symlink(folder / "none/nowhere", folder / "t.h5.run/lock");
-  CHECK_THAT(refusal(folder / "t.h5", header).first, Catch::Contains("t.h5.run/lock"));
+  CHECK_THAT(refusal(folder / "t.h5", header).first, Catch::Matchers::ContainsSubstring("t.h5.run/lock"));
 }

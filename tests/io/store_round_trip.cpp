@@ -1,9 +1,9 @@
 // A store returns what was written to it.
-#include <catch2/catch.hpp>
 #include <limits>
 
 #include "io/store/crc32c.h"
 #include "store_support.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

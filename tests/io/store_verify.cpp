@@ -1,7 +1,6 @@
 // verify finds every damage; export_pointnet writes what loaders expect.
 #include <hdf5.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -10,6 +9,7 @@
 #include "io/store/crc32c.h"
 #include "io/store/store_file.h"
 #include "store_support.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;
@@ -110,58 +110,59 @@ TEST_CASE("verify: wrong contents in a file whose bytes are whole") {
   };
   const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
   const std::string failed_row = "row " + std::to_string(failed) + " (" + header.ids[failed] + ")";
-  using Catch::Contains;
+  using Catch::Matchers::ContainsSubstring;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   CHECK_THAT(problem([&] {
                tamper(store, "/points", {ok, 5, 1}, 0.25f);
              }),
-             Contains(row) && Contains("checksum of its points"));
+             ContainsSubstring(row) && ContainsSubstring("checksum of its points"));
   CHECK_THAT(problem([&] {
                tamper(store, "/normals", {ok, 299, 2}, nan);
              }),
-             Contains(row) && Contains("/normals"));
+             ContainsSubstring(row) && ContainsSubstring("/normals"));
   CHECK_THAT(problem([&] {
                tamper(store, "/descriptors/a3", {ok, 2}, nan);
              }),
-             Contains(row) && Contains("/descriptors/a3"));
+             ContainsSubstring(row) && ContainsSubstring("/descriptors/a3"));
   CHECK_THAT(problem([&] {
                tamper(store, "/face", {ok, 7}, std::uint32_t{4000000});
              }),
-             Contains("4000000 in /face"));
+             ContainsSubstring("4000000 in /face"));
   CHECK_THAT(problem([&] {
                tamper(store, "/corners", {ok, 7, 0}, std::uint32_t{0xFFFFFFFF});
              }),
-             Contains("/corners"));
+             ContainsSubstring("/corners"));
   CHECK_THAT(problem([&] {
                tamper(store, "/curve_rank", {ok, 7}, std::uint32_t{300});
              }),
-             Contains("not an order of 0 .. 299"));
+             ContainsSubstring("not an order of 0 .. 299"));
   CHECK_THAT(problem([&] {
                const std::uint32_t twice = make_row(header, ok).samples.curve_rank[0];
                tamper(store, "/curve_rank", {ok, 7}, twice);
              }),
-             Contains("not an order"));
+             ContainsSubstring("not an order"));
   CHECK_THAT(problem([&] {
                tamper(store, "/density", {failed, 0}, 1.0f);
              }),
-             Contains(failed_row) && Contains("not all fill"));
+             ContainsSubstring(failed_row) && ContainsSubstring("not all fill"));
   CHECK_THAT(problem([&] { tamper(store, "/items/status", {ok}, std::uint8_t{77}); }),
-             Contains("unknown value 77"));
+             ContainsSubstring("unknown value 77"));
   CHECK_THAT(problem([&] { tamper(store, "/items/method", {ok}, std::uint8_t{9}); }),
-             Contains("unknown value 9"));
+             ContainsSubstring("unknown value 9"));
   CHECK_THAT(problem([&] { tamper(store, "/items/status", {ok}, std::uint8_t{3}); }),
-             Contains("unsupported_format"));
-  CHECK_THAT(problem([&] { tamper(store, "/items/points_crc32c", {failed}, 5u); }), Contains(failed_row));
+             ContainsSubstring("unsupported_format"));
+  CHECK_THAT(problem([&] { tamper(store, "/items/points_crc32c", {failed}, 5u); }),
+             ContainsSubstring(failed_row));
   CHECK_THAT(problem([&] {
                tamper(store, "/label", {ok, 0}, std::int32_t{3});
              }),
-             Contains("label 3 of 3 classes"));
+             ContainsSubstring("label 3 of 3 classes"));
   struct Id {
     char bytes[28];
   } id{};
   std::copy(header.ids[20].begin(), header.ids[20].end(), id.bytes);
   CHECK_THAT(problem([&] { tamper(store, "/items/id", {10}, id); }),
-             Contains("row 11") && Contains("does not come after"));
+             ContainsSubstring("row 11") && ContainsSubstring("does not come after"));
 }
 
 TEST_CASE("verify: values outside the range of their column in a file whose bytes are whole") {
@@ -178,7 +179,8 @@ TEST_CASE("verify: values outside the range of their column in a file whose byte
     const VerifyResult result = verify_store(store);
     INFO(dataset << " " << value);
     REQUIRE(result.problems.size() > 0);
-    CHECK_THAT(result.problems.front(), Catch::Contains(row) && Catch::Contains(what));
+    CHECK_THAT(result.problems.front(),
+               Catch::Matchers::ContainsSubstring(row) && Catch::Matchers::ContainsSubstring(what));
   };
   const double nan = std::numeric_limits<double>::quiet_NaN(),
                infinity = std::numeric_limits<double>::infinity();
@@ -221,7 +223,7 @@ TEST_CASE("verify: wrong contents of rows of many chunks, which are checked some
   const Samples samples = make_row(header, ok).samples;
   const auto problems_of = [&] { return verify_store(store).problems; };
   const std::string row = "row " + std::to_string(ok) + " (" + header.ids[ok] + ")";
-  using Catch::Contains;
+  using Catch::Matchers::ContainsSubstring;
   constexpr hsize_t last = 400000;
   // The last and the first chunk: each change is undone before the next.
   const auto check = [&](const char* dataset, std::vector<hsize_t> at, auto wrong, auto right,
@@ -229,7 +231,7 @@ TEST_CASE("verify: wrong contents of rows of many chunks, which are checked some
     tamper(store, dataset, at, wrong);
     const std::vector<std::string> problems = problems_of();
     REQUIRE(problems.size() == 1);
-    CHECK_THAT(problems.front(), Contains(sentence));
+    CHECK_THAT(problems.front(), ContainsSubstring(sentence));
     tamper(store, dataset, at, right);
   };
   check("/points", {ok, last, 1}, 0.25f, samples.points[3 * last + 1], "checksum of its points");
@@ -241,7 +243,7 @@ TEST_CASE("verify: wrong contents of rows of many chunks, which are checked some
   CHECK(problems_of().empty());
   tamper(store, "/density", {failed, last}, 1.0f);
   REQUIRE(problems_of().size() == 1);
-  CHECK_THAT(problems_of().front(), Contains("/density is not all fill"));
+  CHECK_THAT(problems_of().front(), ContainsSubstring("/density is not all fill"));
 }
 
 TEST_CASE("verify: a chunk with a wrong checksum is named") {
@@ -259,7 +261,8 @@ TEST_CASE("verify: a chunk with a wrong checksum is named") {
   reseal(store);
   const VerifyResult result = verify_store(store);
   REQUIRE(result.problems.size() == 1);
-  CHECK_THAT(result.problems.front(), Catch::Contains("/normals") && Catch::Contains("fails its checksum"));
+  CHECK_THAT(result.problems.front(), Catch::Matchers::ContainsSubstring("/normals") &&
+                                          Catch::Matchers::ContainsSubstring("fails its checksum"));
 }
 
 TEST_CASE("verify: problems are listed up to the limit") {
@@ -410,7 +413,7 @@ TEST_CASE("export_pointnet: without any class nothing is written") {
   const ScratchFolder folder;
   write_store(folder / "s.h5", header);
   CHECK_THROWS_WITH(export_pointnet(StoreReader(folder / "s.h5"), folder / "out"),
-                    Catch::Matchers::Contains("--labels"));
+                    Catch::Matchers::ContainsSubstring("--labels"));
   CHECK_FALSE(fs::exists(folder / "out"));
 }
 

@@ -1,8 +1,9 @@
 #include "io/plot/svg_matrix.h"
 
-#include <catch2/catch.hpp>
 #include <limits>
 #include <stdexcept>
+
+#include "support/catch.h"
 
 using namespace meander;
 

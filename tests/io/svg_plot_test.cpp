@@ -1,7 +1,6 @@
 #include "io/plot/svg_plot.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <regex>
@@ -11,6 +10,7 @@
 #include "io/plot/svg_writer.h"
 #include "io/special_values.h"
 #include "io/xml_reader.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

@@ -1,12 +1,12 @@
 #include "io/plot/svg_points.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
 #include <string>
 
 #include "io/special_values.h"
 #include "io/xml_reader.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

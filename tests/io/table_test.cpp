@@ -1,7 +1,6 @@
 #include "io/table/table.h"
 
 #include <bit>
-#include <catch2/catch.hpp>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "io/table/csv_writer.h"
 #include "io/table/json_table.h"
 #include "io/table/text_table.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

@@ -1,16 +1,16 @@
 #include "io/store/tensor_dataset.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <thread>
 
+#include "support/catch.h"
 #include "support/hdf5_dataset.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -22,9 +22,9 @@ void check_fails(const std::filesystem::path& path, const std::string& dataset, 
     FAIL("nothing was thrown");
   } catch (const ItemError& error) {
     CHECK(error.status() == Status::unreadable);
-    CHECK_THAT(error.what(), Contains(sentence));
-    CHECK_THAT(error.what(), Contains(dataset));
-    CHECK_THAT(error.what(), Contains(path.string()));
+    CHECK_THAT(error.what(), ContainsSubstring(sentence));
+    CHECK_THAT(error.what(), ContainsSubstring(dataset));
+    CHECK_THAT(error.what(), ContainsSubstring(path.string()));
   }
 }
 

@@ -1,12 +1,11 @@
 #include "io/mesh/tensor_table.h"
 
-#include <catch2/catch.hpp>
-
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -23,7 +22,7 @@ void check_fails(const std::string& text, Status status, const std::string& sent
     FAIL("nothing was thrown");
   } catch (const ItemError& error) {
     CHECK(error.status() == status);
-    CHECK_THAT(error.what(), Contains(sentence));
+    CHECK_THAT(error.what(), ContainsSubstring(sentence));
   }
 }
 

@@ -1,5 +1,4 @@
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -7,6 +6,7 @@
 
 #include "io/mesh/text_cursor.h"
 #include "kernels/core/random.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,10 +1,10 @@
 // Archives as inputs of a run, as a user sees them.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
@@ -14,7 +14,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -78,7 +78,7 @@ TEST_CASE("run: folder, zip, tar, tar.gz and gz of the same files give the same 
     INFO(kind << result.err << result.out);
     CHECK(result.exit_code == 3);
     CHECK(read_file(store) == expected);
-    if (kind != "gz/set") CHECK_THAT(result.out, Contains("other files skipped: .txt 1"));
+    if (kind != "gz/set") CHECK_THAT(result.out, ContainsSubstring("other files skipped: .txt 1"));
   }
   // In a folder around them, and beside another input.
   REQUIRE(run_models({scratch / "folder"}, scratch / "around.h5").exit_code == 3);
@@ -102,7 +102,7 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
     const ProcessResult again = run_models({scratch / kind}, scratch / "s.h5", {"--json"});
     INFO(kind << again.err << again.out);
     CHECK(again.exit_code == 3);
-    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK_THAT(again.out, ContainsSubstring("\"changed\":[]") && ContainsSubstring("\"vanished\":[]"));
     CHECK(read_file(scratch / "s.h5") == before);
     const fs::path described = scratch / ("described" + fs::path(kind).parent_path().string() + ".h5");
     const ProcessResult result = meander_with(
@@ -121,7 +121,7 @@ TEST_CASE("run: a second run, --reuse and describe find the models of a folder i
     if (entry.name == "chair/train/a.off") entry.content += "\n";
   write_file(scratch / "zip/set.zip", zip_bytes(entries));
   const ProcessResult changed = run_models({scratch / "zip/set.zip"}, scratch / "s.h5", {"--json"});
-  CHECK_THAT(changed.out, Contains("\"changed\":[\"chair/train/a.off\"]"));
+  CHECK_THAT(changed.out, ContainsSubstring("\"changed\":[\"chair/train/a.off\"]"));
 }
 
 TEST_CASE("run: archives in archives stand for folders too, one level deep, and deeper ones are named") {
@@ -158,9 +158,9 @@ TEST_CASE("run: archives in archives stand for folders too, one level deep, and 
     INFO(archive << result.err << result.out);
     CHECK(result.exit_code == 3);  // of the one that is no mesh
     CHECK(read_file(store) == expected);
-    CHECK_THAT(read_file(store.string() + ".failed.txt"), Contains("/lamp/test/e.off\n"));
+    CHECK_THAT(read_file(store.string() + ".failed.txt"), ContainsSubstring("/lamp/test/e.off\n"));
     const ProcessResult again = run_models({archive}, scratch / "folder.h5", {"--json"});
-    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK_THAT(again.out, ContainsSubstring("\"changed\":[]") && ContainsSubstring("\"vanished\":[]"));
     CHECK(read_file(scratch / "folder.h5") == expected);
   }
   // The paths that are named for failed items, and those of any member, can be given.
@@ -169,7 +169,7 @@ TEST_CASE("run: archives in archives stand for folders too, one level deep, and 
   CHECK(run_models({outer[1] + "/folder/inner.tgz/chair/train/a.off"}, scratch / "one.h5").exit_code == 0);
   const ProcessResult alone = run_models({outer[0] + "/folder/inner.zip"}, scratch / "alone.h5");
   CHECK(alone.exit_code == 2);
-  CHECK_THAT(alone.err, Contains("is an archive in an archive: give `" + outer[0] + "`"));
+  CHECK_THAT(alone.err, ContainsSubstring("is an archive in an archive: give `" + outer[0] + "`"));
 
   // Hidden ones stay closed; an unreadable one, and one a level deeper, are named and change the exit code.
   ArchiveEntry good = entry("x/a.off", mesh_bytes(cube(), MeshFile::off));
@@ -178,16 +178,17 @@ TEST_CASE("run: archives in archives stand for folders too, one level deep, and 
   const ProcessResult ok = run_models({scratch / "c"}, scratch / "ok.h5");
   CHECK(ok.exit_code == 0);
   CHECK(ids_of(scratch / "ok.h5") == Ids{"ok/y/x/a.off"});
-  CHECK_THAT(ok.out, Contains("hidden files and folders skipped: 1"));
+  CHECK_THAT(ok.out, ContainsSubstring("hidden files and folders skipped: 1"));
   write_file(scratch / "c/ok.zip", zip_bytes({entry("y.zip", zip_bytes({good, entry("deep/z.zip", one)})),
                                               entry("none.tar", "no archive")}));
   const ProcessResult named = run_models({scratch / "c"}, scratch / "named.h5");
   INFO(named.err);
   CHECK(named.exit_code == 3);
   CHECK(ids_of(scratch / "named.h5") == Ids{"ok/y/x/a.off"});
-  CHECK_THAT(named.err, Contains("/c/ok.zip/y.zip/deep/z.zip`: it is in an archive that is in an archive") &&
-                            Contains("/c/ok.zip/none.tar`: this is no tar archive"));
-  CHECK_THAT(named.out, Contains("unread folders               2"));
+  CHECK_THAT(named.err,
+             ContainsSubstring("/c/ok.zip/y.zip/deep/z.zip`: it is in an archive that is in an archive") &&
+                 ContainsSubstring("/c/ok.zip/none.tar`: this is no tar archive"));
+  CHECK_THAT(named.out, ContainsSubstring("unread folders               2"));
   CHECK(run_models({scratch / "c/ok.zip"}, scratch / "as_argument.h5").exit_code == 3);
 }
 
@@ -211,22 +212,25 @@ TEST_CASE("run: members that cannot be read are rows, archives that cannot be re
   const ProcessResult result = run_models({scratch / "in"}, scratch / "s.h5");
   INFO(result.err << result.out);
   CHECK(result.exit_code == 3);
-  CHECK_THAT(result.err,
-             Contains("/in/cut.tar`: it ends within a member, at byte 1024 of the archive; its other "
-                      "members are not in the store") &&
-                 Contains("/in/none.tar.gz`: this is no tar archive; its contents are not in the store"));
-  CHECK_THAT(result.out, Contains("unread folders               2"));
+  CHECK_THAT(
+      result.err,
+      ContainsSubstring("/in/cut.tar`: it ends within a member, at byte 1024 of the archive; its other "
+                        "members are not in the store") &&
+          ContainsSubstring("/in/none.tar.gz`: this is no tar archive; its contents are not in the store"));
+  CHECK_THAT(result.out, ContainsSubstring("unread folders               2"));
   CHECK(ids_of(scratch / "s.h5") == Ids{"cut.off", "cut/a.off", "cut/crc.off", "set/%2E%2E/out.off",
                                         "set/a.off", "set/crc.off", "set/locked.off", "set/twice.off"});
   const std::string failed = read_file(scratch / "s.h5.failed.txt");
-  CHECK_THAT(failed, Contains("# set/locked.off: unsupported_format: encrypted") &&
-                         Contains("/in/set.zip/locked.off\n") &&
-                         Contains("# set/twice.off: unreadable: the archive has 2 members of this name") &&
-                         Contains("# set/crc.off: unreadable: damaged: its checksum differs") &&
-                         Contains("# cut.off: unreadable: cut") && Contains("/in/cut.off.gz\n"));
+  CHECK_THAT(failed,
+             ContainsSubstring("# set/locked.off: unsupported_format: encrypted") &&
+                 ContainsSubstring("/in/set.zip/locked.off\n") &&
+                 ContainsSubstring("# set/twice.off: unreadable: the archive has 2 members of this name") &&
+                 ContainsSubstring("# set/crc.off: unreadable: damaged: its checksum differs") &&
+                 ContainsSubstring("# cut.off: unreadable: cut") && ContainsSubstring("/in/cut.off.gz\n"));
   CHECK(StoreReader(scratch / "s.h5").report(1).status == Status::ok);
   // Nothing changes for a second run; the failed items can be given back as a list.
-  CHECK_THAT(run_models({scratch / "in"}, scratch / "s.h5", {"--json"}).out, Contains("\"changed\":[]"));
+  CHECK_THAT(run_models({scratch / "in"}, scratch / "s.h5", {"--json"}).out,
+             ContainsSubstring("\"changed\":[]"));
   const ProcessResult list = run_models({"@" + (scratch / "s.h5.failed.txt").string()}, scratch / "f.h5");
   INFO(list.err);
   CHECK(list.exit_code == 3);
@@ -235,7 +239,8 @@ TEST_CASE("run: members that cannot be read are rows, archives that cannot be re
   // As the only input such an archive is an error.
   const ProcessResult alone = run_models({scratch / "in/none.tar.gz"}, scratch / "n.h5");
   CHECK(alone.exit_code == 2);
-  CHECK_THAT(alone.err, Contains("cannot read the archive `") && Contains("this is no tar archive"));
+  CHECK_THAT(alone.err,
+             ContainsSubstring("cannot read the archive `") && ContainsSubstring("this is no tar archive"));
 }
 
 TEST_CASE("run, measure: members named one by one, lists of archives, equal ids") {
@@ -254,12 +259,12 @@ TEST_CASE("run, measure: members named one by one, lists of archives, equal ids"
   CHECK(ids_of(scratch / "list.h5").back() == "zip/set/lamp/train/c.ply");
   const ProcessResult missing = run_models({zip + "/x.off"}, scratch / "m.h5");
   CHECK(missing.exit_code == 2);
-  CHECK_THAT(missing.err, Contains("has no member `x.off`"));
+  CHECK_THAT(missing.err, ContainsSubstring("has no member `x.off`"));
   write_file(scratch / "folder/set.zip", zip_bytes(entries_of(scratch / "folder/set")));
   const ProcessResult both = run_models({scratch / "folder"}, scratch / "b.h5");
   CHECK(both.exit_code == 2);
-  CHECK_THAT(both.err, Contains("two items would have the id `set/chair/test/b.obj`") &&
-                           Contains("/folder/set.zip/chair/test/b.obj`"));
+  CHECK_THAT(both.err, ContainsSubstring("two items would have the id `set/chair/test/b.obj`") &&
+                           ContainsSubstring("/folder/set.zip/chair/test/b.obj`"));
   // The archive is an input: nothing writes over it.
   const ProcessResult over = run_models({zip}, zip);
   CHECK(over.exit_code == 2);
@@ -294,10 +299,10 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   CHECK(report(scratch / "s.h5", 0).status == Status::ok);
   CHECK(report(scratch / "s.h5", 0).file_bytes ==
         fs::file_size(folder / "parts/a.gltf") + file.binary.size());
-  CHECK_THAT(report(scratch / "s.h5", 1).reason, Contains("`lost.bin`"));
+  CHECK_THAT(report(scratch / "s.h5", 1).reason, ContainsSubstring("`lost.bin`"));
   CHECK(report(scratch / "s.h5", 2).status == Status::unsupported_format);
-  CHECK_THAT(report(scratch / "s.h5", 2).reason, Contains("ACME_curves"));
-  CHECK_THAT(report(scratch / "s.h5", 3).reason, Contains("leads out of what was given as input"));
+  CHECK_THAT(report(scratch / "s.h5", 2).reason, ContainsSubstring("ACME_curves"));
+  CHECK_THAT(report(scratch / "s.h5", 3).reason, ContainsSubstring("leads out of what was given as input"));
   CHECK(report(scratch / "s.h5", 4).status == Status::ok);
   // The same in archives: the same rows but for the sentence of what is missing.
   for (const char* kind : {"zip", "tgz"}) fs::create_directories(scratch / kind);
@@ -306,7 +311,7 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   for (const char* archive : {"zip/set.zip", "tgz/set.tar.gz"}) {
     INFO(archive);
     const ProcessResult again = run_models({scratch / archive}, scratch / "s.h5", {"--json"});
-    CHECK_THAT(again.out, Contains("\"changed\":[]") && Contains("\"vanished\":[]"));
+    CHECK_THAT(again.out, ContainsSubstring("\"changed\":[]") && ContainsSubstring("\"vanished\":[]"));
     CHECK(run_models({scratch / archive}, scratch / "archive.h5", {"--fresh"}).exit_code == 3);
     for (const std::uint64_t row : {0, 2, 3, 4}) {
       CHECK(report(scratch / "archive.h5", row).content_sha256 ==
@@ -321,7 +326,7 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   other[15] = '\x40';  // x of the second corner: 2
   write_file(folder / "parts/more/cube a.bin", other);
   CHECK_THAT(run_models({folder}, scratch / "s.h5", {"--json"}).out,
-             Contains("\"changed\":[\"parts/a.gltf\"]"));
+             ContainsSubstring("\"changed\":[\"parts/a.gltf\"]"));
   const ProcessResult retried = run_models({folder}, scratch / "s.h5", {"--retry", "changed", "--json"});
   INFO(retried.err << retried.out);
   CHECK(run_models({folder}, scratch / "f.h5").exit_code == 3);
@@ -331,7 +336,7 @@ TEST_CASE("run: glTF with its buffers in a folder and in archives, and a change 
   // A buffer that appears makes its model readable.
   write_file(folder / "parts/lost.bin", file.binary);
   CHECK_THAT(run_models({folder}, scratch / "s.h5", {"--json"}).out,
-             Contains("\"changed\":[\"parts/lost.GLTF\"]"));
+             ContainsSubstring("\"changed\":[\"parts/lost.GLTF\"]"));
 }
 
 TEST_CASE("run: unpacking stays within --memory") {

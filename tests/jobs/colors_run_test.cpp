@@ -1,9 +1,9 @@
 // `run --colors` as a user sees it: /rgb of every source, its counts, and all that is done with stores.
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/store_rows.h"
@@ -11,7 +11,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -56,9 +56,9 @@ TEST_CASE("run --colors: every sample has the colour of its place, and what is m
   const ProcessResult result = run_colors(scratch / "in", scratch / "s.h5");
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 3);
-  CHECK_THAT(result.out, Contains("colors: none") && Contains("colors: material") &&
-                             Contains("colors: face") && Contains("colors: vertex"));
-  CHECK_THAT(result.out, Contains("color fills"));
+  CHECK_THAT(result.out, ContainsSubstring("colors: none") && ContainsSubstring("colors: material") &&
+                             ContainsSubstring("colors: face") && ContainsSubstring("colors: vertex"));
+  CHECK_THAT(result.out, ContainsSubstring("color fills"));
   CHECK(StoreReader(scratch / "s.h5").columns() == StoreColumns{.colors = true});
 
   const Row cube = row_of(scratch / "s.h5", "cube.obj");
@@ -111,7 +111,7 @@ TEST_CASE("run --colors: the points are those without colours") {
   // One store is not continued as the other.
   const ProcessResult result = run_colors(scratch / "in", scratch / "plain.h5");
   CHECK(result.exit_code == 2);
-  CHECK_THAT(result.err, Contains("colors"));
+  CHECK_THAT(result.err, ContainsSubstring("colors"));
 }
 
 TEST_CASE("run --colors: a folder, zip and tar with material libraries give the same bytes") {
@@ -151,7 +151,8 @@ TEST_CASE(
         row_of(scratch / "s.h5", "cube.obj").samples.rgb);
   REQUIRE(meander_with({"export", scratch / "s.h5", "cube.obj", "-o", scratch / "out"}).exit_code == 0);
   const std::string ply = read_file(scratch / "out/cube.obj.ply");
-  CHECK_THAT(ply, Contains("property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"));
+  CHECK_THAT(
+      ply, ContainsSubstring("property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"));
   const std::size_t body = ply.find("end_header\n") + 11;
   const Samples samples = row_of(scratch / "s.h5", "cube.obj").samples;
   constexpr std::size_t row_bytes = 3 * 8 + 3 * 4 + 4 + 4 + 3;
@@ -166,7 +167,7 @@ TEST_CASE("run --colors: a changed material library is noticed, and --reuse does
   REQUIRE(run_colors(scratch / "in", scratch / "old.h5").exit_code == 3);
   write_file(scratch / "in/paint/cube.mtl", "newmtl red\nKd 0 0 1\n");
   const ProcessResult again = run_colors(scratch / "in", scratch / "old.h5", {"--colors", "--json"});
-  CHECK_THAT(again.out, Contains("\"changed\":[\"cube.obj\"]"));
+  CHECK_THAT(again.out, ContainsSubstring("\"changed\":[\"cube.obj\"]"));
   REQUIRE(
       run_colors(scratch / "in", scratch / "new.h5", {"--colors", "--reuse", scratch / "old.h5"}).exit_code ==
       3);

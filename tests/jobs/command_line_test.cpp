@@ -1,11 +1,10 @@
 #include "jobs/command_line.h"
 
-#include <catch2/catch.hpp>
-
 #include "jobs/inputs.h"
 #include "jobs/parameter_table.h"
 #include "jobs/units.h"
 #include "kernels/core/spelling.h"
+#include "support/catch.h"
 
 using namespace meander;
 

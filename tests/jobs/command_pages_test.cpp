@@ -2,13 +2,13 @@
 #include "jobs/command_pages.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <map>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

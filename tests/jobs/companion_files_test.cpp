@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/image_files.h"
 #include "support/meander_program.h"
@@ -17,7 +17,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -131,7 +131,7 @@ TEST_CASE("companion files: names lead up to the folder of the input and no furt
   const Row outside = row_of_input(model);
   CHECK(colors_of(outside) == std::set{fill});
   CHECK(notes_of(outside, Note::image_outside) == 1);
-  CHECK_THAT(outside.report.note_text, Contains("../images/texture0.jpg"));
+  CHECK_THAT(outside.report.note_text, ContainsSubstring("../images/texture0.jpg"));
   // Two folders above the file.
   fs::create_directories(scratch / "deep/a/b");
   write_file(scratch / "deep/t.png", plain_png(9, 9, 9));
@@ -196,7 +196,7 @@ TEST_CASE("companion files: one that was missing and is there later changes the 
   write_file(image, bytes);
   const ProcessResult again = run_with(scratch / "in", scratch / "s.h5");
   CHECK(again.exit_code == 3);
-  CHECK_THAT(again.err, Contains("changed"));
+  CHECK_THAT(again.err, ContainsSubstring("changed"));
   REQUIRE(run_with(scratch / "in", scratch / "s.h5", {"--colors", "--retry", "changed"}).exit_code == 0);
   check_halves(StoreReader(scratch / "s.h5").read_row(0));
 }
@@ -223,7 +223,7 @@ TEST_CASE("companion files: buffers of glTF beside the folder of the model count
   CHECK(outside.exit_code == 3);
   const Row row = StoreReader(scratch / "o.h5").read_row(0);
   CHECK(row.report.status == Status::unreadable);
-  CHECK_THAT(row.report.reason, Contains("leads out of what was given as input"));
+  CHECK_THAT(row.report.reason, ContainsSubstring("leads out of what was given as input"));
 }
 
 TEST_CASE("companion files: names in another case, normal form or Latin-1 are found") {
@@ -331,16 +331,19 @@ TEST_CASE("companion files: what is lost is in the store, the summary, info and 
   CHECK(colors_of(row_of(scratch / "s.h5", "g_no_material.obj")) == std::set{Rgb{10, 20, 30}});
   CHECK(note("h_no_coordinates", Note::coordinates_missing) == 1);
   CHECK_THAT(row_of(scratch / "s.h5", "a_missing_image.obj").report.note_text,
-             Contains("image_missing 1: `none.png`"));
-  CHECK_THAT(result.out, Contains("note: image_missing") && Contains("a_missing_image.obj") &&
-                             Contains("`none.png`") && Contains("note: library_missing"));
+             ContainsSubstring("image_missing 1: `none.png`"));
+  CHECK_THAT(result.out, ContainsSubstring("note: image_missing") &&
+                             ContainsSubstring("a_missing_image.obj") && ContainsSubstring("`none.png`") &&
+                             ContainsSubstring("note: library_missing"));
   const ProcessResult info = meander_with({"info", (scratch / "s.h5").string(), "a_missing_image.obj"});
-  CHECK_THAT(info.out, Contains("image_missing 1") && Contains("`none.png`") && Contains("128 of 128"));
+  CHECK_THAT(info.out, ContainsSubstring("image_missing 1") && ContainsSubstring("`none.png`") &&
+                           ContainsSubstring("128 of 128"));
   const ProcessResult json =
       meander_with({"info", (scratch / "s.h5").string(), "a_missing_image.obj", "--json"});
-  CHECK_THAT(json.out, Contains("\"image_missing\":1") && Contains("\"color_source\":\"none\""));
+  CHECK_THAT(json.out,
+             ContainsSubstring("\"image_missing\":1") && ContainsSubstring("\"color_source\":\"none\""));
   const ProcessResult again = run_with(scratch / "in", scratch / "s.h5", {"--colors", "--json"});
-  CHECK_THAT(again.out, Contains("\"notes\":{\"image_missing\":{\"count\":1,\"models\":1"));
+  CHECK_THAT(again.out, ContainsSubstring("\"notes\":{\"image_missing\":{\"count\":1,\"models\":1"));
   CHECK(meander_with({"verify", (scratch / "s.h5").string()}).exit_code == 0);
 }
 
@@ -358,7 +361,7 @@ TEST_CASE("run --strict: models with such notes are incomplete, and done again o
   const std::string id = "03001627/bbbb0002/models/model_normalized.obj";
   const Row row = row_of(scratch / "s.h5", id);
   CHECK(row.report.status == Status::incomplete);
-  CHECK_THAT(row.report.reason, Contains("image_missing 1: `../images/texture0.jpg`"));
+  CHECK_THAT(row.report.reason, ContainsSubstring("image_missing 1: `../images/texture0.jpg`"));
   CHECK(notes_of(row, Note::image_missing) == 1);
   check_halves(StoreReader(scratch / "s.h5").read_row(0));
   CHECK(meander_with({"verify", (scratch / "s.h5").string()}).exit_code == 0);
@@ -380,9 +383,9 @@ TEST_CASE("run --strict: words that are no notes, and notes on colours without -
   put_shapenet(scratch / "in");
   const ProcessResult word = run_with(scratch / "in", scratch / "s.h5", {"--strict", "image_lost"});
   CHECK(word.exit_code == 2);
-  CHECK_THAT(word.err, Contains("image_lost") && Contains("image_missing"));
+  CHECK_THAT(word.err, ContainsSubstring("image_lost") && ContainsSubstring("image_missing"));
   const ProcessResult plain = run_with(scratch / "in", scratch / "s.h5", {"--strict", "image_missing"});
   CHECK(plain.exit_code == 2);
-  CHECK_THAT(plain.err, Contains("--colors"));
+  CHECK_THAT(plain.err, ContainsSubstring("--colors"));
   CHECK(run_with(scratch / "in", scratch / "s.h5", {"--strict", "all"}).exit_code == 0);
 }

@@ -1,11 +1,11 @@
 // meander run --curved: points on the smooth surface that the vertex normals describe.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "kernels/sample/point_frames.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

@@ -1,9 +1,9 @@
 // Every command that reads a store refuses a damaged one: a sentence and exit code 2, no crash, no output.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/sanitized.h"

@@ -1,6 +1,5 @@
 // run --describe: descriptors in the same pass.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
@@ -9,6 +8,7 @@
 #include "kernels/describe/depth_views.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/describe/shell_harmonics.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

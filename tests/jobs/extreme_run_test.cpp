@@ -1,13 +1,13 @@
 // Coordinates that float32 does not hold, from the file to the store and out of it again.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "io/mesh/point_reader.h"
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

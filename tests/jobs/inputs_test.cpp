@@ -4,12 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/item_id.h"
 #include "jobs/item_names.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
@@ -124,7 +124,7 @@ TEST_CASE("collect_inputs: Princeton classifications give labels and files of th
   CHECK_THROWS_AS(collect_inputs({(scratch / "bad.cla").string()}), UsageError);
 }
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 TEST_CASE("collect_inputs: links to folders and files are followed, each link is a row") {
   const ScratchFolder scratch;
@@ -170,7 +170,7 @@ TEST_CASE(
   CHECK(inputs.notes.unread[0].path == scratch / "set/chair");
   CHECK(inputs.notes.unread[0].reason == "the target of the link does not exist");
   CHECK(inputs.notes.unread[1].path == scratch / "set/loop");
-  CHECK_THAT(inputs.notes.unread[1].reason, Contains("symbolic links"));
+  CHECK_THAT(inputs.notes.unread[1].reason, ContainsSubstring("symbolic links"));
 }
 
 TEST_CASE("collect_inputs: a folder that cannot be read is named, the others are searched") {
@@ -252,7 +252,7 @@ TEST_CASE("collect_inputs: ids of lists are relative to the folder that all path
   CHECK(ids_of(collect_inputs({here}, rooted)) == Ids{"here/chair/a.off", "here/table/b.off"});
   CHECK(collect_inputs({here}, rooted).root == "/data");
   CHECK_THAT(message_of({there}, rooted),
-             Contains("`/mnt/7/chair/a.off` is outside `/data`") && Contains("--root"));
+             ContainsSubstring("`/mnt/7/chair/a.off` is outside `/data`") && ContainsSubstring("--root"));
 
   // A list that grows keeps its root, and its ids.
   InputOptions grown;
@@ -261,11 +261,11 @@ TEST_CASE("collect_inputs: ids of lists are relative to the folder that all path
   CHECK(ids_of(collect_inputs({more}, grown)) == Ids{"chair/a.off"});
   CHECK(ids_of(collect_inputs({more})) == Ids{"a.off"});
   CHECK_THAT(message_of({there}, grown),
-             Contains("outside `/data/here`") && Contains("since the store was made"));
+             ContainsSubstring("outside `/data/here`") && ContainsSubstring("since the store was made"));
   grown.root = "/mnt";
   CHECK(ids_of(collect_inputs({there}, grown)) == Ids{"7/chair/a.off", "7/table/b.off"});
 
-  CHECK_THAT(message_of({"."}, rooted), Contains("--root applies to lists"));
+  CHECK_THAT(message_of({"."}, rooted), ContainsSubstring("--root applies to lists"));
   CHECK(collect_inputs({scratch.path().string()}).root.empty());
 }
 
@@ -279,8 +279,9 @@ TEST_CASE("collect_inputs: lists apart by NUL bytes hold any path") {
   const Inputs inputs = collect_inputs({"@" + (scratch / "list").string()}, options);
   CHECK(ids_of(inputs) == Ids{"# b %0D", "a%0A1.off", "e/c.off"});
   CHECK(inputs.items[1].path == "/d/a\n1.off");
-  CHECK_THAT(message_of({"@" + (scratch / "list").string()}), Contains("NUL") && Contains("--null"));
-  CHECK_THAT(message_of({scratch.path().string()}, options), Contains("--null applies to lists"));
+  CHECK_THAT(message_of({"@" + (scratch / "list").string()}),
+             ContainsSubstring("NUL") && ContainsSubstring("--null"));
+  CHECK_THAT(message_of({scratch.path().string()}, options), ContainsSubstring("--null applies to lists"));
 }
 
 TEST_CASE("folder layouts: class and split of an item") {
@@ -389,19 +390,20 @@ TEST_CASE("collect_inputs: a wrong file of labels is refused with the line") {
     return message_of({tree}, options);
   };
   CHECK_THAT(refusal("a.off,chair\nb.off,lamp\na.off,lamp\n"),
-             Contains("line 3") && Contains("`a.off` than in line 1"));
-  CHECK_THAT(refusal("a.off,chair,train\na.off,chair,test\n"), Contains("line 2"));
-  CHECK_THAT(refusal("a.off,chair,later\n"), Contains("line 1") && Contains("`later`"));
-  CHECK_THAT(refusal("x.off,c\n\na.off\n"), Contains("line 3") && Contains("1 fields"));
-  CHECK_THAT(refusal("a.off,b,train,d\n"), Contains("4 fields"));
-  CHECK_THAT(refusal("\"x\ny.off\",c\na.off,\"chair\n"), Contains("line 3") && Contains("not closed"));
-  CHECK_THAT(refusal("\"a\"b,c\n"), Contains("closing quotation mark"));
-  CHECK_THAT(refusal("id,colour\na.off,red\n"), Contains("`class`"));
-  CHECK_THAT(refusal("id,class,split\na.off,red\n"), Contains("2 fields, must be 3"));
+             ContainsSubstring("line 3") && ContainsSubstring("`a.off` than in line 1"));
+  CHECK_THAT(refusal("a.off,chair,train\na.off,chair,test\n"), ContainsSubstring("line 2"));
+  CHECK_THAT(refusal("a.off,chair,later\n"), ContainsSubstring("line 1") && ContainsSubstring("`later`"));
+  CHECK_THAT(refusal("x.off,c\n\na.off\n"), ContainsSubstring("line 3") && ContainsSubstring("1 fields"));
+  CHECK_THAT(refusal("a.off,b,train,d\n"), ContainsSubstring("4 fields"));
+  CHECK_THAT(refusal("\"x\ny.off\",c\na.off,\"chair\n"),
+             ContainsSubstring("line 3") && ContainsSubstring("not closed"));
+  CHECK_THAT(refusal("\"a\"b,c\n"), ContainsSubstring("closing quotation mark"));
+  CHECK_THAT(refusal("id,colour\na.off,red\n"), ContainsSubstring("`class`"));
+  CHECK_THAT(refusal("id,class,split\na.off,red\n"), ContainsSubstring("2 fields, must be 3"));
   options.labels = {(scratch / "absent.csv").string()};
-  CHECK_THAT(message_of({tree}, options), Contains("cannot read"));
+  CHECK_THAT(message_of({tree}, options), ContainsSubstring("cannot read"));
   options.labels = {tree};
-  CHECK_THAT(message_of({tree}, options), Contains("cannot read"));
+  CHECK_THAT(message_of({tree}, options), ContainsSubstring("cannot read"));
 }
 
 namespace {
@@ -470,7 +472,8 @@ TEST_CASE("labels: all.csv of ShapeNet gives splits, and classes their names fro
   CHECK(inputs.notes.items_without_line == 1);
   CHECK(inputs.notes.item_without_line == v2[3]);
   CHECK(inputs.notes.lines_without_item == 1);
-  CHECK_THAT(inputs.notes.line_without_item, Contains("`04379243/2b`") && Contains("all.csv` line 5"));
+  CHECK_THAT(inputs.notes.line_without_item,
+             ContainsSubstring("`04379243/2b`") && ContainsSubstring("all.csv` line 5"));
   CHECK(inputs.notes.ambiguous_lines == 0);
   CHECK(inputs.notes.class_names.empty());
   // In the root of the input, beside the file, or given itself.
@@ -553,10 +556,10 @@ TEST_CASE("labels: names of classes are stable and tell synsets apart") {
   CHECK(tree.read({"synsetoffset2category.txt"}).label_names ==
         Ids{"02690373", "02738535", "02933112", "03018349", "09999999", "Airplane", "Chair"});
   CHECK_THAT(tree.refusal({"taxonomy.json", "synsetoffset2category.txt"}),
-             Contains("another name of the synset 02691156"));
-  CHECK_THAT(tree.refusal({"train=taxonomy.json"}), Contains("have no split"));
+             ContainsSubstring("another name of the synset 02691156"));
+  CHECK_THAT(tree.refusal({"train=taxonomy.json"}), ContainsSubstring("have no split"));
   tree.write("cut.json", taxonomy.substr(0, 100));
-  CHECK_THAT(tree.refusal({"cut.json"}), Contains("not valid JSON"));
+  CHECK_THAT(tree.refusal({"cut.json"}), ContainsSubstring("not valid JSON"));
 }
 
 TEST_CASE("labels: tables without a class leave that of the folders, and columns have names of data sets") {
@@ -570,11 +573,12 @@ TEST_CASE("labels: tables without a class leave that of the folders, and columns
              "object_id,class,split,object_path\nchair_0001,seat,train,chair/train/chair_0001.off\n");
   CHECK(tree.lines({"metadata.csv"})[1] == "chair/train/chair_0001.off seat train");
   // Two files that say different things of one item, also when each spells it otherwise.
-  CHECK_THAT(tree.refusal({"splits.csv", "metadata.csv"}),
-             Contains("metadata.csv` line 2 says another split of `chair/train/chair_0001.off` than") &&
-                 Contains("splits.csv` line 2"));
+  CHECK_THAT(
+      tree.refusal({"splits.csv", "metadata.csv"}),
+      ContainsSubstring("metadata.csv` line 2 says another split of `chair/train/chair_0001.off` than") &&
+          ContainsSubstring("splits.csv` line 2"));
   tree.write("twice.csv", "chair_0001,seat\ntrain/chair_0001.off,stool\n");
-  CHECK_THAT(tree.refusal({"twice.csv"}), Contains("another class of `chair/train/chair_0001.off`"));
+  CHECK_THAT(tree.refusal({"twice.csv"}), ContainsSubstring("another class of `chair/train/chair_0001.off`"));
   // A file of ids, of which some are not there, is not taken for one of names.
   tree.write("ids.csv", "chair_0001.off,stool\nchair/train/chair_0001.off,seat\nchair_0002.off,stool\n");
   CHECK(tree.lines({"ids.csv"}) == Ids{"chair/test/chair_0002.off chair test",
@@ -582,8 +586,9 @@ TEST_CASE("labels: tables without a class leave that of the folders, and columns
                                        "lamp/test/lamp_0001.off lamp test"});
   CHECK(tree.read({"ids.csv"}).notes.lines_without_item == 2);
   tree.write("colours.csv", "id,colour\nchair_0001,red\n");
-  CHECK_THAT(tree.refusal({"colours.csv"}), Contains("no column `class`") && Contains("no column `split`"));
-  CHECK_THAT(tree.refusal({"test=metadata.csv"}), Contains("line 2: the split `train`"));
+  CHECK_THAT(tree.refusal({"colours.csv"}),
+             ContainsSubstring("no column `class`") && ContainsSubstring("no column `split`"));
+  CHECK_THAT(tree.refusal({"test=metadata.csv"}), ContainsSubstring("line 2: the split `train`"));
   tree.write("classes.csv", "chair_0001,seat\n");
   CHECK(tree.lines({"val=classes.csv"})[1] == "chair/train/chair_0001.off seat validation");
 }
@@ -596,7 +601,7 @@ TEST_CASE("labels: comments in tables are lines of one field that begin with #")
   tree.write("plain.csv", "# no header\na.obj,chair\n");
   CHECK(tree.lines({"plain.csv"}) == Ids{"#b.obj - none", "a.obj chair none"});
   tree.write("bad.csv", "id,class\n# a comment\na.obj\n");
-  CHECK_THAT(tree.refusal({"bad.csv"}), Contains("line 3: 1 fields"));
+  CHECK_THAT(tree.refusal({"bad.csv"}), ContainsSubstring("line 3: 1 fields"));
 }
 
 TEST_CASE("labels: lists of ids, one a line, with the split of the argument or of the file's name") {
@@ -614,12 +619,13 @@ TEST_CASE("labels: lists of ids, one a line, with the split of the argument or o
   CHECK(inputs.notes.items_without_line == 1);
   CHECK(inputs.notes.lines_without_item == 1);
   CHECK_THAT(inputs.notes.line_without_item,
-             Contains("`bathtub_0107`") && Contains("modelnet40_test.txt` line 2"));
-  CHECK_THAT(tree.refusal({"ids.txt"}), Contains("a list of ids") && Contains("--labels train="));
+             ContainsSubstring("`bathtub_0107`") && ContainsSubstring("modelnet40_test.txt` line 2"));
+  CHECK_THAT(tree.refusal({"ids.txt"}),
+             ContainsSubstring("a list of ids") && ContainsSubstring("--labels train="));
   tree.write("train_test.txt", "sofa_0001\n");
-  CHECK_THAT(tree.refusal({"train_test.txt"}), Contains("a list of ids"));
+  CHECK_THAT(tree.refusal({"train_test.txt"}), ContainsSubstring("a list of ids"));
   tree.write("test.txt", "airplane_0001\n");
-  CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), Contains("says another split"));
+  CHECK_THAT(tree.refusal({"modelnet40_train.txt", "test.txt"}), ContainsSubstring("says another split"));
   // The split of an argument counts before the file's name, and lists of points name models.
   tree.write("filelist_test.txt", "airplane/airplane_0001.txt\n");
   CHECK(tree.lines({"train=filelist_test.txt"})[0] == "airplane/airplane_0001.off - train");
@@ -659,7 +665,7 @@ TEST_CASE("labels: names of items are ends of paths, alone of their kind") {
   CHECK(train_of("objs/new-0.obj").empty());
   CHECK(tree.read({"train.txt"}).notes.ambiguous_lines == 1);
   CHECK_THAT(tree.read({"train.txt"}).notes.ambiguous_line,
-             Contains("`objs/new-0.obj`") && Contains("line 1"));
+             ContainsSubstring("`objs/new-0.obj`") && ContainsSubstring("line 1"));
   CHECK(tree.read({"train.txt"}).notes.lines_without_item == 0);
   for (const char* none : {"32770.obj", "3277", "scene0191", "00000003_aa11", "2782/objs/new-0",
                            "other/32770.stl", "raw_model.off", "/", "."}) {
@@ -727,27 +733,27 @@ TEST_CASE("labels: JSON files of data sets") {
   packed.content = R"(["aa"])";
   tree.write("lists.zip", zip_bytes({packed}));
   CHECK(tree.lines({"lists.zip/lists/test.json"})[1] == "03001627/aa/models/m.obj 03001627 test");
-  CHECK_THAT(tree.refusal({"lists.zip/none.json"}), Contains("there is no"));
+  CHECK_THAT(tree.refusal({"lists.zip/none.json"}), ContainsSubstring("there is no"));
   tree.write("cut.json.gz", gzip_bytes("[]").substr(0, 12));
-  CHECK_THAT(tree.refusal({"cut.json.gz"}), Contains("cannot unpack"));
+  CHECK_THAT(tree.refusal({"cut.json.gz"}), ContainsSubstring("cannot unpack"));
   CHECK(lines("with_split.json", R"([{"uid": "aa", "split": "val", "label": "x"}])") ==
         Ids{"02691156 none", "x validation", "03001627 none"});
   const auto refusal = [&](const std::string& text) {
     tree.write("bad.json", text);
     return tree.refusal({"bad.json"});
   };
-  CHECK_THAT(refusal(R"(["aa"])"), Contains("a list of ids"));
-  CHECK_THAT(refusal(R"({"aa": "chair"})"), Contains("none of the forms"));
-  CHECK_THAT(refusal(R"({"a": {"b": {"c": {"d": {"e": []}}}}})"), Contains("none of the forms"));
-  CHECK_THAT(refusal("7"), Contains("none of the forms"));
+  CHECK_THAT(refusal(R"(["aa"])"), ContainsSubstring("a list of ids"));
+  CHECK_THAT(refusal(R"({"aa": "chair"})"), ContainsSubstring("none of the forms"));
+  CHECK_THAT(refusal(R"({"a": {"b": {"c": {"d": {"e": []}}}}})"), ContainsSubstring("none of the forms"));
+  CHECK_THAT(refusal("7"), ContainsSubstring("none of the forms"));
   CHECK_THAT(refusal(R"({"train": ["aa"], "extra": ["bb"]})"),
-             Contains("splits and other names") && Contains("`extra`"));
-  CHECK_THAT(refusal(R"([{"name": "aa"}])"), Contains("entry 1 has no id"));
-  CHECK_THAT(refusal(R"([{"id": "aa", "split": "later"}])"), Contains("`later`"));
+             ContainsSubstring("splits and other names") && ContainsSubstring("`extra`"));
+  CHECK_THAT(refusal(R"([{"name": "aa"}])"), ContainsSubstring("entry 1 has no id"));
+  CHECK_THAT(refusal(R"([{"id": "aa", "split": "later"}])"), ContainsSubstring("`later`"));
   CHECK_THAT(refusal(R"({"a": ["aa"], "b": ["aa"]})"),
-             Contains("entry 2: another class") && Contains("entry 1"));
-  CHECK_THAT(refusal("[1, 2"), Contains("not valid JSON"));
-  CHECK_THAT(refusal(std::string(1000, '[')), Contains("nests deeper"));
+             ContainsSubstring("entry 2: another class") && ContainsSubstring("entry 1"));
+  CHECK_THAT(refusal("[1, 2"), ContainsSubstring("not valid JSON"));
+  CHECK_THAT(refusal(std::string(1000, '[')), ContainsSubstring("nests deeper"));
 }
 
 TEST_CASE("labels: many ids that mean much are found in little time") {

@@ -1,8 +1,8 @@
 // Sets that are made and written block by block: the same stores whatever way a row comes to them.
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/sanitized.h"
@@ -10,7 +10,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 

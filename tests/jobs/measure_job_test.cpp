@@ -1,5 +1,4 @@
 #include <array>
-#include <catch2/catch.hpp>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -7,6 +6,7 @@
 #include "io/store/store.h"
 #include "io/table/npy_header.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

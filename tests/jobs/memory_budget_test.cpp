@@ -1,10 +1,10 @@
 // --memory is the budget of the whole process: its peak as reported by the kernel stays below.
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"

@@ -1,9 +1,9 @@
 // The ranges that help and documents state are those that are checked.
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <regex>
 #include <sstream>
 
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"

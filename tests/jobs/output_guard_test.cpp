@@ -4,7 +4,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
 #include <filesystem>
 
@@ -13,6 +12,7 @@
 #include "jobs/inputs.h"
 #include "jobs/output_guard.h"
 #include "jobs/working_process.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 

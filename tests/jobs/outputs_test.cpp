@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
 
 #include "io/file_kind.h"
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/store_rows.h"

@@ -1,12 +1,12 @@
 // Descriptors of oriented pairs: run, describe, retrieve.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <initializer_list>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"

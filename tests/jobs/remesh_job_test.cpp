@@ -1,5 +1,4 @@
 // meander remesh as a user runs it: files, statuses, second runs, kills.
-#include <catch2/catch.hpp>
 #include <charconv>
 #include <chrono>
 #include <csignal>
@@ -13,6 +12,7 @@
 #include "io/json/json_reader.h"
 #include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
 #include "support/meander_program.h"

@@ -1,10 +1,10 @@
 // What a remeshed model takes at its peak, measured, against what is reserved for it.
-#include <catch2/catch.hpp>
 
 #include "io/mesh/mesh_writer.h"
 #include "jobs/remesh_stages.h"
 #include "pipeline/memory_estimate.h"
 #include "support/allocation_counter.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 

@@ -1,5 +1,4 @@
 // meander render: sheets of sampled models, with and without their meshes.
-#include <catch2/catch.hpp>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "io/image/color_image.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

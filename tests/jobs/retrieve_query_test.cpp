@@ -1,8 +1,8 @@
 // retrieve query: meshes and several items as queries, hints for ids.
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <sstream>
 
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/test_meshes.h"
 

@@ -1,11 +1,11 @@
 // Inputs of a run as a user sees them: exit codes, messages, ids, classes, splits.
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/store_rows.h"
@@ -13,7 +13,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -60,12 +60,12 @@ TEST_CASE("run: a folder that cannot be read is named, counted, and the run ends
   }
   INFO(first.err);
   CHECK(first.exit_code == 3);
-  CHECK_THAT(first.err, Contains("/in/closed`: Permission denied"));
-  CHECK_THAT(first.out, Contains("unread folders               1"));
+  CHECK_THAT(first.err, ContainsSubstring("/in/closed`: Permission denied"));
+  CHECK_THAT(first.out, ContainsSubstring("unread folders               1"));
   CHECK(ids_of(scratch / "out/s.h5") == Ids{"open/a.off"});
   CHECK(again.exit_code == 3);
-  CHECK_THAT(again.out,
-             Contains("\"unread_folders\":[{\"path\":") && Contains("\"reason\":\"Permission denied\""));
+  CHECK_THAT(again.out, ContainsSubstring("\"unread_folders\":[{\"path\":") &&
+                            ContainsSubstring("\"reason\":\"Permission denied\""));
 }
 
 TEST_CASE("run: linked class folders are searched, hidden files are counted") {
@@ -80,7 +80,7 @@ TEST_CASE("run: linked class folders are searched, hidden files are counted") {
   CHECK(result.exit_code == 0);
   CHECK(ids_of(scratch / "s.h5") == Ids{"chair/a.off"});
   CHECK(StoreReader(scratch / "s.h5").label_names() == Ids{"chair"});
-  CHECK_THAT(result.out, Contains("hidden files and folders skipped: 3"));
+  CHECK_THAT(result.out, ContainsSubstring("hidden files and folders skipped: 3"));
 }
 
 TEST_CASE("run: any file name, and export and info find items by id and by path") {
@@ -99,9 +99,9 @@ TEST_CASE("run: any file name, and export and info find items by id and by path"
   write_file(scratch / "bad/bad\nname.off", "OFF\n");
   const ProcessResult failed = run({scratch / "in", scratch / "bad"}, scratch / "f.h5");
   CHECK(failed.exit_code == 3);
-  CHECK_THAT(
-      read_file(scratch / "f.h5.failed.txt"),
-      Contains("# bad/bad%0Aname.off: ") && Contains("\n# the path of this item contains a line break"));
+  CHECK_THAT(read_file(scratch / "f.h5.failed.txt"),
+             ContainsSubstring("# bad/bad%0Aname.off: ") &&
+                 ContainsSubstring("\n# the path of this item contains a line break"));
   // The inputs of the run are found again, by the same ids.
   CHECK(run({scratch / "in"}, store).exit_code == 0);
   CHECK(meander_with({"describe", store, (scratch / "in").string(), "--descriptors", "basics"}).exit_code ==
@@ -142,7 +142,7 @@ TEST_CASE("run: lists on two machines make the same store, and a list that grows
   CHECK(outside.exit_code == 2);
   const ProcessResult needless = run({root}, scratch / "n.h5", {"--null"});
   CHECK(needless.exit_code == 2);
-  CHECK_THAT(needless.err, Contains("--null applies to lists"));
+  CHECK_THAT(needless.err, ContainsSubstring("--null applies to lists"));
 }
 
 TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet files of each part") {
@@ -153,16 +153,18 @@ TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet fi
   const ProcessResult result = run({scratch / "in"}, store);
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
-  CHECK_THAT(result.out, Contains("layout modelnet"));
+  CHECK_THAT(result.out, ContainsSubstring("layout modelnet"));
   const StoreReader reader(store);
   CHECK(reader.label_names() == Ids{"chair", "lamp"});
   CHECK(reader.split(0) == Split::test);
   CHECK(reader.split(1) == Split::train);
   CHECK(reader.label(3) == 1);
   CHECK(verify_store(store).problems.empty());
-  CHECK_THAT(meander_with({"info", store}).out, Contains("split train") && Contains("split test"));
-  CHECK_THAT(meander_with({"info", store, "chair/test/3.off"}).out, Contains("split             test"));
-  CHECK_THAT(meander_with({"info", store, "0", "--json"}).out, Contains("\"split\":\"test\""));
+  CHECK_THAT(meander_with({"info", store}).out,
+             ContainsSubstring("split train") && ContainsSubstring("split test"));
+  CHECK_THAT(meander_with({"info", store, "chair/test/3.off"}).out,
+             ContainsSubstring("split             test"));
+  CHECK_THAT(meander_with({"info", store, "0", "--json"}).out, ContainsSubstring("\"split\":\"test\""));
 
   const auto export_shards = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"export", store, "--pointnet", "-o", folder};
@@ -171,13 +173,13 @@ TEST_CASE("run, info, export: classes and splits of a labelled tree, PointNet fi
   };
   const ProcessResult exported = export_shards({"--shard-rows", "1"});
   REQUIRE(exported.exit_code == 0);
-  CHECK_THAT(exported.out, Contains("3 rows for training, 1 for tests, 0 for validation"));
+  CHECK_THAT(exported.out, ContainsSubstring("3 rows for training, 1 for tests, 0 for validation"));
   CHECK(fs::exists(folder + "/ply_data_train2.h5"));
   CHECK(fs::exists(folder + "/ply_data_test0.h5"));
   const std::string before = read_file(folder + "/ply_data_train0.h5");
   const ProcessResult refused = export_shards({});
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("--fresh"));
+  CHECK_THAT(refused.err, ContainsSubstring("--fresh"));
   CHECK(read_file(folder + "/ply_data_train0.h5") == before);
   CHECK(export_shards({"--fresh"}).exit_code == 0);
   CHECK_FALSE(fs::exists(folder + "/ply_data_train2.h5"));
@@ -191,19 +193,19 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
   const ProcessResult result = run({scratch / "in"}, store, {"--labels", labels});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
-  CHECK_THAT(result.out, Contains("labels: 1 items without a line, 1 lines without an item"));
+  CHECK_THAT(result.out, ContainsSubstring("labels: 1 items without a line, 1 lines without an item"));
   const ProcessResult again = run({scratch / "in"}, store, {"--labels", labels, "--json"});
-  CHECK_THAT(again.out, Contains("\"items_without_label_line\":1,\"label_lines_without_item\":1"));
+  CHECK_THAT(again.out, ContainsSubstring("\"items_without_label_line\":1,\"label_lines_without_item\":1"));
   const ProcessResult exported =
       meander_with({"export", store, "--pointnet", "-o", (scratch / "pn").string()});
   CHECK(exported.exit_code == 0);
-  CHECK_THAT(exported.out, Contains("1 rows for training, 1 for tests") &&
-                               Contains("1 rows without a class were left out"));
+  CHECK_THAT(exported.out, ContainsSubstring("1 rows for training, 1 for tests") &&
+                               ContainsSubstring("1 rows without a class were left out"));
   REQUIRE(run({scratch / "in"}, scratch / "none.h5").exit_code == 0);
   const ProcessResult none =
       meander_with({"export", scratch / "none.h5", "--pointnet", "-o", (scratch / "none").string()});
   CHECK(none.exit_code == 2);
-  CHECK_THAT(none.err, Contains("--labels"));
+  CHECK_THAT(none.err, ContainsSubstring("--labels"));
   CHECK_FALSE(fs::exists(scratch / "none"));
   // The file is an input: nothing writes over it.
   fs::rename(labels, scratch / "x.h5.failed.txt");
@@ -213,7 +215,7 @@ TEST_CASE("run --labels: classes and splits of a file, and rows without a class 
   write_file(labels, "1.off,chair\n1.off,lamp\n");
   const ProcessResult conflict = run({scratch / "in"}, scratch / "c.h5", {"--labels", labels});
   CHECK(conflict.exit_code == 2);
-  CHECK_THAT(conflict.err, Contains("line 2"));
+  CHECK_THAT(conflict.err, ContainsSubstring("line 2"));
   CHECK_FALSE(fs::exists(scratch / "c.h5"));
 }
 
@@ -231,22 +233,22 @@ TEST_CASE(
                                    {"synsetId": "03001627", "name": "chair", "children": []}])";
   const ProcessResult bare = run({root}, scratch / "bare.h5");
   CHECK(StoreReader(scratch / "bare.h5").label_names() == Ids{"02691156", "03001627"});
-  CHECK_THAT(bare.out, !Contains("not used"));
+  CHECK_THAT(bare.out, !ContainsSubstring("not used"));
   write_file(root / "all.csv", table);
   write_file(root / "taxonomy.json", taxonomy);
   // Rows are labelled as before where nothing is asked for, and the summary says what there is.
   const ProcessResult unused = run({root}, scratch / "unused.h5");
   CHECK(read_file(scratch / "unused.h5") == read_file(scratch / "bare.h5"));
-  CHECK_THAT(unused.out, Contains("--labels " + (root / "all.csv").string()) &&
-                             Contains("--labels " + (root / "taxonomy.json").string()));
+  CHECK_THAT(unused.out, ContainsSubstring("--labels " + (root / "all.csv").string()) &&
+                             ContainsSubstring("--labels " + (root / "taxonomy.json").string()));
   const ProcessResult labelled = run({root}, scratch / "s.h5", {"--labels", (root / "all.csv").string()});
   INFO(labelled.out << labelled.err);
   REQUIRE(labelled.exit_code == 0);
   CHECK_THAT(labelled.out,
-             Contains("labels: 0 items without a line, 1 lines without an item\n    no item: "
-                      "`03001627/9f`, `" +
-                      (root / "all.csv").string() + "` line 5") &&
-                 Contains("names of classes: 3 items from `" + (root / "taxonomy.json").string()));
+             ContainsSubstring("labels: 0 items without a line, 1 lines without an item\n    no item: "
+                               "`03001627/9f`, `" +
+                               (root / "all.csv").string() + "` line 5") &&
+                 ContainsSubstring("names of classes: 3 items from `" + (root / "taxonomy.json").string()));
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.label_names() == Ids{"airplane", "chair"});
   CHECK(reader.split(0) == Split::train);
@@ -294,10 +296,11 @@ TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous i
   const ProcessResult result = run({scratch / "in"}, scratch / "s.h5", both);
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 0);
-  CHECK_THAT(result.out, Contains("labels: 2 items without a line, 1 lines without an item\n    no line: "
-                                  "`a/1.off`\n    no item: `9`, `") &&
-                             Contains("labels: 1 lines name several items and are left out") &&
-                             Contains("several: `1`, `"));
+  CHECK_THAT(result.out,
+             ContainsSubstring("labels: 2 items without a line, 1 lines without an item\n    no line: "
+                               "`a/1.off`\n    no item: `9`, `") &&
+                 ContainsSubstring("labels: 1 lines name several items and are left out") &&
+                 ContainsSubstring("several: `1`, `"));
   const StoreReader reader(scratch / "s.h5");
   CHECK(reader.split(0) == Split::none);
   CHECK(reader.split(2) == Split::train);
@@ -305,7 +308,8 @@ TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous i
   Ids json = both;
   json.push_back("--json");
   CHECK_THAT(run({scratch / "in"}, scratch / "s.h5", json).out,
-             Contains("\"ambiguous_label_lines\":1") && Contains("\"item_without_label_line\":\"a/1.off\""));
+             ContainsSubstring("\"ambiguous_label_lines\":1") &&
+                 ContainsSubstring("\"item_without_label_line\":\"a/1.off\""));
   // None of the files is written over.
   write_file(scratch / "x.h5.failed.txt", "3\n");
   CHECK(
@@ -314,7 +318,7 @@ TEST_CASE("run --labels: lists of ids beside each other, and what is ambiguous i
   const ProcessResult unknown =
       run({scratch / "in"}, scratch / "u.h5", {"--labels", (scratch / "rest.txt").string()});
   CHECK(unknown.exit_code == 2);
-  CHECK_THAT(unknown.err, Contains("--labels train="));
+  CHECK_THAT(unknown.err, ContainsSubstring("--labels train="));
 }
 
 TEST_CASE("info: an unfinished run says what it is and what continues it") {
@@ -327,9 +331,10 @@ TEST_CASE("info: an unfinished run says what it is and what continues it") {
   REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
   const ProcessResult unfinished = meander_with({"info", store});
   CHECK(unfinished.exit_code == 2);
-  CHECK_THAT(unfinished.err, Contains("the store `" + store + "` is not finished: `" + store +
-                                      ".run` holds an unfinished run over 4 models, begun to sample: the "
-                                      "command that began it continues it"));
+  CHECK_THAT(unfinished.err,
+             ContainsSubstring("the store `" + store + "` is not finished: `" + store +
+                               ".run` holds an unfinished run over 4 models, begun to sample: the "
+                               "command that began it continues it"));
   REQUIRE(run({scratch / "in"}, store).exit_code == 3);
   CHECK(meander_with({"info", store}).err.empty());
   write_file(scratch / "in/e.off", broken);
@@ -337,8 +342,9 @@ TEST_CASE("info: an unfinished run says what it is and what continues it") {
   REQUIRE(run({scratch / "in"}, store, {"--max-failures", "0", "-j", "1"}).exit_code == 75);
   const ProcessResult update = meander_with({"info", store});
   CHECK(update.exit_code == 0);
-  CHECK_THAT(update.err, Contains("holds an unfinished run over 8 models, begun to update the store"));
-  CHECK_THAT(meander_with({"info", scratch / "none.h5"}).err, Contains("does not exist"));
+  CHECK_THAT(update.err,
+             ContainsSubstring("holds an unfinished run over 8 models, begun to update the store"));
+  CHECK_THAT(meander_with({"info", scratch / "none.h5"}).err, ContainsSubstring("does not exist"));
 }
 
 TEST_CASE("run: counts with units and exponents give the same store") {

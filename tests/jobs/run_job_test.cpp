@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <thread>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
 #include "support/mesh_files.h"

@@ -1,7 +1,6 @@
 #include "jobs/run_report.h"
 
-#include <catch2/catch.hpp>
-
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;

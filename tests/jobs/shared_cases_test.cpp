@@ -2,12 +2,12 @@
 // result. Skipped where the folder is not there: the same is tested on files that the tests make.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <map>
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/store_rows.h"
 

@@ -2,7 +2,6 @@
 // memory.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -12,6 +11,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/store/store.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

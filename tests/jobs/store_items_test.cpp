@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 
-#include "jobs/inputs.h"
 #include "jobs/store_items.h"
+#include "jobs/inputs.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 
 using namespace meander;
@@ -32,7 +32,7 @@ TEST_CASE("a run begun with other parameters names all of them") {
   header.samples = 8;
   header.seed = 2;
   header.parameters_json = R"({"method":"auto","samples":8,"seed":2})";
-  CHECK_THROWS_WITH(
-      RunDirectory(scratch / "s.h5", header),
-      Catch::Contains(R"(parameter "samples" was 4, now it is 8; parameter "seed" was 1, now)"));
+  CHECK_THROWS_WITH(RunDirectory(scratch / "s.h5", header),
+                    Catch::Matchers::ContainsSubstring(
+                        R"(parameter "samples" was 4, now it is 8; parameter "seed" was 1, now)"));
 }

@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -7,6 +6,7 @@
 #include "io/plot/png_writer.h"
 #include "io/store/store.h"
 #include "kernels/surface/surface.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include "io/file/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/point_reader.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

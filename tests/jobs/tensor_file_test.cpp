@@ -1,12 +1,12 @@
 // `meander run --tensor file:PATH`: tensors from a text file, a folder of them and an HDF5 file.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
 #include <map>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/fault_program.h"
 #include "support/hdf5_dataset.h"
 #include "support/mesh_files.h"

@@ -1,7 +1,6 @@
 // run --method anisotropic as a user runs it: mistakes, stores, resuming.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +8,7 @@
 
 #include "io/store/store.h"
 #include "kernels/model/tensor_segments.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
 #include "support/mesh_files.h"

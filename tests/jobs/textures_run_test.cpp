@@ -5,7 +5,6 @@
 #include <webp/encode.h>
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +13,7 @@
 
 #include "io/store/store.h"
 #include "support/archive_files.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/gltf_streams.h"
 #include "support/image_files.h"
@@ -23,7 +23,7 @@
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -386,7 +386,7 @@ TEST_CASE("run --colors: images that are missing, damaged, too large or outside 
   const ProcessResult result = run_textured(scratch / "in", scratch / "s.h5");
   INFO(result.out << result.err);
   REQUIRE(result.exit_code == 0);
-  CHECK_THAT(result.out, Contains("colors: texture") && Contains("color fills"));
+  CHECK_THAT(result.out, ContainsSubstring("colors: texture") && ContainsSubstring("color fills"));
   const Row row = row_of(scratch / "s.h5", "model/box.obj");
   CHECK(row.report.color_source == ColorSource::texture);
   const TestImage image = colorful(5, 5);
@@ -423,7 +423,7 @@ TEST_CASE("run --colors: an image that changes is noticed, and archives give the
 
   write_file(scratch / "folder/set/maps/image.png", png_bytes(colorful(8, 8)));
   const ProcessResult again = run_textured(scratch / "folder/set", scratch / "folder.h5", {"--json"});
-  CHECK_THAT(again.out, Contains("\"changed\":[\"box.gltf\",\"box.obj\"]"));
+  CHECK_THAT(again.out, ContainsSubstring("\"changed\":[\"box.gltf\",\"box.obj\"]"));
   REQUIRE(run_textured(scratch / "folder/set", scratch / "new.h5", {"--reuse", scratch / "folder.h5"})
               .exit_code == 0);
   const Row after = row_of(scratch / "new.h5", "box.obj");

@@ -1,5 +1,4 @@
 // The same bytes for any number of threads, with models above the size from which loops run in parallel.
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -7,6 +6,7 @@
 #include "io/digest.h"
 #include "io/store/store.h"
 #include "kernels/core/parallel.h"
+#include "support/catch.h"
 #include "support/fault_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

@@ -1,8 +1,8 @@
 // meander run --topology none: triangles as they are.
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/meander_program.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"

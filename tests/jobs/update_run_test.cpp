@@ -1,7 +1,6 @@
 // A second `meander run` on a store: new, changed and missing inputs, --retry, --fresh, --reuse, and all
 // of them interrupted.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cctype>
 #include <chrono>
 #include <csignal>
@@ -9,6 +8,7 @@
 #include <thread>
 
 #include "io/store/store.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
 #include "support/mesh_files.h"

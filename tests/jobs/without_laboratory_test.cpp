@@ -1,8 +1,8 @@
 // The program without the laboratory: all commands that make and read stores work; the others say what is
 // missing.
-#include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/run_process.h"
 #include "support/test_meshes.h"

@@ -1,12 +1,12 @@
 #include <oneapi/tbb/task_arena.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/analyse/differential_domain.h"
+#include "support/catch.h"
 #include "tests/support/metric_samples.h"
 #include "tests/support/tangent_arrays.h"
 

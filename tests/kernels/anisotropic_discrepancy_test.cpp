@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,6 +6,7 @@
 #include "kernels/analyse/discrepancy_anisotropic.h"
 #include "kernels/analyse/point_index.h"
 #include "kernels/analyse/slope_fit.h"
+#include "support/catch.h"
 #include "tests/support/metric_samples.h"
 
 using namespace meander;

@@ -1,7 +1,6 @@
 // Do anisotropic samples have the shape that the tensor field asks for? Discrepancy and spectra under
 // constant tensors in the plane; counts, the pair density and the seams on surfaces. Figures are printed as
 // warnings: docs/ANISOTROPIC.md quotes them.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -16,6 +15,7 @@
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/analyse/spectrum.h"
 #include "support/anisotropic_models.h"
+#include "support/catch.h"
 #include "support/grid_regions.h"
 #include "support/metric_samples.h"
 #include "support/shared_mesh.h"

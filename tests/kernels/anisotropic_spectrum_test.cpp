@@ -1,9 +1,9 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/analyse/spectrum.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "tests/support/metric_samples.h"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -14,6 +13,7 @@
 #include "kernels/core/random.h"
 #include "kernels/order/balanced_order.h"
 #include "kernels/order/sheet_cut.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

@@ -1,7 +1,6 @@
 #include "kernels/locate/bisection_walk.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "kernels/locate/surface_regions.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

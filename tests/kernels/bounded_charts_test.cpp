@@ -1,5 +1,4 @@
 // Charts that nothing can make good: their work is bounded, the model is sampled all the same.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -16,6 +15,7 @@
 #include "kernels/model/model.h"
 #include "kernels/model/sampler.h"
 #include "kernels/solve/sparse_cholesky.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
 

@@ -1,13 +1,13 @@
 #include "kernels/analyse/box_discrepancy.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
 #include "kernels/core/status.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <vector>
 
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;

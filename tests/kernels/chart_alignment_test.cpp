@@ -1,13 +1,13 @@
 #include "kernels/tensor/chart_alignment.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/spacing_formula.h"
 #include "support/test_meshes.h"

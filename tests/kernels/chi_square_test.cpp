@@ -1,12 +1,12 @@
 #include "kernels/analyse/chi_square.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 
 using namespace meander;
 

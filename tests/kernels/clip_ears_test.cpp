@@ -1,13 +1,13 @@
 #include "kernels/mesh/clip_ears.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <vector>
 
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;

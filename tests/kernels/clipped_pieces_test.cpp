@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <span>
 #include <tuple>
@@ -12,6 +11,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/order/balanced_order.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

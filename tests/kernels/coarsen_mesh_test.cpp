@@ -1,7 +1,6 @@
 #include "kernels/mesh/coarsen_mesh.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -10,6 +9,7 @@
 #include "kernels/density/density.h"
 #include "kernels/locate/chart_places.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

@@ -1,11 +1,11 @@
 #include "kernels/tensor/comb_directions.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/spacing_formula.h"
 #include "support/test_meshes.h"

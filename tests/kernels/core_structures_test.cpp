@@ -1,6 +1,5 @@
 // The containers of kernels/core.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "kernels/core/radix_sort.h"
 #include "kernels/core/random.h"
 #include "kernels/core/ranked_bits.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

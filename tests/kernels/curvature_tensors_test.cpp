@@ -1,7 +1,6 @@
 #include "kernels/tensor/curvature_tensors.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <ostream>
@@ -10,6 +9,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/tensor/vertex_tensors.h"
 #include "kernels/unit_vector.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

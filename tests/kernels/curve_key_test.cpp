@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "kernels/core/random.h"
 #include "kernels/curve/curve_frames.h"
 #include "kernels/curve_reference.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

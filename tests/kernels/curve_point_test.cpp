@@ -1,10 +1,10 @@
 #include "kernels/curve/curve_point.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "kernels/core/random.h"
 #include "kernels/curve_reference.h"
+#include "support/catch.h"
 
 using namespace meander;
 using namespace meander::test;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -11,6 +10,7 @@
 #include "kernels/core/status.h"
 #include "kernels/curve/curve_frames.h"
 #include "kernels/curve_reference.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

@@ -1,12 +1,12 @@
 #include "kernels/describe/curved_samples.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,12 +1,12 @@
 #include "kernels/cut/cut_to_disk.h"
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

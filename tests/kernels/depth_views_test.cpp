@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "kernels/core/random.h"
 #include "kernels/core/rotation.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,7 +1,6 @@
 #include "kernels/describe/describe_samples.h"
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -13,6 +12,7 @@
 #include "kernels/describe/shell_harmonics.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

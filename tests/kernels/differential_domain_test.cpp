@@ -2,13 +2,13 @@
 
 #include <oneapi/tbb/task_arena.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/metric_samples.h"
 
 using namespace meander;

@@ -1,7 +1,6 @@
 // Rates and values of the survey's comparison against values measured independently before.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -12,6 +11,7 @@
 #include "kernels/analyse/slope_fit.h"
 #include "kernels/pointset/planar_points.h"
 #include "kernels/pointset/sphere_points.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include "kernels/core/vector3.h"
 #include "kernels/pointset/planar_points.h"
 #include "kernels/pointset/sphere_points.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

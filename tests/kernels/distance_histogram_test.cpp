@@ -1,13 +1,13 @@
 #include "kernels/describe/distance_histogram.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

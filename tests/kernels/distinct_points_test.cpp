@@ -1,9 +1,9 @@
 #include "kernels/sample/distinct_points.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

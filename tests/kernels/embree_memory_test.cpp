@@ -1,11 +1,10 @@
 // Embree without memory: its functions are replaced by ones that fail on demand.
 #include <dlfcn.h>
-#include <embree3/rtcore.h>
 
-#include <catch2/catch.hpp>
-
+#include "kernels/locate/embree_adapter.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

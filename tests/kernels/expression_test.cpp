@@ -1,11 +1,12 @@
 #include "kernels/surface/expression.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,7 +1,6 @@
 // Coordinates near the ends of double and beyond those of float32: exactly n distinct finite points, or a
 // status that says why not.
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -9,6 +8,7 @@
 #include "kernels/analyse/certify_samples.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 

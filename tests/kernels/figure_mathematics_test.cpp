@@ -1,6 +1,5 @@
 // What the figures of histograms compare with: known histograms, areas of lifted triangles, nearest points.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -13,6 +12,7 @@
 #include "kernels/core/random.h"
 #include "kernels/describe/curved_samples.h"
 #include "kernels/describe/distance_histogram.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

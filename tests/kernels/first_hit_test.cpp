@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "kernels/core/parallel.h"
@@ -7,6 +6,7 @@
 #include "kernels/locate/embree_locator.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/wavy_square.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 

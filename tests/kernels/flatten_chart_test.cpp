@@ -1,6 +1,5 @@
 #include "kernels/flatten/flatten_chart.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -15,6 +14,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/solve/intrinsic_delaunay.h"
 #include "kernels/tensor/surface_metric.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "kernels/core/random.h"
 #include "kernels/flatten/fit_square.h"
 #include "kernels/flatten/orient2d.h"
+#include "support/catch.h"
 
 using namespace meander;
 

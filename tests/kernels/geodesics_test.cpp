@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "kernels/core/random.h"
 #include "kernels/describe/geodesic_histogram.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

@@ -1,7 +1,6 @@
 #include "kernels/tensor/gradient_matching.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -12,6 +11,7 @@
 #include "kernels/cut/cut_to_disk.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/spacing_formula.h"
 #include "support/test_meshes.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <map>
 #include <numeric>
@@ -13,6 +12,7 @@
 
 #include "kernels/curve/curve_key.h"
 #include "kernels/mesh/components.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,7 +1,8 @@
 #include "kernels/analyse/histogram_error.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
+
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,11 +1,11 @@
 #include "kernels/analyse/integration_error.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +10,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/solve/intrinsic_delaunay.h"
 #include "kernels/solve/surface_laplacian.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 

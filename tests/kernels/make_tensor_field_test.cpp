@@ -1,7 +1,6 @@
 #include "kernels/tensor/make_tensor_field.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -9,12 +8,13 @@
 #include "io/mesh/mesh_reader.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/tensor/vertex_tensors.h"
+#include "support/catch.h"
 #include "support/mesh_files.h"
 #include "support/test_meshes.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -248,7 +248,7 @@ TEST_CASE("make_tensor_field: bad and missing values are named") {
       FAIL("nothing was thrown");
     } catch (const ItemError& error) {
       CHECK(error.status() == status);
-      CHECK_THAT(error.what(), Contains(sentence));
+      CHECK_THAT(error.what(), ContainsSubstring(sentence));
     }
   };
   fails(of_kind(TensorKind::vertex_attribute, "indefinite"),

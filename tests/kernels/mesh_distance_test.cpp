@@ -2,13 +2,13 @@
 
 #include <oneapi/tbb/task_arena.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/analyse/chi_square.h"
 #include "kernels/core/status.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

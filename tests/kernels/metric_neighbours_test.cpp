@@ -1,13 +1,13 @@
 #include "kernels/analyse/metric_neighbours.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/analyse/differential_domain.h"
+#include "support/catch.h"
 #include "tests/support/metric_samples.h"
 #include "tests/support/tangent_arrays.h"
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -12,6 +11,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
 

@@ -1,7 +1,6 @@
 #include "kernels/describe/oriented_pairs.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include "kernels/core/rotation.h"
 #include "kernels/describe/outward_normals.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "kernels/core/random.h"
 #include "kernels/render/oriented_splats.h"
 #include "kernels/render/view_detail.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,11 +1,11 @@
 // The benefit of rays: where a chart overlaps itself, sheets reduce the error to that of a chart without
 // overlap.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 

@@ -1,10 +1,10 @@
 #include "kernels/analyse/pair_density.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
+#include "support/catch.h"
 #include "tests/support/metric_samples.h"
 
 using namespace meander;

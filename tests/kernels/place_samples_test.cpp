@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -13,6 +12,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/sample/sample_sites.h"
 #include "kernels/sample/sequence.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
 

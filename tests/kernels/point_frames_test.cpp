@@ -1,9 +1,9 @@
 #include "kernels/sample/point_frames.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,12 +1,12 @@
 #include "kernels/analyse/point_location.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

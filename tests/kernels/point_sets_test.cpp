@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -13,6 +12,7 @@
 #include "kernels/pointset/planar_points.h"
 #include "kernels/pointset/sample_elimination.h"
 #include "kernels/pointset/sphere_points.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,10 +1,11 @@
 #include "kernels/core/portable_angles.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -14,6 +13,7 @@
 
 #include "kernels/mesh/triangulate_polygon.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/sparse_memory.h"
 #include "support/test_meshes.h"

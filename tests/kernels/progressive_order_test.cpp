@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "kernels/sample/place_samples.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 
 using namespace meander;

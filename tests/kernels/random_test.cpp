@@ -1,9 +1,9 @@
 #include "kernels/core/random.h"
 
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "kernels/core/radix_sort.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/segment/seeds.h"
+#include "support/catch.h"
 #include "support/direction_field.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"

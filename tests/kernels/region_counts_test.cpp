@@ -1,11 +1,11 @@
 #include "kernels/analyse/region_counts.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 
 using namespace meander;
 

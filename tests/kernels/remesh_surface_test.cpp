@@ -1,13 +1,13 @@
 // Meshes of samples: topology, boundaries, creases, degenerate input, determinism.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <tuple>
 
 #include "kernels/remesh/insert_samples.h"
 #include "kernels/remeshed_mesh.h"
+#include "support/catch.h"
 #include "support/shared_mesh.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "kernels/model/model.h"
 #include "kernels/remesh/remesh_surface.h"
 #include "kernels/sample/point_frames.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 namespace meander::test {

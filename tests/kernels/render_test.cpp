@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -8,6 +7,7 @@
 #include "kernels/render/sampled_surface.h"
 #include "kernels/render/splat_picture.h"
 #include "kernels/render/surface_picture.h"
+#include "support/catch.h"
 
 using namespace meander;
 

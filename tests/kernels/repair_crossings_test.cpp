@@ -1,5 +1,4 @@
 // Triangles that cross: found as by looking at all pairs, and parted in remeshed surfaces.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +6,7 @@
 #include "kernels/remesh/crossing_triangles.h"
 #include "kernels/remesh/remesh_surface.h"
 #include "kernels/remeshed_mesh.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,6 +8,7 @@
 #include "kernels/core/random.h"
 #include "kernels/retrieve/descriptor_distance.h"
 #include "kernels/retrieve/nearest_rows.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

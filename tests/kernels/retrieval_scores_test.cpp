@@ -1,11 +1,12 @@
 #include "kernels/retrieve/retrieval_scores.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <random>
 #include <stdexcept>
+
+#include "support/catch.h"
 
 using namespace meander;
 

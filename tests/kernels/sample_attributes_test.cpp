@@ -1,11 +1,11 @@
 // Attributes and texture coordinates at samples: closed forms, names, what is missing, and seams.
 #include "kernels/sample/sample_attributes.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,11 +1,11 @@
 // Colours at samples: of single points, and of whole surfaces against their integrals.
 #include "kernels/sample/sample_colors.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

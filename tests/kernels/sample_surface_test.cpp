@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -16,6 +15,7 @@
 #include "kernels/surface/analytic_surface.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/threads.h"
 

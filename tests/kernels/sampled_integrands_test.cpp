@@ -1,6 +1,5 @@
 #include "kernels/analyse/sampled_integrands.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "kernels/analyse/spacing.h"
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

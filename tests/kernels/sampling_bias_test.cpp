@@ -11,13 +11,13 @@
 //    chi-square whose first two moments come from the correlations of the cells (Satterthwaite 1946).
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "kernels/analyse/chi_square.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/model/model.h"
+#include "support/catch.h"
 #include "support/shared_mesh.h"
 #include "support/test_meshes.h"
 

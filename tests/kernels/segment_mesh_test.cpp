@@ -1,7 +1,6 @@
 #include "kernels/segment/segment_mesh.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -14,6 +13,7 @@
 #include "kernels/mesh/components.h"
 #include "kernels/mesh/half_edges.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/direction_field.h"
 #include "support/test_meshes.h"
 

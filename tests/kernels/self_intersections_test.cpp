@@ -1,7 +1,6 @@
 #include "kernels/analyse/self_intersections.h"
 
-#include <catch2/catch.hpp>
-
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

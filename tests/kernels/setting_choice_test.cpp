@@ -1,10 +1,10 @@
 #include "kernels/retrieve/setting_choice.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

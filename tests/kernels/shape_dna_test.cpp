@@ -1,12 +1,12 @@
 #include "kernels/describe/shape_dna.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "kernels/core/random.h"
 #include "kernels/mesh/prepare_mesh.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

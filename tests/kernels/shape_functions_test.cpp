@@ -1,13 +1,13 @@
 #include "kernels/describe/shape_functions.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <stdexcept>
 
 #include "kernels/core/vector3.h"
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;

@@ -1,10 +1,10 @@
 #include "kernels/describe/shape_moments.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "kernels/core/status.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

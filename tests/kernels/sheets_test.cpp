@@ -1,12 +1,12 @@
 #include "kernels/locate/sheets.h"
 
-#include <catch2/catch.hpp>
 #include <numeric>
 #include <random>
 #include <set>
 #include <utility>
 
 #include "kernels/mesh/prepared_mesh.h"
+#include "support/catch.h"
 
 using namespace meander;
 

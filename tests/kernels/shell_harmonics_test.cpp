@@ -1,7 +1,6 @@
 #include "kernels/describe/shell_harmonics.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +8,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/core/rotation.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,7 +1,6 @@
 #include "kernels/tensor/singularities.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -14,6 +13,7 @@
 #include "kernels/tensor/make_tensor_field.h"
 #include "kernels/tensor/vertex_tensors.h"
 #include "kernels/unit_vector.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 

@@ -1,10 +1,11 @@
 #include "kernels/analyse/slope_fit.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
+
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -3,13 +3,13 @@
 // meshes and many seeds are slow.
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "kernels/analyse/box_discrepancy.h"
 #include "kernels/analyse/spacing.h"
+#include "support/catch.h"
 #include "support/sampled_model.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <random>
@@ -19,6 +18,7 @@
 #include "kernels/sample/room.h"
 #include "kernels/sample/sequence.h"
 #include "kernels/sample/stratum_grid.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 

@@ -3,7 +3,6 @@
 // docs/METHODS.md 7.5 quotes them.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "kernels/analyse/metric_neighbours.h"
 #include "kernels/analyse/region_counts.h"
 #include "support/anisotropic_models.h"
+#include "support/catch.h"
 #include "support/grid_regions.h"
 #include "support/sampled_model.h"
 #include "support/test_meshes.h"

@@ -1,7 +1,6 @@
 #include "kernels/analyse/spacing.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +8,7 @@
 
 #include "kernels/analyse/kd_tree.h"
 #include "kernels/core/random.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,12 +1,12 @@
 #include "kernels/solve/sparse_cholesky.h"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
 #include <numeric>
 #include <stdexcept>
 
 #include "kernels/core/random.h"
 #include "kernels/natural_order.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,12 +1,12 @@
 #include "kernels/solve/sparse_lu.h"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 
 #include "kernels/core/random.h"
 #include "kernels/natural_order.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 

@@ -2,7 +2,6 @@
 
 #include <oneapi/tbb/task_arena.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -11,6 +10,7 @@
 
 #include "kernels/core/random.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/metric_samples.h"
 #include "support/test_meshes.h"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "kernels/render/stroke_picture.h"
+#include "support/catch.h"
 
 using namespace meander;
 

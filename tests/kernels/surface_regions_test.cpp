@@ -1,7 +1,6 @@
 #include "kernels/locate/surface_regions.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -15,6 +14,7 @@
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/model/model.h"
 #include "kernels/sample/sample_sites.h"
+#include "support/catch.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"

@@ -1,6 +1,5 @@
 #include "kernels/surface/surface.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -12,6 +11,7 @@
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/height_field.h"
 #include "kernels/surface/nurbs_patch.h"
+#include "support/catch.h"
 
 using namespace meander;
 using std::numbers::pi;

@@ -1,7 +1,6 @@
 #include "kernels/tensor/tensor_field.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -9,6 +8,7 @@
 
 #include "kernels/mesh/prepare_mesh.h"
 #include "kernels/unit_vector.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -1,10 +1,10 @@
 // Images on surfaces: single pixels, wrap modes, filters, and the corners of polygons.
 #include "kernels/sample/texture_colors.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "kernels/sample/sample_colors.h"
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "kernels/mesh/surface_textures.h"
 #include "kernels/model/model.h"
 #include "kernels/sample/texture_colors.h"
+#include "support/catch.h"
 
 using namespace meander;
 

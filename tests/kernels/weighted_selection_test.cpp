@@ -3,10 +3,11 @@
 #include "kernels/order/weighted_selection.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <random>
 #include <vector>
+
+#include "support/catch.h"
 
 using namespace meander;
 

@@ -1,11 +1,11 @@
 #include "pipeline/admission.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <vector>
 
 #include "kernels/core/random.h"
+#include "support/catch.h"
 
 using namespace meander;
 

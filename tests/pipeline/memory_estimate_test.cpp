@@ -5,7 +5,6 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +18,7 @@
 #include "pipeline/memory_estimate.h"
 #include "pipeline/sampling_graph.h"
 #include "support/allocation_counter.h"
+#include "support/catch.h"
 #include "support/gltf_files.h"
 #include "support/image_files.h"
 #include "support/mesh_files.h"

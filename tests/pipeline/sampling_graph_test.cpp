@@ -5,7 +5,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -14,6 +13,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/model/sampler.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 using namespace meander;

@@ -164,7 +164,12 @@ inline std::string meshopt_file(const BentGrid& grid, bool sequence = false, boo
   GltfFile file;
   const std::size_t count = grid.points.size() / 3;
   std::vector<float> points = grid.points;
+#if MESHOPTIMIZER_VERSION >= 200
+  if (exponential)
+    meshopt_encodeFilterExp(points.data(), count, 12, 24, grid.points.data(), meshopt_EncodeExpSharedVector);
+#else
   if (exponential) meshopt_encodeFilterExp(points.data(), count, 12, 24, grid.points.data());
+#endif
   const int vertices = add_packed(file, packed_vertices(points.data(), count, 12), count, 12, "ATTRIBUTES",
                                   exponential ? "EXPONENTIAL" : "NONE");
   std::vector<unsigned char> packed(std::max(meshopt_encodeIndexBufferBound(grid.indices.size(), count),

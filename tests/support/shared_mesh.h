@@ -1,10 +1,10 @@
 // Meshes of the shared folder of the survey's models.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <string>
 
 #include "io/mesh/mesh_reader.h"
+#include "support/catch.h"
 #include "support/test_meshes.h"
 
 namespace meander::test {

@@ -1,13 +1,13 @@
 // Named shapes built in code, and the shared real meshes.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "kernels/mesh/polygon_mesh.h"
+#include "support/catch.h"
 
 namespace meander::test {
 
