@@ -6,7 +6,7 @@
 include(CMakePackageConfigHelpers)
 set(public_headers sampler.h sample_parameters.h row.h)
 set(included_headers
-  core/cancel.h core/instruction_set.h core/notes.h core/random.h core/status.h core/vector3.h core/work_budget.h
+  core/cancel.h core/instruction_set.h core/notes.h core/portable_functions.h core/random.h core/status.h core/vector3.h core/work_budget.h
   curve/curve_key.h curve/curve_tree.h
   cut/cut_to_disk.h
   density/density.h

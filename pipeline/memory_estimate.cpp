@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "kernels/core/portable_functions.h"
 #include "kernels/density/texture_density.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
@@ -78,7 +79,9 @@ constexpr double bytes_per_region_piece = 32;  // in vectors that have grown
 
 // Fill of the Cholesky factor of a planar mesh with n vertices under minimum degree: about 2 n log2 n
 // entries.
-double factor_entries(double vertices) { return 2.0 * vertices * std::max(4.0, std::log2(vertices + 1)); }
+double factor_entries(double vertices) {
+  return 2.0 * vertices * std::max(4.0, portable::log2(vertices + 1));
+}
 
 constexpr std::uint64_t program_bytes = 30 << 20;      // measured: 25 MiB, with Embree 27
 constexpr std::uint64_t bytes_per_thread = 512 << 10;  // stack, buffers, tables of the compressor

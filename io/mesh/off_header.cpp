@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/mesh/text_cursor.h"
+#include "kernels/core/portable_functions.h"
 
 namespace meander {
 
@@ -130,7 +131,7 @@ OffVertexLayout off_vertex_layout(std::string_view content, const OffHeader& hea
   if (line.size() <= needed) return layout;
   if (layout.normals && header.colours) {
     const auto is_unit = [&](std::size_t at) {
-      return std::abs(std::hypot(line[at], line[at + 1], line[at + 2]) - 1) < 0.01;
+      return std::abs(portable::hypot(line[at], line[at + 1], line[at + 2]) - 1) < 0.01;
     };
     const std::size_t last = line.size() - 3 - (header.texture && line.size() >= needed + 2 ? 2 : 0);
     const auto usual = static_cast<std::size_t>(layout.positions);

@@ -8,6 +8,7 @@
 
 #include "io/mesh/format_readers.h"
 #include "io/mesh/text_cursor.h"
+#include "kernels/core/portable_functions.h"
 
 namespace meander {
 
@@ -152,7 +153,7 @@ class TextPointReader {
 
 void TrailingNormals::add(double x, double y, double z, std::vector<float>& normals) {
   if (kind == Kind::none) return;
-  const double length = std::hypot(x, y, z);
+  const double length = portable::hypot(x, y, z);
   const bool unit = std::abs(length - 1) <= 0.01;
   any_unit = any_unit || unit;
   if (kind == Kind::unnamed && !unit && std::isfinite(length) && length != 0) {

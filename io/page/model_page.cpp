@@ -8,6 +8,7 @@
 
 #include "io/digest.h"
 #include "io/page/page_parts.h"
+#include "kernels/core/portable_functions.h"
 
 namespace meander {
 
@@ -86,7 +87,7 @@ PackedPoints pack_points(const Samples& samples, std::span<const std::uint32_t> 
     packed.density_high = std::max(packed.density_high, double{samples.density[i]});
   }
   const bool logarithmic = packed.density_low > 0;
-  const auto level = [&](double density) { return logarithmic ? std::log(density) : density; };
+  const auto level = [&](double density) { return logarithmic ? portable::log(density) : density; };
   const double lowest = level(packed.density_low), range = level(packed.density_high) - lowest;
   const double last_rank = static_cast<double>(std::max<std::size_t>(samples.count(), 2) - 1);
   packed.bytes.reserve(chosen.size() * packed_point_bytes);

@@ -7,6 +7,8 @@
 #include <limits>
 #include <string_view>
 
+#include "kernels/core/portable_functions.h"
+
 namespace meander::store {
 
 namespace {
@@ -60,7 +62,7 @@ void check_weights(std::span<const float> values, const DatasetSpec& spec, const
 
 void check_unit_vectors(std::span<const float> values, const DatasetSpec& spec, const Complain& complain) {
   for (std::size_t at = 0; at + 2 < values.size(); at += 3) {
-    const double length = std::hypot(values[at], values[at + 1], values[at + 2]);
+    const double length = portable::hypot(values[at], values[at + 1], values[at + 2]);
     if (!within(length, 1 - unit_tolerance, 1 + unit_tolerance))
       return complain(fmt::format("has a vector of length {} in {}, which must be 1", length, spec.path));
   }
@@ -69,7 +71,7 @@ void check_unit_vectors(std::span<const float> values, const DatasetSpec& spec, 
 // A loc or scale that is wrong moves the points away from the box that was taken from the file itself.
 void check_at_box(std::span<const float> points, const ItemReport& report, const Complain& complain) {
   const auto& box = report.bbox;
-  const double margin = box_margin * std::hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]);
+  const double margin = box_margin * portable::hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]);
   if (!std::isfinite(margin)) return;
   for (std::size_t at = 0; at < points.size(); ++at) {
     const std::size_t axis = at % 3;

@@ -8,6 +8,7 @@
 
 #include "kernels/analyse/rotated_box_search.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_angles.h"
 #include "kernels/core/random.h"
 #include "kernels/core/rotation.h"
 #include "kernels/core/status.h"
@@ -155,9 +156,8 @@ class AreaTree {
 Rotation rotation_from_uniform(double u0, double u1, double u2) {
   const double turn = 2 * std::numbers::pi;
   const double s = std::sqrt(1 - u0), c = std::sqrt(u0);
-  const double x = s * std::sin(turn * u1), y = s * std::cos(turn * u1);
-  const double z = c * std::sin(turn * u2), w = c * std::cos(turn * u2);
-  return rotation_of(x, y, z, w);
+  const Direction first = direction_of(turn * u1), second = direction_of(turn * u2);
+  return rotation_of(s * first.sine, s * first.cosine, c * second.sine, c * second.cosine);
 }
 
 // Draw `draw` of box `index`; the share is not set.

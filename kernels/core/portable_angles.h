@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "kernels/core/exact_sums.h"
+
 namespace meander {
 
 // Angle of the vector (x, y) with y >= 0, in [0, pi]; 0 for the zero vector. Within 2 units in the last
@@ -45,15 +47,24 @@ struct Direction {
   double cosine, sine;
 };
 
-// Cosine and sine of an angle of at most a few thousand turns; absolute error below 1e-15 plus that of the
-// reduction (2e-16 per turn), so that larger ones lose their digits; NaN from 1e15 on, and of what is no
-// number.
+// The part of an angle of at most 1e15 that is left after so many quarter turns.
+inline double rest_of_angle(double angle, double quarters) {
+  // pi / 2 in two parts, the first with 33 bits so that the product is exact.
+  if (std::abs(angle) < 8192)
+    return (angle - quarters * 1.57079632673412561417e+00) - quarters * 6.07710050650619224932e-11;
+  // In three, with the errors of the products.
+  const DoublePair high = two_product(quarters, 0x1.921fb54442d18p+0),
+                   middle = two_product(quarters, 0x1.1a62633145c07p-54);
+  return ((angle - high.high) - high.low - middle.high) - (middle.low + quarters * -0x1.f1976b7ed8fbcp-110);
+}
+
+// Cosine and sine of an angle below 1e15; absolute error below 1e-15 plus 2e-16 per turn up to 8192. NaN from
+// there on, where doubles are an eighth apart, and of what is no number.
 inline Direction direction_of(double angle) {
   if (!(std::abs(angle) < 1e15))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   const double quarters = std::floor(angle * (2 * std::numbers::inv_pi) + 0.5);
-  // pi / 2 in two parts, the first with 33 bits so that the product is exact.
-  const double r = (angle - quarters * 1.57079632673412561417e+00) - quarters * 6.07710050650619224932e-11;
+  const double r = rest_of_angle(angle, quarters);
   const double s = r * r;
   const double sine =
       r *

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/mesh/vertex_corners.h"
 
 namespace meander {
@@ -27,7 +28,7 @@ CornerShare corner_share(Vector3 p, Vector3 q, Vector3 r, double area) {
   const Vector3 normal = cross(to_q, to_r);
   const double twice_area = norm(normal);
   CornerShare share;
-  share.angle = std::atan2(twice_area, dot(to_q, to_r));
+  share.angle = portable::atan2(twice_area, dot(to_q, to_r));
   if (area > 0 && twice_area > 0) share.area_gradient = (0.5 / twice_area) * cross(normal, r - q);
   return share;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
 #include "kernels/density/texture_density.h"
@@ -55,7 +56,7 @@ Density curvature_density(const PreparedMesh& mesh, const DensityParameters& par
   if (!(reference > 0)) return density;
   for (double& c : value)
     c = parameters.floor +
-        (1 - parameters.floor) * std::pow(std::min(1.0, c / reference), parameters.exponent);
+        (1 - parameters.floor) * portable::pow(std::min(1.0, c / reference), parameters.exponent);
   density.corner.resize(mesh.triangles.size());
   for (std::size_t h = 0; h < mesh.triangles.size(); ++h) density.corner[h] = value[mesh.triangles[h]];
   return density;

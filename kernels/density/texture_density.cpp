@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/mesh/surface_textures.h"
 #include "kernels/sample/texture_colors.h"
@@ -79,7 +80,7 @@ class TextureLight {
     }
     double most = std::abs((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])) / 2;
     for (std::size_t k = 0; k < 3; ++k)
-      most = std::max(most, std::hypot(x[(k + 1) % 3] - x[k], y[(k + 1) % 3] - y[k]));
+      most = std::max(most, portable::hypot(x[(k + 1) % 3] - x[k], y[(k + 1) % 3] - y[k]));
     return most;
   }
 
@@ -98,7 +99,7 @@ class TextureLight {
       light += share[c] * (linear ? std::clamp(value, 0.0, 1.0) : light_from_table(value));
     }
     if (parameters_.kind == DensityKind::texture_inverse) light = std::max(0.0, 1 - light);
-    if (parameters_.exponent != 1) light = std::pow(light, parameters_.exponent);
+    if (parameters_.exponent != 1) light = portable::pow(light, parameters_.exponent);
     return parameters_.floor + (1 - parameters_.floor) * std::min(1.0, light);
   }
 
@@ -150,7 +151,7 @@ Density make_texture_density(const PolygonMesh& file, const PreparedMesh& mesh,
     for (std::size_t t = begin; t < end; ++t)
       if (const auto triangle = light.find(t))
         level[t] = static_cast<std::uint8_t>(
-            std::clamp(std::ceil(std::log2(std::max(1.0, light.pixels(*triangle)))), 0.0, 63.0));
+            std::clamp(std::ceil(portable::log2(std::max(1.0, light.pixels(*triangle)))), 0.0, 63.0));
   });
   std::array<std::uint64_t, 64> triangles_of_level{};
   for (const std::uint8_t l : level)

@@ -9,13 +9,14 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
 
 namespace {
 
-constexpr double mean_range = 3;  // range of the bins over the mean value
+constexpr double mean_value_range = 3;  // range of the bins over the mean value
 
 // Four different numbers below n >= 4: the k-th is drawn from the n - k that are left.
 std::array<std::size_t, 4> tuple_of(RandomKey key, std::size_t tuple, std::size_t n) {
@@ -39,7 +40,7 @@ double value_of(ShapeFunction function, const std::array<Vector3, 4>& p) {
     case ShapeFunction::triangle:
       return std::sqrt(0.5 * norm(cross(a, b)));
     default:
-      return std::cbrt(std::abs(dot(cross(a, b), p[3] - p[0])) / 6);
+      return portable::cbrt(std::abs(dot(cross(a, b), p[3] - p[0])) / 6);
   }
 }
 
@@ -97,7 +98,7 @@ ShapeHistogram shape_function_histogram(std::span<const float> points, ShapeFunc
   ShapeHistogram histogram;
   const auto number = static_cast<double>(values.size());
   histogram.scale = blocked_sum(values) / number;
-  histogram.range = function == ShapeFunction::angle ? std::numbers::pi : mean_range * histogram.scale;
+  histogram.range = function == ShapeFunction::angle ? std::numbers::pi : mean_value_range * histogram.scale;
   const double bins = parameters.bins, factor = histogram.range > 0 ? bins / histogram.range : 0;
   std::vector<std::uint64_t> counts(parameters.bins);
   for (const double value : values) ++counts[static_cast<std::size_t>(std::min(value * factor, bins - 0.5))];

@@ -4,33 +4,11 @@
 #include <cmath>
 #include <cstddef>
 
+#include "kernels/core/exact_sums.h"
+
 namespace meander {
 
 namespace {
-
-// Relies on round-to-nearest doubles without contraction or excess precision.
-struct Pair {
-  double high, low;
-};
-
-Pair two_sum(double a, double b) {
-  const double sum = a + b;
-  const double b_part = sum - a;
-  return {sum, (a - (sum - b_part)) + (b - b_part)};
-}
-
-Pair split(double a) {
-  const double scaled = 134217729.0 * a;  // 2^27 + 1
-  const double high = scaled - (scaled - a);
-  return {high, a - high};
-}
-
-Pair two_product(double a, double b) {
-  const double product = a * b;
-  const Pair x = split(a), y = split(b);
-  const double error = ((product - x.high * y.high) - x.low * y.high) - x.high * y.low;
-  return {product, x.low * y.low - error};
-}
 
 // A sum of doubles that do not overlap, smallest first; adding one more keeps it exact (grow-expansion).
 class Expansion {
@@ -39,7 +17,7 @@ class Expansion {
     double carry = value;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      const Pair sum = two_sum(carry, terms_[i]);
+      const DoublePair sum = two_sum(carry, terms_[i]);
       carry = sum.high;
       if (sum.low != 0) terms_[kept++] = sum.low;
     }
@@ -47,7 +25,7 @@ class Expansion {
     if (carry != 0) terms_[count_++] = carry;
   }
   void add_product(double a, double b) {
-    const Pair product = two_product(a, b);
+    const DoublePair product = two_product(a, b);
     add(product.low);
     add(product.high);
   }

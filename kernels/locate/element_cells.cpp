@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/rotation.h"
 #include "kernels/locate/element_source.h"
 #include "kernels/locate/placed_pieces.h"
@@ -19,7 +20,7 @@ constexpr double shrink = 0.577;
 // The axes that cells are cut across, over charts in their plane.
 Rotation random_axes(RandomKey key, bool in_plane) {
   Rotation rotation = random_rotation(key, Stream::cell_axes);
-  const double length = std::hypot(rotation[0].x, rotation[0].y);
+  const double length = portable::hypot(rotation[0].x, rotation[0].y);
   if (in_plane && length > 0) {
     const double c = rotation[0].x / length, s = rotation[0].y / length;
     rotation = {Vector3{c, -s, 0}, Vector3{s, c, 0}, Vector3{0, 0, 1}};

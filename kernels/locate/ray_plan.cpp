@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/locate/chart_geometry.h"
 
 namespace meander {
@@ -14,7 +15,7 @@ namespace {
 // In Hilbert levels.
 int least_depth(double mass, const RayPlan& plan) {
   const double leaves = plan.leaf_mass > 0 ? mass / plan.leaf_mass : 0;
-  const int wanted = leaves > 1 ? static_cast<int>(std::floor(std::log2(leaves) / 2)) - 1 : 0;
+  const int wanted = leaves > 1 ? static_cast<int>(std::floor(portable::log2(leaves) / 2)) - 1 : 0;
   return std::max(3, wanted);
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "kernels/core/portable_angles.h"
 #include "kernels/remesh/delaunay_flips.h"
 #include "kernels/remesh/link_condition.h"
 
@@ -24,7 +25,7 @@ class Attacher {
         last_(last),
         moved_to_(moved_to),
         parameters_(parameters),
-        small_(std::cos(parameters.small_angle * std::numbers::pi / 180)) {}
+        small_(direction_of(parameters.small_angle * std::numbers::pi / 180).cosine) {}
 
   double run() {
     for (std::uint32_t s = first_; s < last_; ++s) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/nearest_on_triangle.h"
+#include "kernels/core/portable_angles.h"
 #include "kernels/remesh/delaunay_flips.h"
 
 namespace meander {
@@ -32,7 +33,7 @@ class Fitter {
         points_(points),
         parameters_(parameters),
         cancel_(cancel),
-        least_(std::cos(parameters.least_angle * std::numbers::pi / 180)),
+        least_(direction_of(parameters.least_angle * std::numbers::pi / 180).cosine),
         start_(mesh.position),
         near_(points.size()),
         place_(points.size()),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/disjoint_sets.h"
+#include "kernels/core/portable_angles.h"
 
 namespace meander {
 
@@ -46,7 +47,7 @@ std::vector<Vector3> unit_normals(const EditedMesh& mesh) {
 
 void mark_creases(EditedMesh& mesh, std::span<const double> spacing, const LineParameters& parameters) {
   if (parameters.crease_angle >= 180) return;
-  const double limit = std::cos(parameters.crease_angle * std::numbers::pi / 180);
+  const double limit = direction_of(parameters.crease_angle * std::numbers::pi / 180).cosine;
   const std::vector<Vector3> normals = unit_normals(mesh);
   std::vector<std::uint32_t> creases;
   DisjointSets joined(mesh.position.size());

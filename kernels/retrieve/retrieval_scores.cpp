@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "kernels/core/portable_functions.h"
+
 namespace meander {
 
 namespace {
@@ -201,7 +203,7 @@ RetrievalTask make_retrieval_task(std::span<const std::uint32_t> labels, std::si
     for (const std::uint32_t c : left_out) task.scored.at(c) = 0;
   task.discount.resize(labels.size());
   for (std::size_t i = 0; i < labels.size(); ++i)
-    task.discount[i] = i == 0 ? 1 : 1 / std::log2(static_cast<double>(i + 1));
+    task.discount[i] = i == 0 ? 1 : 1 / portable::log2(static_cast<double>(i + 1));
   return task;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/sparse_cholesky.h"
 
@@ -53,7 +54,7 @@ std::array<HalfStep, 3> half_steps(const PreparedMesh& mesh, const TensorField& 
     const auto& a = corner[k];
     const auto& b = corner[(k + 1) % 3];
     double dx = b[0] - a[0], dy = b[1] - a[1];
-    const double length = std::hypot(dx, dy);
+    const double length = portable::hypot(dx, dy);
     dx = length > 0 ? dx / length : 1;
     dy = length > 0 ? dy / length : 0;
     const double mx = 0.5 * (a[0] + b[0]) - centre_x, my = 0.5 * (a[1] + b[1]) - centre_y;
@@ -72,7 +73,8 @@ double bend(const HalfStep& a, const HalfStep& b) {
   if (!a.has_tensor || !b.has_tensor) return 0;
   const TensorAxes p = tensor_axes(a.log_spacing), q = tensor_axes(b.log_spacing);
   const double cosine = p.x * q.x + p.y * q.y;
-  const double directed = std::min(1 - std::exp(p.second - p.first), 1 - std::exp(q.second - q.first));
+  const double directed =
+      std::min(1 - portable::exp(p.second - p.first), 1 - portable::exp(q.second - q.first));
   return std::max(0.0, 1 - cosine * cosine) * directed;
 }
 
@@ -320,7 +322,7 @@ TriangleSteps triangle_steps(const PreparedMesh& mesh, const TensorField& field,
       for_each_edge(first + begin, first + end, [&](std::size_t h, std::uint32_t other) {
         double cost = steps.length[h] * inverse_mean[c];
         if (parameters.bending > 0) cost += parameters.bending * bend(half[h], half[other]);
-        steps.weight[h] *= std::exp(-cost / parameters.sigma);
+        steps.weight[h] *= portable::exp(-cost / parameters.sigma);
       });
     });
   }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/spelling.h"
 
 namespace meander {
@@ -248,11 +249,6 @@ int arity_of(Operation operation) {
   }
 }
 
-// Portable where angles are of ordinary size; the C library differs in the last bit between processors.
-constexpr double portable_angle = 8192;
-double sine(double a) { return std::abs(a) < portable_angle ? direction_of(a).sine : std::sin(a); }
-double cosine(double a) { return std::abs(a) < portable_angle ? direction_of(a).cosine : std::cos(a); }
-
 void apply(const Instruction& instruction, double* a, std::size_t count) {
   const auto map = [&](const auto& f) {
     for (std::size_t i = 0; i < count; ++i) a[i] = f(a[i]);
@@ -263,15 +259,18 @@ void apply(const Instruction& instruction, double* a, std::size_t count) {
     case Operation::integer_power:
       return map([n = instruction.argument](double x) { return raised(x, n); });
     case Operation::sin:
-      return map(sine);
+      return map([](double x) { return direction_of(x).sine; });
     case Operation::cos:
-      return map(cosine);
+      return map([](double x) { return direction_of(x).cosine; });
     case Operation::tan:
-      return map([](double x) { return sine(x) / cosine(x); });
+      return map([](double x) {
+        const auto [cosine, sine] = direction_of(x);
+        return sine / cosine;
+      });
     case Operation::exp:
-      return map([](double x) { return std::exp(x); });
+      return map([](double x) { return portable::exp(x); });
     case Operation::log:
-      return map([](double x) { return std::log(x); });
+      return map([](double x) { return portable::log(x); });
     case Operation::sqrt:
       return map([](double x) { return std::sqrt(x); });
     default:
@@ -293,7 +292,7 @@ void combine(Operation operation, double* a, const double* b, std::size_t count)
     case Operation::divide:
       return map([](double x, double y) { return x / y; });
     case Operation::power:
-      return map([](double x, double y) { return std::pow(x, y); });
+      return map([](double x, double y) { return portable::pow(x, y); });
     case Operation::min:
       return map([](double x, double y) { return y < x ? y : x; });
     default:

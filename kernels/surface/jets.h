@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/portable_functions.h"
 
 namespace meander {
 
@@ -104,13 +105,13 @@ Scalar square_root(const Scalar& x) {
 }
 template <class Scalar>
 Scalar exponential(const Scalar& x) {
-  const double e = std::exp(value_of(x));
+  const double e = portable::exp(value_of(x));
   return chain(x, e, e, e);
 }
 template <class Scalar>
 Scalar logarithm(const Scalar& x) {
   const double r = 1 / value_of(x);
-  return chain(x, std::log(value_of(x)), r, -r * r);
+  return chain(x, portable::log(value_of(x)), r, -r * r);
 }
 
 }  // namespace meander

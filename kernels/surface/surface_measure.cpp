@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/status.h"
 #include "kernels/surface/fundamental_forms.h"
 #include "kernels/surface/ordered_blocks.h"
@@ -206,7 +207,7 @@ void SurfaceMeasure::evaluate(std::span<const double> s, std::span<const double>
       const double share = std::min(1.0, curvature(batch.jets[i]) / reference_);
       batch.density[i] =
           density_.floor +
-          (1 - density_.floor) * (density_.exponent == 1 ? share : std::pow(share, density_.exponent));
+          (1 - density_.floor) * (density_.exponent == 1 ? share : portable::pow(share, density_.exponent));
     }
   } else {
     batch.tangents.resize(n);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/fit_square.h"
 #include "kernels/tensor/comb_directions.h"
@@ -22,8 +23,8 @@ struct Jacobian {
 };
 
 double singular_ratio(const Jacobian& j) {
-  const double conformal = std::hypot(j.ux + j.vy, j.vx - j.uy);
-  const double anti = std::hypot(j.ux - j.vy, j.vx + j.uy);
+  const double conformal = portable::hypot(j.ux + j.vy, j.vx - j.uy);
+  const double anti = portable::hypot(j.ux - j.vy, j.vx + j.uy);
   const double large = conformal + anti, small = std::abs(conformal - anti);
   return large < largest_ratio * small ? large / small : largest_ratio;
 }
@@ -36,8 +37,8 @@ Jacobian operator*(const Jacobian& j, TangentTensor s) {
 // Between the line on which v is constant and e1.
 double angle_to(const Jacobian& j, double e1x, double e1y) {
   const double x = j.vy, y = -j.vx;  // J^-1 (1, 0) up to a factor
-  if (!(std::hypot(x, y) > 0)) return 0.5 * std::numbers::pi;
-  return std::atan2(std::abs(x * e1y - y * e1x), std::abs(x * e1x + y * e1y));
+  if (!(portable::hypot(x, y) > 0)) return 0.5 * std::numbers::pi;
+  return portable::atan2(std::abs(x * e1y - y * e1x), std::abs(x * e1x + y * e1y));
 }
 
 struct Shares {
@@ -118,7 +119,7 @@ TriangleAlignment triangle_alignment(const PreparedMesh& mesh, const CutChart& c
       const double wanted = spacing.first / spacing.second;
       result.anisotropic[t] = wanted >= isotropic_ratio;
       if (result.anisotropic[t]) result.angle[t] = angle_to(j, spacing.x, spacing.y);
-      result.stretch[t] = std::abs(std::log(singular_ratio(j) / wanted));
+      result.stretch[t] = std::abs(portable::log(singular_ratio(j) / wanted));
       result.ratio[t] = singular_ratio(j * tensor_of(spacing));
     }
   });

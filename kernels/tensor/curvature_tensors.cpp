@@ -5,6 +5,7 @@
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
 #include "kernels/mesh/vertex_corners.h"
@@ -198,7 +199,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
       }
       bent += epsilon;
       flat = std::max(flat + epsilon, least_share * bent);
-      double first = -0.5 * std::log(flat), second = -0.5 * std::log(bent);
+      double first = -0.5 * portable::log(flat), second = -0.5 * portable::log(bent);
       if (!parameters.adaptive) {
         first = 0.5 * (first - second);
         second = -first;
@@ -207,7 +208,7 @@ std::vector<TangentTensor> curvature_field(const PreparedMesh& mesh, std::span<c
     }
   });
   smooth_tensors(mesh, frames, field, parameters.smoothing, cancel);
-  const double least_log = std::log(isotropic_ratio);
+  const double least_log = portable::log(isotropic_ratio);
   for (TangentTensor& tensor : field) {
     const TensorAxes axes = tensor_axes(tensor);
     if (axes.first - axes.second < least_log) tensor = 0.5 * trace(tensor) * TangentTensor{1, 0, 1};

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "kernels/core/portable_functions.h"
 #include "kernels/tensor/tensor_field.h"
 
 namespace meander {
@@ -11,6 +12,6 @@ struct Deviator {
   double x = 0, y = 0;
 };
 inline Deviator deviator(TangentTensor a) { return {0.5 * (a.xx - a.yy), a.xy}; }
-inline double length(Deviator d) { return std::hypot(d.x, d.y); }
+inline double length(Deviator d) { return portable::hypot(d.x, d.y); }
 
 }  // namespace meander

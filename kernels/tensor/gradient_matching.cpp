@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "kernels/core/portable_functions.h"
 #include "kernels/flatten/chart_report.h"
 #include "kernels/flatten/repair_flips.h"
 #include "kernels/solve/cotan_laplacian.h"
@@ -52,7 +53,7 @@ FieldDisk make_field_disk(const CutChart& cut, const ChartGeometry& geometry, In
   FieldDisk disk{cut, std::move(space), {}, {}, std::move(steps)};
   disk.metric = disk.space;
   for (std::size_t h = 0; h < disk.metric.length.size(); ++h)
-    disk.metric.length[h] = std::hypot(disk.steps.along[h], disk.steps.across[h]);
+    disk.metric.length[h] = portable::hypot(disk.steps.along[h], disk.steps.across[h]);
   disk.geometry.length = disk.metric.length;
   disk.geometry.counts = geometry.counts;
   disk.geometry.area.resize(geometry.area.size());

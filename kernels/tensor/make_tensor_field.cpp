@@ -9,6 +9,7 @@
 
 #include "kernels/core/check_range.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/tensor/curvature_tensors.h"
 #include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
@@ -137,10 +138,10 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
     if (!std::isfinite(values[k])) return false;
   if (columns == 3) {
     const Vector3 v{values[0], values[1], values[2]};
-    const double ratio = std::hypot(v.x, v.y, v.z);
+    const double ratio = portable::hypot(v.x, v.y, v.z);
     if (!(ratio >= least_length) || !std::isfinite(ratio)) return false;
-    const double x = dot(v, frame.x), y = dot(v, frame.y), length = std::hypot(x, y);
-    const double half = 0.5 * std::log(std::max(1.0, ratio));
+    const double x = dot(v, frame.x), y = dot(v, frame.y), length = portable::hypot(x, y);
+    const double half = 0.5 * portable::log(std::max(1.0, ratio));
     result = {};
     if (length > 1e-6 * ratio) result = tensor_of({half, -half, x / length, y / length});
     return true;
@@ -148,8 +149,8 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
   const TangentTensor inner = tangent_part(ambient(values.data()), frame);
   TensorAxes axes = tensor_axes(inner);
   if (!std::isfinite(axes.first) || !(axes.second > least_eigenvalue * axes.first)) return false;
-  axes.first = std::log(axes.first);
-  axes.second = std::log(axes.second);
+  axes.first = portable::log(axes.first);
+  axes.second = portable::log(axes.second);
   result = tensor_of(axes);
   if (form == TensorForm::metric) result = -0.5 * result;
   return true;
@@ -162,9 +163,10 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
     if (!std::isfinite(values[k]))
       throw ItemError(Status::unreadable, columns.name + " is not finite at " + at);
   if (columns.columns == 3)
-    throw ItemError(Status::unreadable,
-                    columns.name + " has length " + printed(std::hypot(values[0], values[1], values[2])) +
-                        " at " + at + "; a length is the ratio of the spacings and must be 1 or more");
+    throw ItemError(Status::unreadable, columns.name + " has length " +
+                                            printed(portable::hypot(values[0], values[1], values[2])) +
+                                            " at " + at +
+                                            "; a length is the ratio of the spacings and must be 1 or more");
   throw ItemError(Status::unreadable,
                   columns.name + " is not positive definite in the tangent plane at " + at);
 }
@@ -258,14 +260,14 @@ TensorField raw_field(const PolygonMesh& file, const PreparedMesh& mesh, const T
 
 // Differences of the eigenvalues down to log(most), their sum kept.
 TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, double most) {
-  const double limit = std::log(most);
+  const double limit = portable::log(most);
   std::vector<double> ratio(field.corner.size(), 1.0);
   std::vector<std::uint8_t> clamped(mesh.triangle_count(), 0);
   parallel_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t h = 3 * begin; h < 3 * end; ++h) {
       if (!(mesh.area[h / 3] > 0)) continue;
       TangentTensor& tensor = field.corner[h];
-      double difference = 2 * std::hypot(0.5 * (tensor.xx - tensor.yy), tensor.xy);
+      double difference = 2 * portable::hypot(0.5 * (tensor.xx - tensor.yy), tensor.xy);
       if (difference > limit) {
         // Not for the last bits alone.
         if (difference > limit + 1e-9) clamped[h / 3] = 1;
@@ -273,7 +275,7 @@ TensorFieldReport clamp_ratios(const PreparedMesh& mesh, TensorField& field, dou
         tensor = half * TangentTensor{1, 0, 1} + shrink * (tensor + -half * TangentTensor{1, 0, 1});
         difference = limit;
       }
-      ratio[h] = std::exp(difference);
+      ratio[h] = portable::exp(difference);
     }
   });
   TensorFieldReport report;

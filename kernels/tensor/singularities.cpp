@@ -7,6 +7,7 @@
 #include "kernels/core/disjoint_sets.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_angles.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/tensor/deviator.h"
 #include "kernels/tensor/tensor_blocks.h"
 
@@ -131,7 +132,7 @@ class CornerAngles {
 std::int32_t whole_turns(double angle) { return static_cast<std::int32_t>(std::lround(angle / (2 * pi))); }
 
 bool is_isotropic(TangentTensor log_spacing) {
-  return 2 * length(deviator(log_spacing)) < std::log(isotropic_ratio);
+  return 2 * length(deviator(log_spacing)) < portable::log(isotropic_ratio);
 }
 
 Singularity in_triangle(const PreparedMesh& mesh, const TensorField& field, std::uint32_t t,

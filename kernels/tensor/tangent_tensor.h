@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/portable_functions.h"
 #include "kernels/core/vector3.h"
 
 namespace meander {
@@ -38,7 +39,7 @@ struct TensorAxes {
   double x = 1, y = 0;
 };
 inline TensorAxes tensor_axes(TangentTensor a) {
-  const double half = 0.5 * (a.xx - a.yy), radius = std::hypot(half, a.xy), middle = 0.5 * (a.xx + a.yy);
+  const double half = 0.5 * (a.xx - a.yy), radius = portable::hypot(half, a.xy), middle = 0.5 * (a.xx + a.yy);
   TensorAxes axes{middle + radius, middle - radius, 1, 0};
   if (!(radius > 0)) return axes;
   // cos and sin of half the angle of (half, xy), the larger one first: no trigonometry, no cancellation.
@@ -68,17 +69,17 @@ TangentTensor apply(TangentTensor a, Function function) {
   return tensor_of(axes);
 }
 inline TangentTensor exponential(TangentTensor a) {
-  return apply(a, [](double v) { return std::exp(v); });
+  return apply(a, [](double v) { return portable::exp(v); });
 }
 inline TangentTensor logarithm(TangentTensor a) {
-  return apply(a, [](double v) { return std::log(v); });
+  return apply(a, [](double v) { return portable::log(v); });
 }
 
 // From log S: the two spacings with the primary direction, and the metric G.
 inline TensorAxes spacings_of(TangentTensor log_spacing) {
   TensorAxes axes = tensor_axes(log_spacing);
-  axes.first = std::exp(axes.first);
-  axes.second = std::exp(axes.second);
+  axes.first = portable::exp(axes.first);
+  axes.second = portable::exp(axes.second);
   return axes;
 }
 inline TangentTensor metric_of(TangentTensor log_spacing) { return exponential(-2.0 * log_spacing); }

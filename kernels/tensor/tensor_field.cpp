@@ -1,6 +1,7 @@
 #include "kernels/tensor/tensor_field.h"
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/portable_functions.h"
 #include "kernels/tensor/tensor_blocks.h"
 
 namespace meander {
@@ -75,7 +76,7 @@ TensorField field_from_vertices(const PreparedMesh& mesh, std::span<const Tangen
 std::vector<double> tensor_density(const TensorField& field) {
   std::vector<double> density(field.corner.size());
   parallel_blocks(density.size(), tensor_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t h = begin; h < end; ++h) density[h] = std::exp(-trace(field.corner[h]));
+    for (std::size_t h = begin; h < end; ++h) density[h] = portable::exp(-trace(field.corner[h]));
   });
   return density;
 }
@@ -87,7 +88,7 @@ double normalise_spacings(const PreparedMesh& mesh, TensorField& field) {
     mass[t] = mesh.area[t] * (density[3 * t] + density[3 * t + 1] + density[3 * t + 2]) / 3;
   // Spacings times f divide the density by f^2.
   const double squared = blocked_sum(mass) / mesh.total_area;
-  const double shift = 0.5 * std::log(squared);
+  const double shift = 0.5 * portable::log(squared);
   for (std::size_t h = 0; h < field.corner.size(); ++h) {
     if (!(mesh.area[h / 3] > 0)) continue;
     field.corner[h].xx += shift;

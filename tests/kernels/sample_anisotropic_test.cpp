@@ -1,5 +1,4 @@
 // Anisotropic sampling from a mesh to its samples: what holds for every field, exactly or nearly.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -13,13 +12,14 @@
 #include "kernels/sample/point_frames.h"
 #include "kernels/unit_vector.h"
 #include "support/anisotropic_models.h"
+#include "support/catch.h"
 #include "support/hand_charts.h"
 #include "support/test_meshes.h"
 #include "support/threads.h"
 
 using namespace meander;
 using namespace meander::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -366,6 +366,12 @@ TEST_CASE("anisotropic sampling: a density of the user multiplies that of the te
 
 TEST_CASE("anisotropic sampling: attributes of the file are tensors, as a table is") {
   PolygonMesh mesh = torus(24, 12);
+  // Turned by other angles everywhere: on a symmetric mesh the last bits of tensors decide where it is cut.
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const double x = mesh.x[v], y = mesh.y[v], angle = 0.1 * std::sin(std::atan2(y, x) + 3 * mesh.z[v] + 1);
+    mesh.x[v] = x * std::cos(angle) - y * std::sin(angle);
+    mesh.y[v] = x * std::sin(angle) + y * std::cos(angle);
+  }
   const TensorTable table = *around_torus(mesh);
   constexpr std::array<const char*, 6> names = {"S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz"};
   for (std::size_t k = 0; k < 6; ++k) {
@@ -439,7 +445,7 @@ TEST_CASE(
   set_samples(parameters, 50);
   const Row missing = sampled(icosphere(1), parameters);
   CHECK(missing.report.status == Status::missing_attribute);
-  CHECK_THAT(missing.report.reason, Contains("grain"));
+  CHECK_THAT(missing.report.reason, ContainsSubstring("grain"));
   CHECK(missing.samples.points.empty());
   CHECK(missing.descriptors.empty());
   parameters = anisotropic(TensorKind::table);
