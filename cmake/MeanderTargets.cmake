@@ -1,9 +1,22 @@
 # Flags that every target of the project shares.
 #
-# x86-64-v2 is the fixed baseline (hot kernels dispatch at run time); contraction of a*b+c is off and there is
-# no fast-math, so that one build gives one set of bytes on every machine.
+# A fixed baseline (hot kernels dispatch at run time); contraction of a*b+c is off and there is no fast-math, so that the
+# bytes are the same on every machine.
 add_library(meander_flags INTERFACE)
-target_compile_options(meander_flags INTERFACE -march=x86-64-v2 -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow)
+target_compile_options(meander_flags INTERFACE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+  set(MEANDER_X86 ON)
+  target_compile_options(meander_flags INTERFACE -march=x86-64-v2)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)$")
+  # char as on x86; without the macro Eigen does not contract by intrinsics either.
+  target_compile_options(meander_flags INTERFACE -march=armv8-a+crc -fsigned-char -U__ARM_FEATURE_FMA)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Vectors of OpenMesh that it copies before they have values, and a change of GCC 10.1 that concerns nobody.
+    target_compile_options(meander_flags INTERFACE -Wno-maybe-uninitialized -Wno-psabi)
+  endif()
+else()
+  message(FATAL_ERROR "Meander is built for x86-64 and AArch64, not for ${CMAKE_SYSTEM_PROCESSOR}")
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # GCC 12 reports overlapping copies inside std::string concatenation that cannot happen (GCC bug 105651).
   target_compile_options(meander_flags INTERFACE -Wno-restrict)

@@ -3,8 +3,6 @@
 // Headers are believed where the size of the file agrees. Text is sampled: a file of up to 256 KiB is looked
 // at whole, a larger one at its beginning and at one spot in each of equal strata, so that the share of the
 // file that vertices and faces take is known to about one stratum.
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -19,6 +17,7 @@
 #include "io/mesh/off_header.h"
 #include "io/mesh/ply_header.h"
 #include "io/mesh/text_cursor.h"
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

@@ -1,9 +1,9 @@
 #include "io/store/crc32c.h"
 
-#include <nmmintrin.h>
-
 #include <array>
 #include <cstring>
+
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

@@ -11,6 +11,7 @@ std::string_view name_of(InstructionSet set) {
 }
 
 bool is_available(InstructionSet set) {
+#if defined(__x86_64__)
   switch (set) {
     case InstructionSet::avx512:
       return __builtin_cpu_supports("avx512f") != 0;
@@ -19,6 +20,9 @@ bool is_available(InstructionSet set) {
     default:
       return true;
   }
+#else
+  return set == InstructionSet::scalar || set == InstructionSet::automatic;
+#endif
 }
 
 InstructionSet best_instruction_set() {

@@ -26,8 +26,11 @@ void check_parameters(const DistanceHistogramParameters& parameters) {
   require_available(parameters.instructions);
 }
 
-const PairLoops& loops_of(InstructionSet set) {
-  return loops_of(set, scalar_pair_loops, avx2_pair_loops, avx512_pair_loops);
+const PairLoops& pair_loops(InstructionSet set) {
+  if constexpr (is_x86)
+    return loops_of(set, scalar_pair_loops, avx2_pair_loops, avx512_pair_loops);
+  else
+    return scalar_pair_loops;
 }
 
 // The points that can be an end of a longest pair: with r the distances from the box's centre, those with
@@ -161,7 +164,7 @@ std::vector<Result> weighted_blocks(std::size_t n, const Make& make, const Add& 
 }  // namespace
 
 double mean_distance(const PairPoints& points, InstructionSet instructions, const CancelToken& cancel) {
-  const PairLoops& loops = loops_of(instructions);
+  const PairLoops& loops = pair_loops(instructions);
   const auto sums = results_of_tasks<std::uint64_t>(points.count, [&](std::size_t begin, std::size_t end) {
     std::uint64_t sum = 0;
     for_each_tile(points, loops, scalar_pair_loops, begin, end, cancel,
@@ -182,7 +185,7 @@ DistanceHistogram distance_histogram(std::span<const float> points,
     throw std::invalid_argument("a distance histogram needs at least two points of three coordinates");
   check_finite(points, "a coordinate");
   const PairPoints working(points);
-  const PairLoops& loops = loops_of(parameters.instructions);
+  const PairLoops& loops = pair_loops(parameters.instructions);
   DistanceHistogram histogram;
   histogram.pairs = std::uint64_t{working.count} * (working.count - 1) / 2;
   histogram.counts.resize(parameters.bins);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "kernels/core/portable_angles.h"
 #include "kernels/describe/oriented_tiles.h"
 #include "kernels/describe/pair_points.h"
 
@@ -33,7 +34,7 @@ OrientedCounter counter_of(NormalSense sense, double mean) {
   const PairAngleEdges& edges =
       sense == NormalSense::signed_normals ? signed_angle_edges : either_side_angle_edges;
   const auto cosine = [](double degrees) {
-    return static_cast<float>(std::cos(degrees * (std::numbers::pi / 180)));
+    return static_cast<float>(direction_of(degrees * (std::numbers::pi / 180)).cosine);
   };
   OrientedCounter counter{};
   counter.factor =
@@ -46,11 +47,17 @@ OrientedCounter counter_of(NormalSense sense, double mean) {
   return counter;
 }
 
+const OrientedLoops& oriented_loops(InstructionSet set) {
+  if constexpr (is_x86)
+    return loops_of(set, scalar_oriented_loops, avx2_oriented_loops, avx512_oriented_loops);
+  else
+    return scalar_oriented_loops;
+}
+
 std::vector<std::uint64_t> count_pairs(const PairPoints& points, const PairNormals& normals,
                                        const OrientedPairParameters& parameters,
                                        const OrientedCounter& counter, const CancelToken& cancel) {
-  const OrientedLoops& loops =
-      loops_of(parameters.instructions, scalar_oriented_loops, avx2_oriented_loops, avx512_oriented_loops);
+  const OrientedLoops& loops = oriented_loops(parameters.instructions);
   const auto loop = parameters.sense == NormalSense::signed_normals ? &OrientedLoops::signed_normals
                                                                     : &OrientedLoops::either_side;
   const auto parts =

@@ -1,5 +1,6 @@
 #include <stdexcept>
 
+#include "kernels/core/instruction_set.h"
 #include "kernels/core/status.h"
 #include "kernels/locate/embree_adapter.h"
 
@@ -10,7 +11,7 @@ namespace {
 // SSE4.2 is what the project's baseline (x86-64-v2) guarantees. A fixed instruction set keeps the hits the
 // same on every machine: wider ones contract products and sums, which moves the borders of triangles by a
 // rounding. No `threads=`: it would throttle the TBB of the whole process.
-constexpr const char* device_settings = "isa=sse4.2";
+constexpr const char* device_settings = is_x86 ? "isa=sse4.2" : "";
 
 void remember_error(void* user, RTCError, const char* message) {
   auto* handle = static_cast<EmbreeDevice::Handle*>(user);

@@ -1,7 +1,5 @@
 #include "kernels/mesh/half_edges.h"
 
-#include <smmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,6 +9,7 @@
 
 #include "kernels/core/large_vector.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

@@ -1,11 +1,11 @@
 #include "kernels/order/clipped_pieces.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
+
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

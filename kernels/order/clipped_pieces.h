@@ -2,8 +2,6 @@
 // every part weighs what its area says (docs/METHODS.md 6.5, "Exact cells").
 #pragma once
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "kernels/core/vector3.h"
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

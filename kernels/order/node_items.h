@@ -1,8 +1,6 @@
 // The items of a node of balanced bisection, and how they are divided in two.
 #pragma once
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -13,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/vector_instructions.h"
 #include "kernels/order/balanced_order.h"
 #include "kernels/order/weighted_selection.h"
 

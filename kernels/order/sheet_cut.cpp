@@ -1,11 +1,11 @@
 #include "kernels/order/sheet_cut.h"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
+
+#include "kernels/core/vector_instructions.h"
 
 namespace meander {
 

@@ -129,8 +129,8 @@ MEANDER_INLINE void row_distances(const float* query, const float* rows, std::si
     static constexpr RowDistanceLoops loops{run<AbsoluteTerm>, run<SquaredTerm>, run<RelativeTerm>};     \
   };
 MEANDER_ROW_DISTANCE_LOOPS(Baseline, , Vector4, 2)
-MEANDER_ROW_DISTANCE_LOOPS(Avx2, __attribute__((target("avx2"))), Vector8, 4)
-MEANDER_ROW_DISTANCE_LOOPS(Avx512, __attribute__((target("avx512f"))), Vector16, 4)
+MEANDER_ROW_DISTANCE_LOOPS(Avx2, MEANDER_TARGET("avx2"), Vector8, 4)
+MEANDER_ROW_DISTANCE_LOOPS(Avx512, MEANDER_TARGET("avx512f"), Vector16, 4)
 
 }  // namespace
 

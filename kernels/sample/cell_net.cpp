@@ -1,7 +1,5 @@
 #include "kernels/sample/cell_net.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "kernels/core/random.h"
+#include "kernels/core/vector_instructions.h"
 #include "kernels/order/node_items.h"
 #include "kernels/order/weighted_selection.h"
 

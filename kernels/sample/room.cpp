@@ -13,7 +13,6 @@ constexpr std::size_t lanes = 8;
 using Floats = float __attribute__((vector_size(4 * lanes)));
 using Words = std::int32_t __attribute__((vector_size(4 * lanes)));
 #define MEANDER_INLINE __attribute__((always_inline)) inline
-#define MEANDER_AVX2 __attribute__((target("avx2")))
 
 // A row from `first` on; lanes beyond its end repeat the last place.
 template <class Vector, class Value>
@@ -76,16 +75,18 @@ MEANDER_INLINE void sum_all(const PointRows& places, const PointRows& points,
   }
 }
 
-MEANDER_AVX2 void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>& corner,
-                              float step, float* to_x, float* to_y, float* to_z) {
+MEANDER_TARGET("avx2")
+void unpack_avx2(std::span<const std::uint32_t> from, const std::array<float, 3>& corner, float step,
+                 float* to_x, float* to_y, float* to_z) {
   unpack_all(from, corner, step, to_x, to_y, to_z);
 }
-MEANDER_AVX2 void lower_avx2(const PointRows& places, const PointRows& points, std::span<float> squared) {
+MEANDER_TARGET("avx2")
+void lower_avx2(const PointRows& places, const PointRows& points, std::span<float> squared) {
   lower_all(places, points, squared);
 }
-MEANDER_AVX2 void sum_avx2(const PointRows& places, const PointRows& points,
-                           std::span<const std::uint32_t> weight, std::span<const float> squared,
-                           std::span<std::uint32_t> mass) {
+MEANDER_TARGET("avx2")
+void sum_avx2(const PointRows& places, const PointRows& points, std::span<const std::uint32_t> weight,
+              std::span<const float> squared, std::span<std::uint32_t> mass) {
   sum_all(places, points, weight, squared, mass);
 }
 

@@ -1,0 +1,10 @@
+// The 128-bit instructions of x86-64-v2 and its CRC32, by their intrinsics; on other architectures those of
+// SIMDe, which give the same bits.
+#pragma once
+
+#if defined(__x86_64__)
+#include <nmmintrin.h>
+#else
+#define SIMDE_ENABLE_NATIVE_ALIASES
+#include <simde/x86/sse4.2.h>
+#endif
