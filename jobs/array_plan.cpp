@@ -286,6 +286,7 @@ void write_shard_report(const std::string& store, std::size_t shard, const Shard
   json.member("threads", report.threads);
   json.member("ended_unix_time", report.ended_unix_time);
   json.member("host", report.host);
+  json.member("build", report.build);
   json.end_object();
   replace_file(report_path(store, shard), json.text() + "\n", FullDisk::stops_run);
 }
@@ -304,6 +305,7 @@ std::optional<ShardReport> read_shard_report(const std::string& store, std::size
     report.threads = static_cast<int>(json.integer("threads").value_or(1));
     report.ended_unix_time = json.integer("ended_unix_time").value_or(0);
     report.host = json.text("host").value_or("");
+    report.build = json.text("build").value_or("");
     return report;
   } catch (const RunError&) {
     return std::nullopt;

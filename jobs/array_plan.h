@@ -64,7 +64,7 @@ struct ShardReport {
   double seconds = 0;  // that the process took, from its start
   int threads = 1;
   std::int64_t ended_unix_time = 0;
-  std::string host;
+  std::string host, build;  // build_text of run_report.h
 };
 void write_shard_report(const std::string& store, std::size_t shard, const ShardReport& report);
 // Empty where there is none, or it is damaged: it is not worth an error.

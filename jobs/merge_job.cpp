@@ -16,6 +16,7 @@
 #include "jobs/laboratory.h"
 #include "jobs/output_guard.h"
 #include "jobs/run_options.h"
+#include "jobs/run_report.h"
 #include "jobs/run_summary.h"
 #include "jobs/store_items.h"
 #include "jobs/store_update.h"
@@ -43,6 +44,16 @@ RunOptions options_of(const std::string& path, const StoreReader& store, const M
   options.json = merging.json;
   options.sample.place.samples = store.samples();
   return options;
+}
+
+// On standard error: results of two builds are equal but for what docs/STORE.md lists.
+void note_builds(const std::set<std::string>& builds) {
+  if (builds.size() < 2) return;
+  fmt::print(stderr,
+             "meander: {} builds made these rows, which may differ where docs/STORE.md says so "
+             "(Builds):\n",
+             builds.size());
+  for (const std::string& build : builds) fmt::print(stderr, "  {}\n", build);
 }
 
 // ---- The shards of an array -------------------------------------------------------------------------------
@@ -84,8 +95,12 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
   RunOutcome outcome;
   outcome.root = plan.root;
   outcome.inputs_read_since_unix_ns = array.inputs_listed_unix_ns;
+  outcome.builds.clear();
   for (std::size_t s = 0; s < array.shards.size(); ++s)
-    if (const auto report = read_shard_report(store, s)) outcome.seconds += report->seconds;
+    if (const auto report = read_shard_report(store, s)) {
+      outcome.seconds += report->seconds;
+      if (!report->build.empty()) outcome.builds.insert(report->build);
+    }
   outcome.done_now = array.rows;
   merge_run_array(store, array, pack_rows_of(merging, plan.header), [&] {
     outcome.summary = summarise(StoreReader(store, StoreCheck::none), true);
@@ -95,6 +110,7 @@ int merge_array(const std::string& store, const MergeOptions& merging, const Lab
       return path == paths.end() ? fs::path() : path->second;
     });
   });
+  note_builds(outcome.builds);
   print_summary(outcome, options);
   return outcome.exit_code();
 }
@@ -136,6 +152,7 @@ class StoreMerge {
       outcome.summary = summarise(store, true);
       write_reports(options, outcome);
     });
+    note_builds(outcome.builds);
     print_summary(outcome, options);
     return outcome.exit_code();
   }
@@ -147,6 +164,8 @@ class StoreMerge {
     for (const std::string& path : options_.inputs) since = std::min(since, inputs_read_since(path));
     outcome.inputs_read_since_unix_ns = std::chrono::nanoseconds(since.time_since_epoch()).count();
     outcome.root = common_root();
+    outcome.builds.clear();
+    for (const std::string& path : options_.inputs) outcome.builds.merge(read_run_report(path).builds);
     write_run_report(options, outcome);
     write_failed_list(options, outcome.summary, [](std::uint64_t) { return fs::path(); });
   }

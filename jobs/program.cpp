@@ -16,6 +16,7 @@
 #include "jobs/inputs.h"
 #include "jobs/jobs.h"
 #include "jobs/laboratory.h"
+#include "jobs/run_report.h"
 #include "jobs/standard_streams.h"
 #include "jobs/working_process.h"
 #include "kernels/core/instruction_set.h"
@@ -52,9 +53,8 @@ JobFunction add_missing_command(Command& program, const char* name) {
 }
 
 std::string version_text() {
-  const std::string build = *meander_build_type == '\0' ? "" : fmt::format(" ({})", meander_build_type);
-  return fmt::format("meander {}\nBuilt by {}{} with {}\nInstruction set: {}", meander_version,
-                     meander_compiler, build, meander_libraries, name_of(best_instruction_set()));
+  return fmt::format("meander {}\nBuilt by {}\nInstruction set: {}", meander_version, build_text(),
+                     name_of(best_instruction_set()));
 }
 
 struct Subcommand {

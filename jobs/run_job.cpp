@@ -59,8 +59,7 @@ class RunJob {
     inputs_ = collect_inputs(options_.inputs, options_.collect);
     print_unread(inputs_.notes);
     plan_tensor_files(options_.sample.tensor, inputs_.items);
-    if (inputs_.items.empty())
-      throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
+    if (inputs_.items.empty()) throw UsageError("no mesh file (" + mesh_extensions() + ") in the input");
     if (retry_.vanished && !inputs_.notes.unread.empty())
       throw UsageError(
           "--retry vanished: items in folders that could not be read may still exist; make the folders "
@@ -303,6 +302,7 @@ class RunJob {
       outcome_.added += compared.added.size();
       // Changed rows that stay as they are must be noticed the next time, too.
       known_since_ = compared.changed.empty() || retry.changed ? inputs_since_ : since;
+      outcome_.builds.merge(read_run_report(options_.store).builds);  // those of the rows that stay
       if (!make_store(planned, &store)) return exit_stopped;
     }
   }

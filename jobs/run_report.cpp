@@ -1,9 +1,14 @@
 #include "jobs/run_report.h"
 
+#include <fmt/format.h>
+
 #include "io/file/read_file.h"
 #include "io/item_id.h"
 #include "io/json/json_reader.h"
+#include "io/json/json_tree.h"
 #include "io/run_error.h"
+#include "kernels/core/status.h"
+#include "meander_version.h"
 
 namespace meander {
 
@@ -19,7 +24,24 @@ auto or_nothing(const Read& read) -> decltype(read()) {
   }
 }
 
+std::set<std::string> texts_of(const std::string& list) {
+  std::set<std::string> texts;
+  try {
+    const JsonTree tree(list);
+    for (const JsonValue& value : tree.root().items())
+      if (const auto text = value.text()) texts.emplace(*text);
+  } catch (const ItemError&) {
+    return {};
+  }
+  return texts;
+}
+
 }  // namespace
+
+std::string build_text() {
+  const std::string type = *meander_build_type == '\0' ? "" : fmt::format(" ({})", meander_build_type);
+  return fmt::format("{} for {}{} with {}", meander_compiler, meander_architecture, type, meander_libraries);
+}
 
 RunReport read_run_report(const std::filesystem::path& store) {
   using std::chrono::nanoseconds, std::chrono::system_clock;
@@ -38,6 +60,8 @@ RunReport read_run_report(const std::filesystem::path& store) {
         system_clock::time_point(std::chrono::duration_cast<system_clock::duration>(nanoseconds(*since)));
   if (const auto micro = or_nothing([&] { return report->integer("describe_microseconds"); }))
     known.describe_milliseconds = static_cast<double>(*micro) / 1000;
+  if (const auto builds = report->members().find("builds"); builds != report->members().end())
+    known.builds = texts_of(builds->second);
   return known;
 }
 

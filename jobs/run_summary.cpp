@@ -363,8 +363,10 @@ void write_run_report(const RunOptions& options, const RunOutcome& outcome) {
   json.begin_object();
   json.member("store", options.store);
   json.member("tool", std::string("meander ") + meander_version);
-  json.member("compiler", meander_compiler);
-  json.member("build_type", meander_build_type);
+  json.key("builds");
+  json.begin_array();
+  for (const std::string& build : outcome.builds) json.value(build);
+  json.end_array();
   json.member("instruction_set", name_of(best_instruction_set()));
   json.member("tbb", TBB_runtime_version());
   json.member("host", system.nodename);

@@ -12,6 +12,7 @@
 #include "io/store/store.h"
 #include "jobs/inputs.h"
 #include "jobs/run_options.h"
+#include "jobs/run_report.h"
 #include "pipeline/sampling_graph.h"
 
 namespace meander {
@@ -84,7 +85,8 @@ struct RunOutcome {
   double seconds = 0, longest_wait_seconds = 0;
   std::vector<NodeStatistics> nodes;  // of the last part
   std::int64_t inputs_read_since_unix_ns = 0;
-  NearAttributes near;  // may be empty
+  std::set<std::string> builds = {build_text()};  // that made the rows of the store
+  NearAttributes near;                            // may be empty
 
   int exit_code() const;
 };

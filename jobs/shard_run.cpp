@@ -26,6 +26,7 @@
 #include "jobs/memory_budget.h"
 #include "jobs/planned_run.h"
 #include "jobs/reusable_rows.h"
+#include "jobs/run_report.h"
 #include "jobs/units.h"
 
 namespace meander {
@@ -139,6 +140,7 @@ class ShardRun {
       report.ended_unix_time = std::time(nullptr);
       std::array<char, 256> host{};
       if (::gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
+      report.build = build_text();
       write_shard_report(task_.store, number_, report);
     };
     parameters.finished = [&] { write_report(StoreCheck::none); };

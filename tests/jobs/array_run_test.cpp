@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "io/file/folder_lock.h"
@@ -20,7 +20,9 @@
 #include "jobs/array_plan.h"
 #include "jobs/array_script.h"
 #include "jobs/inputs.h"
+#include "jobs/run_report.h"
 #include "jobs/shard_run.h"
+#include "support/catch.h"
 #include "support/collection.h"
 #include "support/fault_program.h"
 #include "support/meander_program.h"
@@ -227,6 +229,37 @@ TEST_CASE("array: the number of the task comes from the scheduler's variables") 
   CHECK(scene.is_as_one_process_makes_it());
 }
 
+TEST_CASE(
+    "array: merge names the builds that made the shards where there are several, and so does a merge of "
+    "stores") {
+  const Scene scene;
+  REQUIRE(scene.plan(2).exit_code == 0);
+  for (const char* shard : {"0/2", "1/2"}) REQUIRE(scene.shard(shard).exit_code == 0);
+  ShardReport report = *read_shard_report(scene.store.string(), 1);
+  CHECK(report.build == build_text());
+  report.build = "another compiler";
+  write_shard_report(scene.store.string(), 1, report);
+  const ProcessResult merged = meander_with({"merge", scene.run});
+  CHECK(merged.exit_code == 3);
+  CHECK(contains(merged.err, "2 builds made these rows"));
+  CHECK(contains(merged.err, "  another compiler\n"));
+  CHECK(contains(merged.err, "  " + build_text() + "\n"));
+  const std::set<std::string> both = {"another compiler", build_text()};
+  CHECK(read_run_report(scene.store).builds == both);
+
+  const fs::path other = scene.scratch / "other", one = scene.scratch / "one.h5",
+                 two = scene.scratch / "two.h5";
+  fs::create_directories(other);
+  write_mesh(other / "other.off", icosphere(1));
+  REQUIRE(meander_with({"run", other.string(), "-o", one.string(), "-n", "40"}).exit_code == 0);
+  CHECK(read_run_report(one).builds == std::set<std::string>{build_text()});
+  const ProcessResult joined =
+      meander_with({"merge", one.string(), scene.store.string(), "-o", two.string()});
+  CHECK(joined.exit_code == 3);
+  CHECK(contains(joined.err, "2 builds made these rows"));
+  CHECK(read_run_report(two).builds == both);
+}
+
 TEST_CASE("array: missing shards are named in the notation of arrays") {
   const Scene scene;
   REQUIRE(scene.plan(10).exit_code == 0);
@@ -287,7 +320,8 @@ TEST_CASE("array: the list of a shard names the items of its plan, in formats th
   for (const char* const format : {"5", "-1", "260", "4294967296"}) {
     write_file(scratch / "items.jsonl", std::string(text).replace(at + 9, 1, format));
     REQUIRE_THROWS_WITH(read_shard_items(scratch.path(), header),
-                        Catch::Contains("line 2 has the format " + std::string(format) + ", which is none"));
+                        Catch::Matchers::ContainsSubstring("line 2 has the format " + std::string(format) +
+                                                           ", which is none"));
   }
 }
 
@@ -374,7 +408,7 @@ TEST_CASE("array: packs with an index are one store") {
   const fs::path one = scene.scratch / "one.h5";
   const ProcessResult joined = meander_with({"merge", scene.store.string(), "-o", one.string()});
   REQUIRE(joined.exit_code == 3);
-  CHECK_THAT(joined.out, Catch::Contains(" models x 40 points"));
+  CHECK_THAT(joined.out, Catch::Matchers::ContainsSubstring(" models x 40 points"));
   CHECK(read_file(one) == read_file(scene.whole));
   CHECK((rows_in_packs(7, 8) == packs));  // not printed: they are binary
   CHECK((read_file(scene.store) == index));
@@ -421,7 +455,7 @@ TEST_CASE("array: packs that are missing, damaged or of another store are refuse
   const auto refused = [&] {
     const StoreReader store(scene.store);
     CHECK(store.id(0) == StoreReader(scene.whole).id(0));  // the first pack is whole
-    CHECK_THROWS_WITH(store.id(8), Catch::Contains(second.string()));
+    CHECK_THROWS_WITH(store.id(8), Catch::Matchers::ContainsSubstring(second.string()));
     CHECK(store.id(16) == StoreReader(scene.whole).id(16));
     const VerifyResult result = verify_store(scene.store);
     REQUIRE(result.problems.size() == 1);
@@ -445,7 +479,8 @@ TEST_CASE("array: a merge into packs goes on after it was stopped, and spares fi
   for (const char* shard : {"0/2", "1/2"}) REQUIRE(scene.shard(shard).exit_code == 0);
   const RunArray array = *read_run_array(scene.store);
   write_file(pack_path(scene.store, 1), "the user's");
-  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 8), Catch::Contains("belongs to no store"));
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 8),
+                    Catch::Matchers::ContainsSubstring("belongs to no store"));
   CHECK(read_file(pack_path(scene.store, 1)) == "the user's");
   fs::remove(pack_path(scene.store, 1));
   const auto stops = [] { throw std::runtime_error("stopped"); };
@@ -455,7 +490,8 @@ TEST_CASE("array: a merge into packs goes on after it was stopped, and spares fi
   fs::remove(scene.store);
   write_file(pack_path(scene.store, 1), second.substr(0, second.size() / 2));
   fs::remove(pack_path(scene.store, 2));
-  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 16), Catch::Contains("packs of 8 rows was begun"));
+  CHECK_THROWS_WITH(merge_run_array(scene.store, array, 16),
+                    Catch::Matchers::ContainsSubstring("packs of 8 rows was begun"));
   merge_run_array(scene.store, array, 8);
   CHECK(read_file(scene.store) == index);
   CHECK(read_file(pack_path(scene.store, 1)) == second);
