@@ -5,13 +5,13 @@
 #include <oneapi/tbb/task_group.h>
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <numeric>
 #include <random>
 #include <stdexcept>
 #include <thread>
 
+#include "support/catch.h"
 #include "support/threads.h"
 
 using namespace meander;
@@ -63,15 +63,23 @@ TEST_CASE("parallel loops: complete where the work around them is cancelled") {
   with_threads([] {
     std::atomic<std::size_t> elements{0}, tasks{0}, bodies{0};
     oneapi::tbb::task_group_context around;
-    oneapi::tbb::parallel_for(
-        0, 16,
-        [&](int) {
-          ++bodies;
-          around.cancel_group_execution();
-          parallel_blocks(count, 1000, [&](std::size_t begin, std::size_t end) { elements += end - begin; });
-          parallel_tasks(64, [&](std::size_t) { ++tasks; });
-        },
-        around);
+    const auto body = [&] {
+      ++bodies;
+      around.cancel_group_execution();
+      parallel_blocks(count, 1000, [&](std::size_t begin, std::size_t end) { elements += end - begin; });
+      parallel_tasks(64, [&](std::size_t) { ++tasks; });
+    };
+    {
+      // TBB orders what is written here before its tasks, and those before its end.
+      const LoopHandoff loop;
+      oneapi::tbb::parallel_for(
+          0, 16,
+          [&](int) MEANDER_CALLED_BY_TBB {
+            const LoopHandoff::Task task(loop);
+            body();
+          },
+          around);
+    }
     CHECK(bodies > 0);
     CHECK(elements == bodies * count);
     CHECK(tasks == bodies * 64);
