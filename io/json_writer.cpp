@@ -67,12 +67,17 @@ void JsonWriter::value(bool flag) {
   text_ += flag ? "true" : "false";
 }
 
-void JsonWriter::value(double number) {
+void JsonWriter::null() {
   separate();
+  text_ += "null";
+}
+
+void JsonWriter::value(double number) {
   if (!std::isfinite(number)) {
-    text_ += "null";
+    null();
     return;
   }
+  separate();
   std::array<char, 32> digits;
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
   text_.append(digits.data(), end.ptr);

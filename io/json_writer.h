@@ -22,6 +22,7 @@ class JsonWriter {
   void value(const char* text) { value(std::string_view(text)); }
   void value(const std::string& text) { value(std::string_view(text)); }
   void value(bool flag);
+  void null();
   void value(double number);  // null when not finite: JSON has no NaN
   void value(std::uint64_t number);
   void value(std::int64_t number);

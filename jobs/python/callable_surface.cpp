@@ -1,15 +1,11 @@
 #include "jobs/python/callable_surface.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "io/digest.h"
 #include "jobs/python/array_mesh.h"
-
-namespace py = pybind11;
 
 namespace meander {
 
@@ -43,10 +39,10 @@ struct Places {
 
 }  // namespace
 
-CallableSurface::CallableSurface(py::function function, const py::object& content)
-    : function_(std::move(function)) {
-  if (!content.is_none()) {
-    content_ = content_of_bytes(content);
+CallableSurface::CallableSurface(meander_function function, void* context, const std::uint8_t* content)
+    : function_(function), context_(context) {
+  if (content != nullptr) {
+    std::copy_n(content, content_.size(), content_.begin());
     return;
   }
   constexpr std::size_t side = 17;
@@ -66,16 +62,9 @@ std::array<std::uint8_t, 16> CallableSurface::content() const {
 
 void CallableSurface::positions(std::span<const double> u, std::span<const double> v,
                                 std::span<Vector3> result) const {
-  const auto count = static_cast<py::ssize_t>(u.size());
-  const py::object answer =
-      function_(py::array_t<double>(count, u.data()), py::array_t<double>(count, v.data()));
-  const bool columns = py::isinstance<py::tuple>(answer) || py::isinstance<py::list>(answer);
-  const py::object stacked =
-      columns ? py::object(py::module_::import("numpy").attr("stack")(answer, py::arg("axis") = -1)) : answer;
-  const std::vector<double> triples = finite_triples(stacked, "the surface's positions");
-  if (triples.size() != 3 * u.size())
-    throw py::value_error(
-        fmt::format("the surface gave {} positions for {} parameters", triples.size() / 3, u.size()));
+  std::vector<double> triples(3 * u.size());
+  if (function_(context_, u.size(), u.data(), v.data(), triples.data()) != 0) throw FunctionGaveUp();
+  require_finite(triples, "the surface's positions");
   for (std::size_t i = 0; i < u.size(); ++i)
     result[i] = {triples[3 * i], triples[3 * i + 1], triples[3 * i + 2]};
 }

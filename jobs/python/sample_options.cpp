@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <stdexcept>
+#include <type_traits>
+#include <vector>
 
+#include "io/json/json_reader.h"
 #include "jobs/descriptor_choice.h"
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
@@ -54,7 +58,76 @@ void choose_density(const SampleOptions& options, DensityParameters& density,
                        "` is read from the images of models; meshes here have none");
 }
 
+// The value of an option, as JSON writes it. False where it is of another type or range.
+template <class Number>
+bool read(const std::string& written, Number& value) {
+  const char* end = written.data() + written.size();
+  const auto [read_to, error] = std::from_chars(written.data(), end, value);
+  return error == std::errc() && read_to == end;
+}
+bool read(const std::string& written, double& value) {
+  for (const double special : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+    if (written == fmt::format("\"{}\"", special)) {
+      value = special;
+      return true;
+    }
+  return read<double>(written, value);
+}
+bool read(const std::string& written, bool& value) {
+  value = written == "true";
+  return value || written == "false";
+}
+
 }  // namespace
+
+SampleOptions sample_options(std::string_view json) {
+  SampleOptions options;
+  const JsonObject given(json, "options");
+  for (const auto& [name, written] : given.members()) {
+    const auto set = [&](auto& member) {
+      using Value = std::decay_t<decltype(member)>;
+      if constexpr (std::is_same_v<Value, std::string>) {
+        if (!written.starts_with('"')) throw OptionRefused(name);
+        member = *given.text(name);
+      } else if (!read(written, member)) {
+        throw OptionRefused(name);
+      }
+    };
+    if (name == "n")
+      set(options.samples);
+    else if (name == "seed")
+      set(options.seed);
+    else if (name == "method")
+      set(options.method);
+    else if (name == "sequence")
+      set(options.sequence);
+    else if (name == "order")
+      set(options.order);
+    else if (name == "normalize")
+      set(options.normalize);
+    else if (name == "spacing")
+      set(options.spacing);
+    else if (name == "density")
+      set(options.density);
+    else if (name == "density_floor")
+      set(options.density_floor);
+    else if (name == "density_exponent")
+      set(options.density_exponent);
+    else if (name == "curve") {
+      if (written != "null") set(options.curve.emplace());
+    } else if (name == "curved")
+      set(options.curved);
+    else if (name == "topology")
+      set(options.topology);
+    else if (name == "describe")
+      set(options.describe);
+    else if (name == "bins")
+      set(options.bins);
+    else
+      throw OptionRefused(name);
+  }
+  return options;
+}
 
 SampleParameters sample_parameters(const SampleOptions& options) {
   std::vector<std::string> problems;
@@ -71,11 +144,7 @@ SampleParameters sample_parameters(const SampleOptions& options) {
   }
   choose_density(options, parameters.density, problems);
   check_spacing(options, parameters.place.sequence, problems);
-  for (const std::string& name : options.describe)
-    for (const Descriptor descriptor : parse_descriptors("describe", name, problems))
-      if (std::find(parameters.describe.descriptors.begin(), parameters.describe.descriptors.end(),
-                    descriptor) == parameters.describe.descriptors.end())
-        parameters.describe.descriptors.push_back(descriptor);
+  parameters.describe.descriptors = parse_descriptors("describe", options.describe, problems);
   parameters.describe.bins = options.bins;
   parameters.seed = options.seed;
   parameters.curved = options.curved;

@@ -1,10 +1,11 @@
-// The keyword arguments of the Python functions as parameters, by the words of the command line.
+// Options by the names of the keyword arguments in Python, as parameters, by the words of the command line.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "kernels/model/sample_parameters.h"
 #include "kernels/surface/sample_surface.h"
@@ -28,9 +29,18 @@ struct SampleOptions {
   std::optional<std::string> curve;  // of the method where it is not given
   bool curved = false;
   bool topology = true;
-  std::vector<std::string> describe;
+  std::string describe;  // "d2,pairs"
   std::uint32_t bins = 32;
 };
+
+// An option that is not one, or whose value is of another type or range; what() is its name.
+struct OptionRefused : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// From a JSON object: n, seed, method, ..., by the names of the keyword arguments of meander.sample; `describe` is
+// one text with commas, numbers that are not finite are "nan", "inf" and "-inf". Throws OptionRefused.
+SampleOptions sample_options(std::string_view json);
 
 // Throws std::invalid_argument with everything that is wrong.
 SampleParameters sample_parameters(const SampleOptions& options);

@@ -27,8 +27,7 @@ __all__ = ["Mesh", "Samples", "SamplingError", "Store", "StoreDataset", "content
            "measure_boxes", "open_store", "read_mesh", "sample", "sample_many", "surface", "surface_names"]
 
 Mesh = _core.Mesh
-SamplingError.__module__ = "meander"
-SamplingError.__qualname__ = "SamplingError"
+Mesh.__module__ = SamplingError.__module__ = "meander"
 
 
 @dataclasses.dataclass(eq=False, repr=False)

@@ -1,0 +1,260 @@
+#include "jobs/python/interface.h"
+
+#include <exception>
+#include <memory>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "io/archive/model_bytes.h"
+#include "io/json_writer.h"
+#include "io/run_error.h"
+#include "jobs/inputs.h"
+#include "jobs/python/array_mesh.h"
+#include "jobs/python/callable_surface.h"
+#include "jobs/python/measures.h"
+#include "jobs/python/row_text.h"
+#include "jobs/python/sample_options.h"
+#include "jobs/python/sampling_work.h"
+#include "jobs/surface_sources.h"
+#include "meander_version.h"
+
+struct meander_object {
+  meander_object() = default;
+  meander_object(const meander_object&) = delete;
+  meander_object& operator=(const meander_object&) = delete;
+  virtual ~meander_object() = default;
+};
+
+namespace {
+
+using namespace meander;
+
+struct SamplerObject : meander_object {
+  explicit SamplerObject(const char* options)
+      : sampler(std::make_shared<Sampler>(sample_parameters(sample_options(options)))) {}
+  SharedSampler sampler;
+};
+struct MeshObject : meander_object {
+  explicit MeshObject(ContentMesh given) : mesh(std::make_shared<ContentMesh>(std::move(given))) {}
+  SharedMesh mesh;
+};
+struct WorkObject : meander_object {
+  SamplingWork work;
+};
+struct RowObject : meander_object {
+  explicit RowObject(SampledRow given) : row(std::move(given)) {}
+  WeightedRow row;
+};
+
+template <class Object>
+Object& as(meander_object* object) {
+  auto* const is = dynamic_cast<Object*>(object);
+  if (is == nullptr) throw std::invalid_argument("an object of another kind is needed here");
+  return *is;
+}
+
+thread_local std::string last_error, last_text;
+
+const char* keep(std::string text) {
+  last_text = std::move(text);
+  return last_text.c_str();
+}
+
+// Of the exception in flight: what meander_error gives.
+void note_error() noexcept {
+  const auto note = [](const char* kind, const char* text, std::string_view status = {}) {
+    JsonWriter json;
+    json.begin_object();
+    json.member("kind", kind);
+    json.member("text", text);
+    if (!status.empty()) json.member("status", status);
+    json.end_object();
+    last_error = json.text();
+  };
+  try {
+    try {
+      throw;
+    } catch (const ItemError& error) {
+      note("sampling", error.what(), name_of(error.status()));
+    } catch (const OptionRefused& error) {
+      note("option", error.what());
+    } catch (const FunctionGaveUp& error) {
+      note("function", error.what());
+    } catch (const UsageError& error) {
+      note("value", error.what());
+    } catch (const std::invalid_argument& error) {
+      note("value", error.what());
+    } catch (const RunError& error) {
+      note("system", error.what());
+    } catch (const std::bad_alloc& error) {
+      note("memory", error.what());
+    } catch (const std::exception& error) {
+      note("internal", error.what());
+    }
+  } catch (...) {
+    last_error.clear();  // no memory for it, or no exception of ours
+  }
+}
+
+// What call() returns; `failed` where it throws.
+template <class Result, class Call>
+Result guarded(Result failed, const Call& call) noexcept {
+  try {
+    return call();
+  } catch (...) {
+    note_error();
+    return failed;
+  }
+}
+template <class Call>
+meander_object* made(const Call& call) noexcept {
+  return guarded<meander_object*>(nullptr, [&]() -> meander_object* { return call().release(); });
+}
+template <class Call>
+int done(const Call& call) noexcept {
+  return guarded(-1, [&] {
+    call();
+    return 0;
+  });
+}
+
+ContentMesh mesh_of_file(const std::string& path) {
+  const PackedFile packed = find_packed(path);
+  MeshFormat format{};
+  if (!mesh_format_of(packed ? packed.facts().name : path, format))
+    throw ItemError(Status::unsupported_format,
+                    "`" + path + "` is no " + mesh_extensions("or") + " file");
+  const ModelBytes bytes({path, packed, format});
+  ContentMesh mesh;
+  mesh.content = bytes.content_sha256();
+  mesh.mesh = bytes.mesh();
+  return mesh;
+}
+
+WorkLimits limits_of(int threads, double timeout) {
+  if (threads < 0 || threads > 1024) throw std::invalid_argument("threads: 0 (all of the machine) to 1024");
+  if (!(timeout >= 0 && timeout <= 1e9)) throw std::invalid_argument("timeout: seconds to 1e9, 0 for none");
+  WorkLimits limits;
+  limits.threads = threads;
+  if (timeout > 0) limits.timeout = timeout;
+  return limits;
+}
+
+template <class Names>
+void add_names(JsonWriter& json, const char* name, const Names& names) {
+  json.key(name);
+  json.begin_array();
+  for (const std::string_view text : names) json.value(text);
+  json.end_array();
+}
+
+}  // namespace
+
+const char* meander_about() {
+  return guarded<const char*>(nullptr, [] {
+    JsonWriter json;
+    json.begin_object();
+    json.member("version", meander_version);
+    add_names(json, "surfaces", surface_names());
+    add_names(json, "descriptors", descriptor_names);
+    json.end_object();
+    return keep(json.text());
+  });
+}
+
+const char* meander_error() { return last_error.c_str(); }
+
+void meander_release(meander_object* object) { delete object; }
+
+meander_object* meander_sampler(const char* options) {
+  return made([&] { return std::make_unique<SamplerObject>(options); });
+}
+
+meander_object* meander_mesh_of_file(const char* path) {
+  return made([&] { return std::make_unique<MeshObject>(mesh_of_file(path)); });
+}
+
+meander_object* meander_mesh_of_arrays(const meander_arrays* arrays) {
+  return made([&] { return std::make_unique<MeshObject>(mesh_of_arrays(*arrays)); });
+}
+
+const char* meander_text(meander_object* object) {
+  return guarded<const char*>(nullptr, [&] {
+    if (auto* const row = dynamic_cast<RowObject*>(object)) return keep(text_of(row->row));
+    return keep(text_of(*as<MeshObject>(object).mesh));
+  });
+}
+
+meander_object* meander_work() {
+  return made([] { return std::make_unique<WorkObject>(); });
+}
+
+int meander_sample(meander_object* work, meander_object* sampler, meander_object* mesh, int threads,
+                   double timeout, int keep_mesh) {
+  return done([&] {
+    as<WorkObject>(work).work.sample(as<SamplerObject>(sampler).sampler, as<MeshObject>(mesh).mesh,
+                                     limits_of(threads, timeout), keep_mesh != 0);
+  });
+}
+
+int meander_sample_surface(meander_object* work, const char* name, const char* options, double tolerance,
+                           int threads, double timeout) {
+  return done([&] {
+    as<WorkObject>(work).work.sample_surface(name, surface_parameters(sample_options(options), tolerance),
+                                             limits_of(threads, timeout));
+  });
+}
+
+int meander_sample_function(meander_object* work, meander_function function, void* context,
+                            const std::uint8_t* content, const char* options, double tolerance, double timeout) {
+  return done([&] {
+    const SurfaceSampleParameters parameters = surface_parameters(sample_options(options), tolerance);
+    const CallableSurface surface(function, context, content);
+    as<WorkObject>(work).work.sample_function(surface, parameters, limits_of(1, timeout));
+  });
+}
+
+int meander_sample_many(meander_object* work, meander_object* sampler, int threads, double timeout) {
+  return done([&] {
+    as<WorkObject>(work).work.sample_many(as<SamplerObject>(sampler).sampler, limits_of(threads, timeout));
+  });
+}
+
+int meander_offer(meander_object* work, std::uint64_t index, meander_object* mesh, int milliseconds) {
+  return guarded(-1, [&]() -> int {
+    return as<WorkObject>(work).work.offer(index, as<MeshObject>(mesh).mesh,
+                                           std::chrono::milliseconds(milliseconds));
+  });
+}
+
+int meander_close(meander_object* work) {
+  return done([&] { as<WorkObject>(work).work.close(); });
+}
+
+int meander_wait(meander_object* work, int milliseconds) {
+  return guarded(-1, [&]() -> int {
+    return as<WorkObject>(work).work.ended_within(std::chrono::milliseconds(milliseconds));
+  });
+}
+
+int meander_row(meander_object* work, meander_object** row, std::uint64_t* index) {
+  return guarded(-1, [&] {
+    auto taken = as<WorkObject>(work).work.take_row();
+    if (!taken) return 0;
+    *index = taken->index;
+    *row = std::make_unique<RowObject>(std::move(*taken)).release();
+    return 1;
+  });
+}
+
+int meander_box_error(meander_object* mesh, const double* points, std::uint64_t count, std::uint32_t boxes,
+                      std::uint64_t seed, double* error) {
+  return done([&] {
+    const std::span<const double> triples(points, 3 * count);
+    require_finite(triples, "points");
+    *error = box_error(as<MeshObject>(mesh).mesh->mesh, triples, boxes, seed, {});
+  });
+}

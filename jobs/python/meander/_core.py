@@ -1,0 +1,425 @@
+"""The library libmeander.so (jobs/python/interface.h), as the objects and functions that the package is made of.
+
+ctypes releases the interpreter's lock for every call. Long work is looked at from time to time, so that handlers of signals
+run meanwhile.
+"""
+import ctypes
+import json
+import math
+import operator
+import os
+import types
+
+import numpy
+
+_POINTER, _TEXT, _INT, _COUNT, _REAL = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_uint64,
+                                        ctypes.c_double)
+_FUNCTION = ctypes.CFUNCTYPE(_INT, _POINTER, _COUNT, _POINTER, _POINTER, _POINTER)
+_NO_MORE_PATIENCE = 50  # milliseconds until signals are looked for
+
+
+class _Arrays(ctypes.Structure):
+    _fields_ = [("vertices", _POINTER), ("vertex_count", _COUNT), ("faces", _POINTER), ("face_count", _COUNT),
+                ("width", _COUNT), ("corner_bytes", ctypes.c_int32), ("corners_are_signed", ctypes.c_int32),
+                ("normals", _POINTER), ("density", _POINTER), ("content", _TEXT),
+                ("density_of_faces", ctypes.c_int32), ("check", ctypes.c_int32)]
+
+
+def _load(path):
+    library = ctypes.CDLL(path)
+    for name, result, *arguments in (
+            ("about", _TEXT), ("error", _TEXT), ("release", None, _POINTER), ("sampler", _POINTER, _TEXT),
+            ("mesh_of_file", _POINTER, _TEXT), ("mesh_of_arrays", _POINTER, ctypes.POINTER(_Arrays)),
+            ("text", _TEXT, _POINTER), ("work", _POINTER),
+            ("sample", _INT, _POINTER, _POINTER, _POINTER, _INT, _REAL, _INT),
+            ("sample_surface", _INT, _POINTER, _TEXT, _TEXT, _REAL, _INT, _REAL),
+            ("sample_function", _INT, _POINTER, _FUNCTION, _POINTER, _TEXT, _TEXT, _REAL, _REAL),
+            ("sample_many", _INT, _POINTER, _POINTER, _INT, _REAL),
+            ("offer", _INT, _POINTER, _COUNT, _POINTER, _INT), ("close", _INT, _POINTER), ("wait", _INT, _POINTER, _INT),
+            ("row", _INT, _POINTER, ctypes.POINTER(_POINTER), ctypes.POINTER(_COUNT)),
+            ("box_error", _INT, _POINTER, _POINTER, _COUNT, ctypes.c_uint32, _COUNT, ctypes.POINTER(_REAL))):
+        function = getattr(library, "meander_" + name)
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+_library = _load(os.path.join(os.path.dirname(__file__), "libmeander.so"))
+
+
+class SamplingError(RuntimeError):
+    """A mesh or surface that cannot be sampled.
+
+    status: the word that a store has for it (`empty`, `zero_area`, `non_finite`, `timeout` ...).
+    reason: one sentence that says what is wrong and where.
+    index: the number of the mesh in sample_many, None elsewhere.
+    """
+
+    def __init__(self, status, reason, index=None):
+        super().__init__(status, reason, index)
+        self.status, self.reason, self.index = status, reason, index
+
+    def __str__(self):
+        where = "" if self.index is None else "mesh %d: " % self.index
+        return "%s%s: %s" % (where, self.status, self.reason)
+
+
+class _OptionRefused(Exception):
+    pass
+
+
+def _raise_error():
+    error = json.loads(_library.meander_error() or b'{"kind": "memory", "text": ""}')
+    kind, text = error["kind"], error["text"]
+    if kind == "sampling":
+        raise SamplingError(error["status"], text)
+    raise {"value": ValueError, "option": _OptionRefused, "system": OSError, "memory": MemoryError}.get(
+        kind, RuntimeError)(text)
+
+
+def _checked(result):
+    """What a function of the library returned, or what went wrong in it."""
+    if result is None or result < 0:
+        _raise_error()
+    return result
+
+
+class _Object:
+    """Owns an object of the library, which takes this one in its place."""
+    __slots__ = ("_as_parameter_",)
+
+    def __init__(self, pointer):
+        self._as_parameter_ = _POINTER(_checked(pointer))
+
+    def __del__(self, release=_library.meander_release):
+        pointer = getattr(self, "_as_parameter_", None)
+        if pointer is not None:
+            self._as_parameter_ = None
+            release(pointer)
+
+    def __reduce__(self):
+        raise TypeError("cannot pickle %r object" % type(self).__name__)
+
+
+class _View:
+    """An array in the memory of an object, which it keeps alive."""
+    __slots__ = ("__array_interface__", "owner")
+
+    def __init__(self, address, type_text, shape, owner):
+        self.__array_interface__ = {"data": (address, False), "typestr": type_text, "shape": shape, "version": 3}
+        self.owner = owner
+
+
+def _array(place, owner):
+    """The array that the library says is there; None where it says so."""
+    return None if place is None else numpy.asarray(_View(place["address"], place["type"], tuple(place["shape"]), owner))
+
+
+def _about():
+    return json.loads(_library.meander_about())
+
+
+# ---- arguments
+
+def _plain(value):
+    """An option as JSON can have it; {}, which no option takes, for all else."""
+    if isinstance(value, numpy.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, tuple) and all(isinstance(name, str) for name in value):
+        return ",".join(value)
+    if isinstance(value, int) and not -2 ** 63 <= value < 2 ** 64:
+        return {}
+    return value if isinstance(value, (str, int, float, types.NoneType)) else {}
+
+
+def _with_options(call, options):
+    """What call(JSON) returns; names the option that it refuses."""
+    try:
+        return call(json.dumps({name: _plain(value) for name, value in options.items()}).encode())
+    except _OptionRefused as refused:
+        name, = refused.args
+        value = options[name]
+    if isinstance(value, (int, float)):
+        raise ValueError("%s cannot be %s" % (name, value))
+    raise TypeError("%s cannot be %r" % (name, value))
+
+
+def _limits(threads, timeout):
+    threads = operator.index(threads)
+    if not 0 <= threads <= 1024:
+        raise ValueError("threads is %d: 0 (all of the machine) to 1024" % threads)
+    if timeout is None:
+        return threads, 0.0
+    timeout += 0.0  # TypeError unless it is a number
+    if not 0 < timeout <= 1e9:
+        raise ValueError("timeout is %s: seconds above 0, to 1e9" % repr(float(timeout)).removesuffix(".0"))
+    return threads, float(timeout)
+
+
+def _any_array(values, name):
+    if values is None:
+        raise TypeError("%s is None: an array is needed" % name)
+    try:
+        return numpy.asarray(values)
+    except Exception:
+        raise TypeError("%s is no array of numbers" % name) from None
+
+
+def _reals(values, name, columns):
+    """(n, 3) real numbers as doubles where `columns` is 3, (n,) where it is 0."""
+    array = _any_array(values, name)
+    if array.dtype.kind not in "fiu":
+        raise TypeError("%s must be real numbers, not %s" % (name, array.dtype))
+    if not (array.ndim == 2 and array.shape[1] == columns if columns else array.ndim == 1):
+        raise ValueError("%s must have the shape %s, not %s" % (name, "(n, 3)" if columns else "(n,)", array.shape))
+    return numpy.ascontiguousarray(array, numpy.float64)
+
+
+def _corners(faces):
+    """(F, k) numbers of vertices, of one of the four types that the library takes."""
+    array = _any_array(faces, "faces")
+    kind = array.dtype.kind
+    no_face = array.size == 0  # [] is an array of real numbers
+    if kind not in "iu" and not (no_face and kind == "f"):
+        raise TypeError("faces must be whole numbers (of vertices), not %s" % array.dtype)
+    if no_face and array.ndim <= 2:
+        return numpy.zeros((0, 3), numpy.int32)
+    if array.ndim != 2 or array.shape[1] < 3:
+        raise ValueError("faces must have the shape (F, k) with k >= 3, not %s" % (array.shape,))
+    return numpy.ascontiguousarray(array, "%s%d" % (kind, 8 if array.itemsize == 8 else 4))
+
+
+def _digest(content):
+    if len(content) != 32:
+        raise ValueError("content must have 32 bytes (a SHA-256), not %d" % len(content))
+    return content
+
+
+def _path(path):
+    path = os.fsencode(path)
+    if b"\0" in path:
+        raise ValueError("embedded null byte in %r" % path)
+    return path
+
+
+# ---- meshes
+
+class Mesh(_Object):
+    """A mesh of the library: see meander.read_mesh."""
+    __slots__ = ()
+
+    @staticmethod
+    def read(path):
+        return Mesh(_library.meander_mesh_of_file(_path(path)))
+
+    @staticmethod
+    def of_arrays(vertices, faces, normals, density, density_of_faces, content, check):
+        vertices, faces = _reals(vertices, "vertices", 3), _corners(faces)
+        arrays = _Arrays(vertices.ctypes.data, len(vertices), faces.ctypes.data, *faces.shape, faces.itemsize,
+                         faces.dtype.kind == "i", density_of_faces=density_of_faces, check=bool(check))
+        if normals is not None:
+            normals = _reals(normals, "normals", 3)
+            if len(normals) != len(vertices):
+                raise ValueError("there are %d normals of %d vertices" % (len(normals), len(vertices)))
+            arrays.normals = normals.ctypes.data
+        if density is not None:
+            density = _reals(density, "density", 0)
+            count, things = (len(faces), "faces") if density_of_faces else (len(vertices), "vertices")
+            if len(density) != count:
+                raise ValueError("density has %d values for %d %s" % (len(density), count, things))
+            arrays.density = density.ctypes.data
+        if content is not None:
+            arrays.content = _digest(content)
+        return Mesh(_library.meander_mesh_of_arrays(arrays))
+
+    def _members(self):
+        return json.loads(_checked_text(_library.meander_text(self)))
+
+    @property
+    def vertices(self):
+        members = self._members()
+        if members["vertex_count"] == 0:
+            return numpy.zeros((0, 3))
+        return numpy.stack([_array(members[axis], self) for axis in "xyz"], axis=1)
+
+    @property
+    def faces(self):
+        members = self._members()
+        if members["face_count"] == 0:
+            return numpy.zeros((0, 3), numpy.uint32)
+        if members["width"] == 0:
+            return None
+        return _array(members["corners"], self).reshape(-1, members["width"]).copy()
+
+    @property
+    def content(self):
+        return bytes.fromhex(self._members()["content"])
+
+    def __repr__(self):
+        members = self._members()
+        return "<meander.Mesh of %d vertices and %d faces>" % (members["vertex_count"], members["face_count"])
+
+
+# ---- sampling
+
+def _checked_text(text):
+    if text is None:
+        _raise_error()
+    return text
+
+
+def _members_of(row):
+    """The members of meander.Samples, or the SamplingError of a row that could not be sampled."""
+    members = json.loads(_checked_text(_library.meander_text(row)))
+    if "status" in members:
+        return SamplingError(members["status"], members["reason"])
+    for name, value in members.items():
+        if type(value) is dict and "address" in value:
+            members[name] = _array(value, row)
+    members["descriptors"] = {name: _array(value, row) for name, value in members["descriptors"].items()}
+    members["bbox"] = numpy.array(members["bbox"]).reshape(2, 3)
+    members["loc"] = numpy.array(members["loc"])
+    members["content"] = bytes.fromhex(members["content"])
+    return members
+
+
+class _Work(_Object):
+    """Work that ends with its `with` statement: what is left of it is cancelled."""
+    __slots__ = ()
+
+    def __init__(self):
+        super().__init__(_library.meander_work())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.__del__()
+
+    def wait(self):
+        while not _checked(_library.meander_wait(self, _NO_MORE_PATIENCE)):
+            pass  # handlers of signals run here, and may raise
+
+    def rows(self):
+        """(index, members or SamplingError) of the rows that are done and have not been given yet."""
+        pointer, index = _POINTER(), _COUNT()
+        while _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index))):
+            yield index.value, _members_of(_Object(pointer.value))
+
+    def row(self):
+        """The members of the one row. Raises its SamplingError."""
+        self.wait()
+        (_, members), = self.rows()
+        if isinstance(members, SamplingError):
+            raise members
+        return members
+
+
+class Sampler(_Object):
+    """Samples meshes with one set of options. For any number of threads at a time."""
+    __slots__ = ()
+
+    def __init__(self, **options):
+        _with_options(lambda text: super(Sampler, self).__init__(_library.meander_sampler(text)), options)
+
+    def sample_mesh(self, mesh, threads, timeout, keep_mesh=True):
+        limits = _limits(threads, timeout)
+        with _Work() as work:
+            _checked(_library.meander_sample(work, self, mesh, *limits, keep_mesh))
+            return work.row()
+
+    def sample_arrays(self, vertices, faces, normals, density, density_of_faces, content, check, threads, timeout):
+        _limits(threads, timeout)
+        mesh = Mesh.of_arrays(vertices, faces, normals, density, density_of_faces, content, check)
+        return self.sample_mesh(mesh, threads, timeout, False)
+
+    def sample_many(self, meshes, threads, timeout):
+        """meshes: an iterator of Mesh objects that nobody else uses, or of exceptions. A list of results in their order:
+        members of Samples, the SamplingError of a mesh, or the exception."""
+        limits = _limits(threads, timeout)
+        results = []
+        with _Work() as work:
+            _checked(_library.meander_sample_many(work, self, *limits))
+            for index, mesh in enumerate(meshes):
+                results.append(mesh)
+                if not isinstance(mesh, Mesh):
+                    continue
+                results[index] = None
+                while not _checked(_library.meander_offer(work, index, mesh, _NO_MORE_PATIENCE)):
+                    pass  # handlers of signals run here, and may raise
+                for done, result in work.rows():
+                    results[done] = result
+            _checked(_library.meander_close(work))
+            work.wait()
+            for done, result in work.rows():
+                results[done] = result
+        return results
+
+
+def sample_named_surface(name, tolerance, threads, timeout, **options):
+    limits = _limits(threads, timeout)
+    with _Work() as work:
+        _with_options(lambda text: _checked(_library.meander_sample_surface(work, _path(name), text, tolerance, *limits)),
+                      options)
+        return work.row()
+
+
+def sample_callable_surface(function, tolerance, timeout, content, **options):
+    _, timeout = _limits(1, timeout)
+    content = None if content is None else _digest(content)
+    raised = []
+
+    def numbers(address, *shape):
+        return numpy.asarray(_View(address, "<f8", shape, None))
+
+    def positions(_, count, u, v, result):
+        try:
+            answer = function(numbers(u, count).copy(), numbers(v, count).copy())
+            if isinstance(answer, (tuple, list)):
+                answer = numpy.stack(answer, axis=-1)
+            answer = _reals(answer, "the surface's positions", 3)
+            if len(answer) != count:
+                raise ValueError("the surface gave %d positions for %d parameters" % (len(answer), count))
+            numbers(result, count, 3)[:] = answer
+            return 0
+        except BaseException as error:  # passes through the library by itself, interruptions too
+            raised.append(error)
+            return 1
+
+    with _Work() as work:
+        try:
+            _with_options(lambda text: _checked(_library.meander_sample_function(
+                work, _FUNCTION(positions), None, content, text, tolerance, timeout)), options)
+        except RuntimeError:
+            if raised:
+                raise raised[0] from None
+            raise
+        return work.row()
+
+
+# ---- the rest
+
+def measure_boxes(points, mesh, boxes, seed):
+    boxes, seed = operator.index(boxes), operator.index(seed)
+    if not 1 <= boxes <= 200000:
+        raise ValueError("boxes is %d: 1 to 200000" % boxes)
+    if not 0 <= seed < 2 ** 64:
+        raise ValueError("seed cannot be %d" % seed)
+    points = _reals(points, "points", 3)
+    if len(points) == 0:
+        raise ValueError("points is empty")
+    error = _REAL()
+    _checked(_library.meander_box_error(mesh, points.ctypes.data, len(points), boxes, seed, ctypes.byref(error)))
+    return error.value
+
+
+__version__ = _about()["version"]
+
+
+def surface_names():
+    return _about()["surfaces"]
+
+
+def descriptor_names():
+    return _about()["descriptors"]

@@ -1,0 +1,173 @@
+#include "jobs/python/sampling_work.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "jobs/surface_sources.h"
+#include "kernels/core/failure.h"
+#include "kernels/surface/surface_row.h"
+
+namespace meander {
+
+namespace {
+
+// Above this a call is worth a thread of its own, so that its caller can end it.
+constexpr std::size_t long_work = 200000;
+
+CancelToken token_of(const std::atomic<bool>* cancelled, std::optional<double> timeout) {
+  CancelToken token;
+  token.cancelled = cancelled;
+  if (timeout)
+    token.deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                               std::chrono::duration<double>(*timeout));
+  return token;
+}
+
+// Calls work() in as many threads; all that there are for 0.
+template <class Work>
+void with_threads(int threads, const Work& work) {
+  if (threads == 0) {
+    work();
+    return;
+  }
+  std::optional<oneapi::tbb::global_control> more;
+  if (threads > oneapi::tbb::info::default_concurrency())
+    more.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  oneapi::tbb::task_arena(threads).execute(work);
+}
+
+bool is_long_work(const Sampler& sampler, const PolygonMesh& mesh) {
+  const SampleParameters& p = sampler.parameters();
+  const std::size_t spaced = p.place.sequence == SequenceKind::spaced ? 10 : 1;
+  return method_of(p).makes_charts || mesh.corners.size() + spaced * p.place.samples > long_work;
+}
+
+void sample_all(const Sampler& sampler, SampleQueue& queue, std::size_t tokens, std::optional<double> timeout,
+                const std::atomic<bool>& cancelled) {
+  using oneapi::tbb::filter_mode;
+  using Held = std::shared_ptr<SampleQueue::Entry>;
+  oneapi::tbb::parallel_pipeline(
+      tokens,
+      oneapi::tbb::make_filter<void, Held>(filter_mode::serial_in_order,
+                                           [&](oneapi::tbb::flow_control& control) -> Held {
+                                             auto entry = queue.take();
+                                             if (!entry || cancelled) {
+                                               control.stop();
+                                               return nullptr;
+                                             }
+                                             return std::make_shared<SampleQueue::Entry>(std::move(*entry));
+                                           }) &
+          oneapi::tbb::make_filter<Held, void>(filter_mode::parallel, [&](const Held& entry) {
+            ContentMesh& mesh = *entry->mesh;
+            Row row = sampler.sample(std::move(mesh.mesh), mesh.content, token_of(&cancelled, timeout));
+            mesh.mesh = {};
+            queue.put({entry->index, mesh.content, std::move(row)});
+          }));
+}
+
+// Throws what a caller must see: an interruption, and what the caller's own function did.
+template <class Work>
+Row row_or_failure(const Work& work) {
+  Row row;
+  try {
+    row = work();
+  } catch (const RunCancelled&) {
+    throw;
+  } catch (const FunctionGaveUp&) {
+    throw;
+  } catch (const std::invalid_argument&) {
+    throw;
+  } catch (...) {
+    Failure failure = current_failure("sample_surface");
+    row.report.status = failure.status;
+    row.report.reason = std::move(failure.reason);
+  }
+  return row;
+}
+
+}  // namespace
+
+SamplingWork::~SamplingWork() { queue_.close(); }
+
+void SamplingWork::begin() {
+  if (begun_) throw std::invalid_argument("the work was begun before");
+  begun_ = true;
+}
+
+void SamplingWork::sample(SharedSampler sampler, SharedMesh mesh, const WorkLimits& limits, bool keep_mesh) {
+  begin();
+  const bool is_long = is_long_work(*sampler, mesh->mesh);
+  auto work = [this, sampler = std::move(sampler), mesh = std::move(mesh), limits,
+               keep_mesh](const std::atomic<bool>* cancelled) {
+    with_threads(limits.threads, [&] {
+      PolygonMesh polygons = keep_mesh ? mesh->mesh : std::move(mesh->mesh);
+      queue_.put({0, mesh->content,
+                  sampler->sample(std::move(polygons), mesh->content, token_of(cancelled, limits.timeout))});
+    });
+  };
+  if (is_long)
+    background_.emplace(
+        [work = std::move(work)](const std::atomic<bool>& cancelled) { work(&cancelled); });
+  else
+    work(nullptr);
+}
+
+void SamplingWork::sample_surface(const std::string& name, const SurfaceSampleParameters& parameters,
+                                  const WorkLimits& limits) {
+  begin();
+  check_surface_name(name);
+  background_.emplace([this, name, parameters, limits](const std::atomic<bool>& cancelled) {
+    with_threads(limits.threads, [&] {
+      Content content{};
+      Row row = row_or_failure([&] {
+        const SurfaceSource source = open_surface(name);
+        content = source.content_sha256;
+        return surface_row(*source.surface, meander::sample_surface(*source.surface, parameters,
+                                                                    token_of(&cancelled, limits.timeout)));
+      });
+      queue_.put({0, content, std::move(row)});
+    });
+  });
+}
+
+void SamplingWork::sample_function(const CallableSurface& surface, const SurfaceSampleParameters& parameters,
+                                   const WorkLimits& limits) {
+  begin();
+  // Loops in an arena of one slot stay in this thread.
+  with_threads(1, [&] {
+    queue_.put({0, surface.content_sha256(), row_or_failure([&] {
+                  return surface_row(surface, meander::sample_surface(surface, parameters,
+                                                                      token_of(nullptr, limits.timeout)));
+                })});
+  });
+}
+
+void SamplingWork::sample_many(SharedSampler sampler, const WorkLimits& limits) {
+  begin();
+  const auto slots =
+      static_cast<std::size_t>(limits.threads > 0 ? limits.threads : oneapi::tbb::info::default_concurrency());
+  queue_.set_room(2 * slots);
+  background_.emplace([this, sampler = std::move(sampler), limits, slots](const std::atomic<bool>& cancelled) {
+    with_threads(limits.threads, [&] { sample_all(*sampler, queue_, slots + 1, limits.timeout, cancelled); });
+  });
+}
+
+bool SamplingWork::offer(std::uint64_t index, SharedMesh mesh, std::chrono::milliseconds patience) {
+  return queue_.offer({index, std::move(mesh)}, patience);
+}
+
+void SamplingWork::close() { queue_.close(); }
+
+bool SamplingWork::ended_within(std::chrono::milliseconds time) {
+  return !background_ || background_->ended_within(time);
+}
+
+std::optional<SampledRow> SamplingWork::take_row() { return queue_.take_done(); }
+
+}  // namespace meander
