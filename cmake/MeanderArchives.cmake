@@ -1,10 +1,9 @@
-# meander_hdf5 and meander_draco: programs are linked with the archives of these libraries where the system has them, for
-# they start sooner. The shared library of HDF5 brings libcurl and what that needs, 27 libraries that no
-# run calls, and Draco's is mostly relocations. Modules of Python, which need position-independent code, and systems
-# without the archives take the shared libraries.
+# meander_hdf5, meander_draco and meander_cairo: the archives of these libraries where the system has them, for programs
+# start sooner with them, and need less of a system. The shared library of HDF5 brings libcurl and what that needs, 27
+# libraries that no run calls, Draco's is mostly relocations, and cairo's brings those of X11 and of the font formats, of
+# which hardly anything is called. The archive of HDF5 is not for shared libraries: libmeander.so links because it calls
+# nothing of it.
 include(CheckCXXSourceCompiles)
-
-set(program $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
 
 add_library(meander_hdf5 INTERFACE)
 target_include_directories(meander_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
@@ -27,7 +26,7 @@ if(MEANDER_HDF5_ARCHIVE AND MEANDER_SZIP_LIBRARY)
   unset(CMAKE_REQUIRED_LIBRARIES)
 endif()
 if(MEANDER_HDF5_ARCHIVE_LINKS)
-  target_link_libraries(meander_hdf5 INTERFACE $<IF:${program},meander_hdf5_archive,PkgConfig::HDF5>)
+  target_link_libraries(meander_hdf5 INTERFACE meander_hdf5_archive)
 else()
   target_link_libraries(meander_hdf5 INTERFACE PkgConfig::HDF5)
 endif()
@@ -36,8 +35,36 @@ add_library(meander_draco INTERFACE)
 target_include_directories(meander_draco SYSTEM
   INTERFACE $<TARGET_PROPERTY:draco::draco,INTERFACE_INCLUDE_DIRECTORIES>)
 if(TARGET draco::draco_static)
-  target_link_libraries(meander_draco INTERFACE $<IF:${program},draco::draco_static,draco::draco>)
+  target_link_libraries(meander_draco INTERFACE draco::draco_static)
 else()
   target_link_libraries(meander_draco INTERFACE draco::draco)
 endif()
-unset(program)
+
+if(MEANDER_LABORATORY)
+  add_library(meander_cairo INTERFACE)
+  target_include_directories(meander_cairo SYSTEM INTERFACE ${CAIRO_INCLUDE_DIRS})
+  set(archives "")
+  foreach(name cairo fontconfig freetype pixman-1 expat brotlidec brotlicommon)
+    find_library(MEANDER_${name}_ARCHIVE lib${name}.a)
+    mark_as_advanced(MEANDER_${name}_ARCHIVE)
+    list(APPEND archives ${MEANDER_${name}_ARCHIVE})
+  endforeach()
+  list(APPEND archives PNG::PNG ZLIB::ZLIB Threads::Threads m)
+  set(CMAKE_REQUIRED_INCLUDES ${CAIRO_INCLUDE_DIRS})
+  set(CMAKE_REQUIRED_LIBRARIES ${archives})
+  check_cxx_source_compiles("#include <cairo.h>
+    int main() {
+      cairo_t* context = cairo_create(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+      cairo_select_font_face(context, \"sans-serif\", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+      cairo_show_text(context, \"text\");
+      return cairo_status(context);
+    }" MEANDER_CAIRO_ARCHIVE_LINKS)
+  unset(CMAKE_REQUIRED_INCLUDES)
+  unset(CMAKE_REQUIRED_LIBRARIES)
+  if(MEANDER_CAIRO_ARCHIVE_LINKS)
+    target_link_libraries(meander_cairo INTERFACE ${archives})
+  else()
+    target_link_libraries(meander_cairo INTERFACE PkgConfig::CAIRO)
+  endif()
+  unset(archives)
+endif()

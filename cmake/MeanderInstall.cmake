@@ -54,12 +54,12 @@ if(TARGET meander_python)
   install(FILES ${files} DESTINATION ${MEANDER_PYTHON_DIR}/meander)
 endif()
 
-# Component `libraries` (only when it is asked for, as the tarball does): the shared libraries of program and module but
-# for those of the C library, in lib/meander, where both look first. DT_RPATH, not DT_RUNPATH: it holds for what these
+# Component `libraries` (only when it is asked for, as the tarball does): the shared libraries of the program and of the
+# Python package but for those of the C library, in lib/meander, where both look first. DT_RPATH, not DT_RUNPATH: it holds for what these
 # libraries load too.
 set(bundle lib/meander)
 set(bundled $<TARGET_FILE:meander>)
-set(modules "")
+set(package "")
 file(RELATIVE_PATH up /${CMAKE_INSTALL_BINDIR} /${bundle})
 set_target_properties(meander PROPERTIES INSTALL_RPATH "$ORIGIN/${up}")
 target_link_options(meander PRIVATE -Wl,--disable-new-dtags)
@@ -67,10 +67,10 @@ if(TARGET meander_python)
   file(RELATIVE_PATH up /${MEANDER_PYTHON_DIR}/meander /${bundle})
   set_target_properties(meander_python PROPERTIES INSTALL_RPATH "$ORIGIN/${up}")
   target_link_options(meander_python PRIVATE -Wl,--disable-new-dtags)
-  set(modules $<TARGET_FILE:meander_python>)
+  set(package $<TARGET_FILE:meander_python>)
 endif()
 install(CODE "
-  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES \"${bundled}\" MODULES ${modules}
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES \"${bundled}\" LIBRARIES ${package}
     RESOLVED_DEPENDENCIES_VAR found UNRESOLVED_DEPENDENCIES_VAR missing
     PRE_EXCLUDE_REGEXES [[^ld-linux]] [[^lib(c|m|dl|rt|pthread|resolv|util)\\.so]])
   if(missing)

@@ -13,14 +13,7 @@ set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/MeanderCPack.cmake)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "fonts-dejavu-core, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "fonts-dejavu-core, python3 (>= 3.9), python3-numpy")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
     "bash-completion, man-db, python3-h5py, libeigen3-dev, libembree-dev, libtbb-dev")
-if(TARGET meander_python)
-  # The module is that of one version of Python; the program needs none.
-  get_property(minor GLOBAL PROPERTY MEANDER_PYTHON_MINOR)
-  math(EXPR next "${minor} + 1")
-  string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS
-         ", python3 (>= 3.${minor}), python3 (<< 3.${next})")
-endif()
 include(CPack)

@@ -17,6 +17,11 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)$")
 else()
   message(FATAL_ERROR "Meander is built for x86-64 and AArch64, not for ${CMAKE_SYSTEM_PROCESSOR}")
 endif()
+if(NOT MEANDER_SANITIZE)
+  # So that the linker can leave out what is not called, and the libraries that only that needs: of HDF5, whose archive
+  # is for programs alone, libmeander.so calls nothing.
+  target_compile_options(meander_flags INTERFACE -ffunction-sections -fdata-sections)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # GCC 12 reports overlapping copies inside std::string concatenation that cannot happen (GCC bug 105651).
   target_compile_options(meander_flags INTERFACE -Wno-restrict)

@@ -25,8 +25,10 @@ struct Corners {
 
 // `first_bad`: position of the first corner that names no vertex, and its number as text.
 template <class Number>
-void read_corners(const meander_arrays& arrays, Corners& corners, std::size_t& first_bad, std::string& bad_number) {
-  const std::span<const Number> numbers(static_cast<const Number*>(arrays.faces), corners.faces * corners.width);
+void read_corners(const meander_arrays& arrays, Corners& corners, std::size_t& first_bad,
+                  std::string& bad_number) {
+  const std::span<const Number> numbers(static_cast<const Number*>(arrays.faces),
+                                        corners.faces * corners.width);
   corners.number.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     bool known = static_cast<std::uint64_t>(numbers[i]) < arrays.vertex_count;
@@ -42,6 +44,10 @@ void read_corners(const meander_arrays& arrays, Corners& corners, std::size_t& f
 Corners corners_of(const meander_arrays& arrays) {
   Corners corners;
   if (arrays.face_count == 0) return corners;
+  if (arrays.width < 3 || (arrays.corner_bytes != 4 && arrays.corner_bytes != 8))
+    throw std::invalid_argument("faces have three corners or more, numbers of 4 or 8 bytes");
+  check_count(arrays.face_count, "faces");
+  check_count(arrays.width, "corners of a face");
   corners.faces = arrays.face_count;
   corners.width = arrays.width;
   check_count(corners.faces * corners.width, "corners");
@@ -85,8 +91,8 @@ Content content_of(std::span<const double> positions, const Corners& corners) {
 }
 
 std::vector<double> density_values(const meander_arrays& arrays) {
-  const std::span<const double> numbers(arrays.density,
-                                        arrays.density_of_faces != 0 ? arrays.face_count : arrays.vertex_count);
+  const std::span<const double> numbers(
+      arrays.density, arrays.density_of_faces != 0 ? arrays.face_count : arrays.vertex_count);
   for (std::size_t i = 0; i < numbers.size(); ++i)
     if (!(numbers[i] >= 0) || std::isinf(numbers[i]))
       throw std::invalid_argument(

@@ -19,11 +19,12 @@ struct ContentMesh {
 };
 
 // Copies the arrays. Throws std::invalid_argument for values that are not finite, densities below 0 and, with
-// `check`, numbers of vertices that are not there. Without it such faces are dropped and counted when the mesh
-// is prepared, as those of files; ItemError for more than 32 bits can number.
+// `check`, numbers of vertices that are not there. Without it such faces are dropped and counted when the
+// mesh is prepared, as those of files; ItemError for more than 32 bits can number.
 ContentMesh mesh_of_arrays(const meander_arrays& arrays);
 
-// Throws std::invalid_argument that says which of the rows of three is not finite; `name` is that of the array.
+// Throws std::invalid_argument that says which of the rows of three is not finite; `name` is that of the
+// array.
 void require_finite(std::span<const double> triples, const char* name);
 
 }  // namespace meander

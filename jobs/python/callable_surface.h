@@ -17,9 +17,9 @@ struct FunctionGaveUp : std::runtime_error {
   FunctionGaveUp() : std::runtime_error("the function of a surface gave up") {}
 };
 
-// Derivatives are differences: about 1e-9 of the size for the first, 1e-6 for the second. The function is called
-// from the thread that samples, which must be one alone. Throws FunctionGaveUp, and std::invalid_argument for
-// positions that are not finite.
+// Derivatives are differences: about 1e-9 of the size for the first, 1e-6 for the second. The function is
+// called from the thread that samples, which must be one alone. Throws FunctionGaveUp, and
+// std::invalid_argument for positions that are not finite.
 class CallableSurface : public ParametricSurface {
  public:
   // Evaluates a grid: its digest is the content unless 32 bytes are given.

@@ -125,8 +125,7 @@ ContentMesh mesh_of_file(const std::string& path) {
   const PackedFile packed = find_packed(path);
   MeshFormat format{};
   if (!mesh_format_of(packed ? packed.facts().name : path, format))
-    throw ItemError(Status::unsupported_format,
-                    "`" + path + "` is no " + mesh_extensions("or") + " file");
+    throw ItemError(Status::unsupported_format, "`" + path + "` is no " + mesh_extensions("or") + " file");
   const ModelBytes bytes({path, packed, format});
   ContentMesh mesh;
   mesh.content = bytes.content_sha256();
@@ -209,7 +208,8 @@ int meander_sample_surface(meander_object* work, const char* name, const char* o
 }
 
 int meander_sample_function(meander_object* work, meander_function function, void* context,
-                            const std::uint8_t* content, const char* options, double tolerance, double timeout) {
+                            const std::uint8_t* content, const char* options, double tolerance,
+                            double timeout) {
   return done([&] {
     const SurfaceSampleParameters parameters = surface_parameters(sample_options(options), tolerance);
     const CallableSurface surface(function, context, content);

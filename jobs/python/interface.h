@@ -1,9 +1,10 @@
-/* The C interface of libmeander.so: what the package in jobs/python/meander calls, and what other languages may.
+/* The C interface of libmeander.so: what the package in jobs/python/meander calls, and what other languages
+ * may.
  *
- * Objects are made by the functions that return them and released by meander_release. A function that fails returns
- * NULL or a negative number, and meander_error says why. Texts that are returned are UTF-8 and hold until the next call
- * from the same thread. Every function may be called from any thread, but no two at a time with the same work, apart
- * from meander_offer and meander_row. */
+ * Objects are made by the functions that return them and released by meander_release. A function that fails
+ * returns NULL or a negative number, and meander_error says why. Texts that are returned are UTF-8 and hold
+ * until the next call from the same thread. Every function may be called from any thread, but no two at a
+ * time with the same work, apart from meander_offer and meander_row. */
 #ifndef MEANDER_INTERFACE_H
 #define MEANDER_INTERFACE_H
 
@@ -18,9 +19,10 @@ typedef struct meander_object meander_object;
 /* {"version": "0.1.0", "surfaces": [names], "descriptors": [names]} */
 const char* meander_about(void);
 
-/* Why the last call from this thread failed: {"kind": ..., "text": ...}. Kinds: "sampling", a mesh that cannot be sampled
- * (with its "status"); "value", an argument that makes no sense; "option", one whose name is the text and whose value is
- * of another type or range; "function", the function of a surface gave up; "system"; "memory"; "internal". */
+/* Why the last call from this thread failed: {"kind": ..., "text": ...}. Kinds: "sampling", a mesh that
+ * cannot be sampled (with its "status"); "value", an argument that makes no sense; "option", one whose name
+ * is the text and whose value is of another type or range; "function", the function of a surface gave up;
+ * "system"; "memory"; "internal". */
 const char* meander_error(void);
 
 /* Work that still runs is cancelled and waited for. NULL is let pass. */
@@ -48,29 +50,32 @@ typedef struct {
 /* Copies the arrays. */
 meander_object* meander_mesh_of_arrays(const meander_arrays* arrays);
 
-/* What a mesh or a row holds, by the names of the members of meander.Mesh and meander.Samples. Arrays are given as
- * {"address": ..., "type": "<f4", "shape": [n, 3]}; they belong to the object and may be written to. Of a row that could
- * not be sampled: {"status": ..., "reason": ...}. */
+/* What a mesh or a row holds, by the names of the members of meander.Mesh and meander.Samples. "arrays" and
+ * "descriptors" say where each is, [address, type, n, columns] with a type as numpy writes it ("<f4"),
+ * without columns for n values, and null for none; they belong to the object and may be written to. Of a row
+ * that could not be sampled: {"status": ..., "reason": ...}. */
 const char* meander_text(meander_object* object);
 
 /* One piece of work, which the functions below start, once. */
 meander_object* meander_work(void);
 
-/* Samples a mesh: short work at once, long work in a thread of its own. threads: 0 (all of the machine) to 1024;
- * timeout: seconds, 0 for none. Unless keep_mesh, the mesh must not be used again. */
-int meander_sample(meander_object* work, meander_object* sampler, meander_object* mesh, int threads, double timeout,
-                   int keep_mesh);
+/* Samples a mesh: short work at once, long work in a thread of its own. threads: 0 (all of the machine) to
+ * 1024; timeout: seconds, 0 for none. Unless keep_mesh, the mesh must not be used again. */
+int meander_sample(meander_object* work, meander_object* sampler, meander_object* mesh, int threads,
+                   double timeout, int keep_mesh);
 
 /* A surface by its name or file. */
-int meander_sample_surface(meander_object* work, const char* name, const char* options, double tolerance, int threads,
-                           double timeout);
+int meander_sample_surface(meander_object* work, const char* name, const char* options, double tolerance,
+                           int threads, double timeout);
 
 /* Positions (3 count) at count parameters; not 0: gives up. */
-typedef int (*meander_function)(void* context, uint64_t count, const double* u, const double* v, double* positions);
+typedef int (*meander_function)(void* context, uint64_t count, const double* u, const double* v,
+                                double* positions);
 
-/* A surface that a function describes, which is called from this thread before this returns. content: as above. */
-int meander_sample_function(meander_object* work, meander_function function, void* context, const uint8_t* content,
-                            const char* options, double tolerance, double timeout);
+/* A surface that a function describes, which is called from this thread before this returns. content: as
+ * above. */
+int meander_sample_function(meander_object* work, meander_function function, void* context,
+                            const uint8_t* content, const char* options, double tolerance, double timeout);
 
 /* Starts to sample the meshes that meander_offer gives, until meander_close. */
 int meander_sample_many(meander_object* work, meander_object* sampler, int threads, double timeout);
@@ -86,8 +91,8 @@ int meander_wait(meander_object* work, int milliseconds);
 int meander_row(meander_object* work, meander_object** row, uint64_t* index);
 
 /* The error of points (3 count finite coordinates) on a mesh over random boxes: see measures.h. */
-int meander_box_error(meander_object* mesh, const double* points, uint64_t count, uint32_t boxes, uint64_t seed,
-                      double* error);
+int meander_box_error(meander_object* mesh, const double* points, uint64_t count, uint32_t boxes,
+                      uint64_t seed, double* error);
 
 #ifdef __cplusplus
 }

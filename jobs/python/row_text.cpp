@@ -1,7 +1,8 @@
 #include "jobs/python/row_text.h"
 
+#include <algorithm>
 #include <cstdint>
-#include <initializer_list>
+#include <span>
 #include <utility>
 
 #include "io/digest.h"
@@ -20,11 +21,10 @@ constexpr const char* type_text<double> = "<f8";
 template <>
 constexpr const char* type_text<std::uint32_t> = "<u4";
 
-template <class Value>
-void add_numbers(JsonWriter& json, std::string_view name, const Value& values) {
+void add_numbers(JsonWriter& json, std::string_view name, std::span<const double> values) {
   json.key(name);
   json.begin_array();
-  for (const auto value : values) json.value(value);
+  for (const double value : values) json.value(value);
   json.end_array();
 }
 
@@ -36,15 +36,12 @@ void add_array(JsonWriter& json, std::string_view name, std::vector<Value>& valu
     json.null();
     return;
   }
-  json.begin_object();
-  json.member("address", std::uint64_t{reinterpret_cast<std::uintptr_t>(values.data())});
-  json.member("type", type_text<Value>);
-  const std::uint64_t count = values.size();
-  if (columns > 0)
-    add_numbers(json, "shape", std::initializer_list<std::uint64_t>{count / columns, columns});
-  else
-    add_numbers(json, "shape", std::initializer_list<std::uint64_t>{count});
-  json.end_object();
+  json.begin_array();
+  json.value(std::uint64_t{reinterpret_cast<std::uintptr_t>(values.data())});
+  json.value(type_text<Value>);
+  json.value(std::uint64_t{values.size() / std::max<std::uint64_t>(columns, 1)});
+  if (columns > 0) json.value(columns);
+  json.end_array();
 }
 
 void add_report(JsonWriter& json, const ItemReport& report) {
@@ -84,6 +81,8 @@ std::string text_of(WeightedRow& weighted) {
     json.end_object();
     return json.text();
   }
+  json.key("arrays");
+  json.begin_object();
   add_array(json, "points", samples.points, 3);
   add_array(json, "normals", samples.normals, 3);
   add_array(json, "face_index", samples.face, 0);
@@ -95,6 +94,7 @@ std::string text_of(WeightedRow& weighted) {
   add_array(json, "weights", weighted.weights, 0);
   add_array(json, "tensor_direction", samples.tensor_direction, 3);
   add_array(json, "tensor_spacing", samples.tensor_spacing, 2);
+  json.end_object();
   json.key("descriptors");
   json.begin_object();
   for (DescriptorRow& descriptor : row.descriptors) add_array(json, descriptor.name, descriptor.values, 0);
@@ -116,11 +116,14 @@ std::string text_of(ContentMesh& content_mesh) {
   json.begin_object();
   json.member("vertex_count", std::uint64_t{mesh.vertex_count()});
   json.member("face_count", std::uint64_t{faces});
+  json.member("width", std::uint64_t{equal ? width : 0});
+  json.key("arrays");
+  json.begin_object();
   add_array(json, "x", mesh.x, 0);
   add_array(json, "y", mesh.y, 0);
   add_array(json, "z", mesh.z, 0);
-  json.member("width", std::uint64_t{equal ? width : 0});
   add_array(json, "corners", mesh.corners, 0);
+  json.end_object();
   json.member("content", hex_text(content_mesh.content));
   json.end_object();
   return json.text();

@@ -16,8 +16,8 @@ struct WeightedRow {
   std::vector<double> weights;
 };
 
-// The members of meander.Samples by name; null for arrays that the row does not have. Of a row that is not ok its
-// status and reason.
+// The members of meander.Samples by name; null for arrays that the row does not have. Of a row that is not ok
+// its status and reason.
 std::string text_of(WeightedRow& row);
 
 // vertices are x, y and z by themselves; corners of faces that do not all have equally many: null.

@@ -38,8 +38,9 @@ struct OptionRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// From a JSON object: n, seed, method, ..., by the names of the keyword arguments of meander.sample; `describe` is
-// one text with commas, numbers that are not finite are "nan", "inf" and "-inf". Throws OptionRefused.
+// From a JSON object: n, seed, method, ..., by the names of the keyword arguments of meander.sample;
+// `describe` is one text with commas, numbers that are not finite are "nan", "inf" and "-inf". Throws
+// OptionRefused.
 SampleOptions sample_options(std::string_view json);
 
 // Throws std::invalid_argument with everything that is wrong.

@@ -112,8 +112,7 @@ void SamplingWork::sample(SharedSampler sampler, SharedMesh mesh, const WorkLimi
     });
   };
   if (is_long)
-    background_.emplace(
-        [work = std::move(work)](const std::atomic<bool>& cancelled) { work(&cancelled); });
+    background_.emplace([work = std::move(work)](const std::atomic<bool>& cancelled) { work(&cancelled); });
   else
     work(nullptr);
 }
@@ -150,10 +149,11 @@ void SamplingWork::sample_function(const CallableSurface& surface, const Surface
 
 void SamplingWork::sample_many(SharedSampler sampler, const WorkLimits& limits) {
   begin();
-  const auto slots =
-      static_cast<std::size_t>(limits.threads > 0 ? limits.threads : oneapi::tbb::info::default_concurrency());
+  const auto slots = static_cast<std::size_t>(limits.threads > 0 ? limits.threads
+                                                                 : oneapi::tbb::info::default_concurrency());
   queue_.set_room(2 * slots);
-  background_.emplace([this, sampler = std::move(sampler), limits, slots](const std::atomic<bool>& cancelled) {
+  background_.emplace([this, sampler = std::move(sampler), limits,
+                       slots](const std::atomic<bool>& cancelled) {
     with_threads(limits.threads, [&] { sample_all(*sampler, queue_, slots + 1, limits.timeout, cancelled); });
   });
 }

@@ -1,4 +1,5 @@
-// Work of the C interface: one mesh, one surface or many meshes, sampled while the caller does something else.
+// Work of the C interface: one mesh, one surface or many meshes, sampled while the caller does something
+// else.
 #pragma once
 
 #include <atomic>
@@ -25,8 +26,8 @@ struct WorkLimits {
   std::optional<double> timeout;
 };
 
-// One of the functions that start it may be called, once; what they throw ends it. A mesh or a surface that cannot
-// be sampled gives a row with its status.
+// One of the functions that start it may be called, once; what they throw ends it. A mesh or a surface that
+// cannot be sampled gives a row with its status.
 class SamplingWork {
  public:
   SamplingWork() = default;
@@ -37,7 +38,8 @@ class SamplingWork {
   // In this thread where it is short. Without keep_mesh the mesh is taken apart.
   void sample(SharedSampler sampler, SharedMesh mesh, const WorkLimits& limits, bool keep_mesh);
   // Throws UsageError for a name that there is not.
-  void sample_surface(const std::string& name, const SurfaceSampleParameters& parameters, const WorkLimits& limits);
+  void sample_surface(const std::string& name, const SurfaceSampleParameters& parameters,
+                      const WorkLimits& limits);
   // In this thread; throws what the surface throws.
   void sample_function(const CallableSurface& surface, const SurfaceSampleParameters& parameters,
                        const WorkLimits& limits);

@@ -29,7 +29,7 @@ endforeach()
 # Moved, as a tarball is unpacked anywhere.
 file(RENAME ${WORK}/prefix ${WORK}/moved)
 step(${WORK}/moved/bin/meander --version)
-file(GLOB programs ${WORK}/moved/bin/meander ${WORK}/moved/${PYTHON_DIR}/meander/_core.*)
+file(GLOB programs ${WORK}/moved/bin/meander ${WORK}/moved/${PYTHON_DIR}/meander/libmeander.so)
 foreach(program ${programs})
   execute_process(COMMAND ldd ${program} OUTPUT_VARIABLE libraries RESULT_VARIABLE result)
   string(REGEX MATCHALL "lib(embree|tbb|png|stdc)[^\n]*" own "${libraries}")

@@ -1,56 +1,150 @@
 #!/usr/bin/env python3
-"""The wheel, made of a build folder without network, in a virtual environment of its own.
+"""The wheel of a build folder: what it asks of the system, what is in it, and how it does in an environment of its own.
 
-    wheel_test.py SOURCE BUILD       exit status 77: pip, setuptools or wheel is not installed
+    wheel_test.py SOURCE BUILD       exit status 77: pip, venv, numpy, patchelf or binutils is not installed
 """
+import base64
+import ctypes.util
+import hashlib
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
+import tarfile
 import tempfile
+import unittest
 import zipfile
 from pathlib import Path
 
-for needed in ("pip", "setuptools", "wheel", "numpy", "venv"):
-    if importlib.util.find_spec(needed) is None:
-        print("skipped: %s is not installed" % needed)
-        sys.exit(77)
+missing = [name for name in ("pip", "numpy", "venv") if importlib.util.find_spec(name) is None]
+missing += [name for name in ("patchelf", "readelf", "strip") if shutil.which(name) is None]
+if missing:
+    print("skipped: %s is not installed" % ", ".join(missing))
+    sys.exit(77)
 
-CHECK = """
-import meander, sys
-assert meander.__file__.startswith(sys.prefix), meander.__file__
-assert meander.__version__ == VERSION
+SOURCE, BUILD = map(Path, sys.argv[1:3])
+sys.path.insert(0, str(SOURCE / "jobs/python"))
+sys.dont_write_bytecode = True
+import distribution  # noqa: E402
+import elf  # noqa: E402
+
+SAMPLE = """
 square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-samples = meander.sample(square, [[0, 1, 2, 3]], n=100)
-assert samples.points.shape == (100, 3) and abs(samples.area - 1) < 1e-12
+samples = meander.sample(square, [[0, 1, 2, 3]], n=20000)
+assert samples.points.shape == (20000, 3) and abs(samples.area - 1) < 1e-12
+many = meander.sample_many([(square, [[0, 1, 2, 3]])] * 20, 20000)
+assert all((one.points == samples.points).all() for one in many)
 """
+STORE = """
+import subprocess, sys
+subprocess.run([sys.prefix + "/bin/meander", "run", "square.off", "-o", "store.h5", "--fresh", "-n", "500", "--progress",
+                "none"], check=True, stdout=subprocess.DEVNULL)
+with meander.open_store("store.h5") as store:
+    assert (store["square.off"]["points"] == meander.sample(meander.read_mesh("square.off"), n=500).points).all()
+"""
+TORCH = """
+lines = torch.ones(300, 300) @ torch.ones(300, 300)
+assert float(lines.sum()) == 300.0 ** 3
+assert torch.from_numpy(samples.points).shape == (20000, 3)
+"""
+OPEN3D = """
+cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(samples.points.astype(float)))
+assert len(cloud.points) == 20000 and not cloud.compute_nearest_neighbor_distance() == []
+"""
+OTHERS = {"h5py": STORE, "torch": TORCH, "open3d": OPEN3D}
 
 
-def main():
-    source, build = map(Path, sys.argv[1:])
-    before = {path.name for path in source.iterdir()}
-    environment = {**os.environ, "MEANDER_BUILD": str(build), "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
-    environment.pop("PYTHONPATH", None)
+class Wheel(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.holder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.holder.cleanup)
+        cls.folder = Path(cls.holder.name)
+        cls.wheel = distribution.make_wheel(BUILD.resolve(), cls.folder)
+        cls.archive = zipfile.ZipFile(cls.wheel)
+        cls.python = cls.folder / "venv/bin/python"
+        cls.run_it(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", cls.folder / "venv")
+        cls.run_it(cls.python, "-m", "pip", "install", "--no-index", "--no-deps", cls.wheel)
+        (cls.folder / "square.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
 
-    def run(*command, **options):
+    @classmethod
+    def run_it(cls, *command):
+        environment = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MEANDER_BUILD": str(BUILD.resolve())}
+        environment.pop("PYTHONPATH", None)
         done = subprocess.run([str(word) for word in command], env=environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, text=True, **options)
+                              stderr=subprocess.STDOUT, text=True, cwd=cls.folder)
         assert done.returncode == 0, "%s\n%s" % (command, done.stdout)
+        return done.stdout
 
-    with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
-        run(sys.executable, "-m", "pip", "wheel", "--no-build-isolation", "--no-index", "--no-deps", "-w", folder, source)
-        [wheel] = folder.glob("meander-*.whl")
-        names = zipfile.ZipFile(wheel).namelist()
-        for name in ("__init__.py", "__init__.pyi", "py.typed", "store.py"):
-            assert "meander/" + name in names, names
-        assert any(name.startswith("meander/_core.") for name in names), names
-        assert "none-any" not in wheel.name, wheel.name
-        run(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", folder / "venv")
-        python = folder / "venv/bin/python"
-        run(python, "-m", "pip", "install", "--no-index", "--no-deps", wheel)
-        run(python, "-c", CHECK.replace("VERSION", repr(wheel.name.split("-")[1])), cwd=folder)
-    assert {path.name for path in source.iterdir()} <= before | {"build"}, "the wheel leaves files in the source"
+    def test_it_asks_nothing_of_a_system_but_what_its_tag_says(self):
+        problems, report = distribution.check_wheel(self.wheel)
+        self.assertEqual(problems, [])
+        print("\n".join(report))
+
+    def test_the_check_finds_what_is_not_brought_and_what_is_not_hidden(self):
+        library = elf.Elf(BUILD / "python/meander/libmeander.so")
+        problems = "\n".join(elf.problems_of([library], "meander_s"))
+        self.assertIn("libmeander.so needs libtbb.so.12", problems)
+        self.assertIn("libmeander.so exports meander_about", problems)
+        self.assertNotIn("libc.so.6", problems)
+        tbb = elf.Elf(ctypes.util.find_library("tbb") and next(Path("/usr/lib").rglob("libtbb.so.12")))
+        self.assertIn("libmeander.so does not find libtbb.so.12", elf.problems_of([library, tbb], "meander_"))
+        self.assertEqual([elf.least_glibc(version) for version in
+                          ("GLIBC_2.2.5", "GLIBC_2.36", "GLIBCXX_3.4.21", "GLIBCXX_3.4.30", "GLIBCXX_3.4.99", "GCC_3.0")],
+                         [2, 36, 0, 35, 999, 0])
+
+    def test_the_same_build_gives_the_same_bytes_to_pip(self):
+        self.run_it(sys.executable, "-m", "pip", "wheel", "--no-build-isolation", "--no-index", "--no-deps", "-w", "again",
+                    SOURCE)
+        self.assertEqual((self.folder / "again" / self.wheel.name).read_bytes(), self.wheel.read_bytes())
+
+    def test_it_says_what_is_in_it(self):
+        names = self.archive.namelist()
+        [information] = {name.split("/")[0] for name in names if ".dist-info/" in name}
+        lines = self.archive.read(information + "/RECORD").decode().splitlines()
+        self.assertEqual([line.split(",")[0] for line in lines], names)
+        self.assertEqual(names[:-1], sorted(names[:-1]))
+        for line in lines[:-1]:
+            name, digest, size = line.split(",")
+            data = self.archive.read(name)
+            sha256 = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+            self.assertEqual((digest, int(size)), ("sha256=" + sha256, len(data)))
+        metadata = self.archive.read(information + "/METADATA").decode()
+        self.assertIn("\nName: meander-sampling\n", metadata)
+        self.assertIn("\nRequires-Dist: numpy\n", metadata)
+        licenses = {Path(name).name for name in names if "/licenses/" in name}
+        for package in ("LICENSE", "PACKAGES", "onetbb", "embree", "hdf5", "eigen3", "cli11", "nlohmann-json3", "Apache-2.0"):
+            self.assertIn(package, licenses)
+        self.assertEqual({entry.date_time for entry in self.archive.infolist()}, {(1980, 1, 1, 0, 0, 0)})
+
+    def test_the_program_and_the_package_are_those_of_the_build(self):
+        version = self.run_it(BUILD.resolve() / "jobs/meander", "--version")
+        self.assertEqual(self.run_it(self.folder / "venv/bin/meander", "--version"), version)
+        self.run_it(self.python, "-c", "import sys, meander\nassert meander.__file__.startswith(sys.prefix)\n"
+                    "assert meander.__version__ in %r" % version + SAMPLE)
+        maps = self.run_it(self.python, "-c", "import meander; print(open('/proc/self/maps').read())")
+        for library in ("libtbb", "libembree"):
+            loaded = {line.split()[-1] for line in maps.splitlines() if library in line}
+            self.assertEqual(len(loaded), 1, loaded)
+            self.assertIn("/venv/lib/python3", loaded.pop())
+
+    def test_it_works_beside_others_whichever_comes_first(self):
+        for name, use in OTHERS.items():
+            if importlib.util.find_spec(name) is None:
+                continue
+            for order in ("import meander, %s", "import %s, meander"):
+                with self.subTest(order % name):
+                    self.run_it(self.python, "-c", order % name + SAMPLE + use + SAMPLE)
+
+    def test_the_sources_configure(self):
+        sources = distribution.make_sources(self.folder)
+        with tarfile.open(sources) as archive:
+            archive.extractall(self.folder)
+        unpacked = self.folder / sources.name.removesuffix(".tar.gz")
+        self.assertIn("Name: meander-sampling\n", (unpacked / "PKG-INFO").read_text())
+        self.run_it("cmake", "-S", unpacked, "-B", self.folder / "configured", "-G", "Ninja", "-DMEANDER_TESTS=OFF")
 
 
-main()
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

@@ -104,18 +104,24 @@ class _View:
     """An array in the memory of an object, which it keeps alive."""
     __slots__ = ("__array_interface__", "owner")
 
-    def __init__(self, address, type_text, shape, owner):
+    def __init__(self, owner, address, type_text, *shape):
         self.__array_interface__ = {"data": (address, False), "typestr": type_text, "shape": shape, "version": 3}
         self.owner = owner
 
 
-def _array(place, owner):
-    """The array that the library says is there; None where it says so."""
-    return None if place is None else numpy.asarray(_View(place["address"], place["type"], tuple(place["shape"]), owner))
+def _arrays(places, owner):
+    """The arrays that the library says are there, by name."""
+    return {name: None if place is None else numpy.asarray(_View(owner, *place)) for name, place in places.items()}
+
+
+def _told(text):
+    if text is None:
+        _raise_error()
+    return json.loads(text.decode())
 
 
 def _about():
-    return json.loads(_library.meander_about())
+    return _told(_library.meander_about())
 
 
 # ---- arguments
@@ -234,14 +240,15 @@ class Mesh(_Object):
         return Mesh(_library.meander_mesh_of_arrays(arrays))
 
     def _members(self):
-        return json.loads(_checked_text(_library.meander_text(self)))
+        return _told(_library.meander_text(self))
 
     @property
     def vertices(self):
         members = self._members()
         if members["vertex_count"] == 0:
             return numpy.zeros((0, 3))
-        return numpy.stack([_array(members[axis], self) for axis in "xyz"], axis=1)
+        arrays = _arrays(members["arrays"], self)
+        return numpy.stack([arrays[axis] for axis in "xyz"], axis=1)
 
     @property
     def faces(self):
@@ -250,7 +257,7 @@ class Mesh(_Object):
             return numpy.zeros((0, 3), numpy.uint32)
         if members["width"] == 0:
             return None
-        return _array(members["corners"], self).reshape(-1, members["width"]).copy()
+        return _arrays(members["arrays"], self)["corners"].reshape(-1, members["width"]).copy()
 
     @property
     def content(self):
@@ -263,21 +270,13 @@ class Mesh(_Object):
 
 # ---- sampling
 
-def _checked_text(text):
-    if text is None:
-        _raise_error()
-    return text
-
-
 def _members_of(row):
     """The members of meander.Samples, or the SamplingError of a row that could not be sampled."""
-    members = json.loads(_checked_text(_library.meander_text(row)))
+    members = _told(_library.meander_text(row))
     if "status" in members:
         return SamplingError(members["status"], members["reason"])
-    for name, value in members.items():
-        if type(value) is dict and "address" in value:
-            members[name] = _array(value, row)
-    members["descriptors"] = {name: _array(value, row) for name, value in members["descriptors"].items()}
+    members.update(_arrays(members.pop("arrays"), row))
+    members["descriptors"] = _arrays(members["descriptors"], row)
     members["bbox"] = numpy.array(members["bbox"]).reshape(2, 3)
     members["loc"] = numpy.array(members["loc"])
     members["content"] = bytes.fromhex(members["content"])
@@ -371,7 +370,7 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
     raised = []
 
     def numbers(address, *shape):
-        return numpy.asarray(_View(address, "<f8", shape, None))
+        return numpy.asarray(_View(None, address, "<f8", *shape))
 
     def positions(_, count, u, v, result):
         try:

@@ -1,0 +1,24 @@
+// What cmake/MeanderSystems.cmake puts in the place of functions that older systems do not have.
+#include <sys/random.h>
+
+#include <cstddef>
+#include <cstdlib>
+
+// The version of every glibc for x86-64. Its values are those of the newer one, which only sets errno by
+// itself.
+__asm__(".symver meander_oldest_hypot, hypot@GLIBC_2.2.5");
+extern "C" double meander_oldest_hypot(double x, double y);
+
+extern "C" double __wrap_hypot(double x, double y);
+double __wrap_hypot(double x, double y) { return meander_oldest_hypot(x, y); }
+
+extern "C" void __wrap_arc4random_buf(void* bytes, std::size_t size);
+void __wrap_arc4random_buf(void* bytes, std::size_t size) {
+  auto* at = static_cast<unsigned char*>(bytes);
+  while (size > 0) {
+    const ssize_t made = getrandom(at, size, 0);
+    if (made < 0) std::abort();  // as the function that this stands for
+    at += made;
+    size -= static_cast<std::size_t>(made);
+  }
+}
