@@ -52,8 +52,9 @@ meander_object* meander_mesh_of_arrays(const meander_arrays* arrays);
 
 /* What a mesh or a row holds, by the names of the members of meander.Mesh and meander.Samples. "arrays" and
  * "descriptors" say where each is, [address, type, n, columns] with a type as numpy writes it ("<f4"),
- * without columns for n values, and null for none; they belong to the object and may be written to. Of a row
- * that could not be sampled: {"status": ..., "reason": ...}. */
+ * without columns for n values, and null for none; they belong to the object and may be written to. Real
+ * numbers are texts in hexadecimal ("0x1.8p+2"). Of a row that could not be sampled: {"status": ...,
+ * "reason": ...}. */
 const char* meander_text(meander_object* object);
 
 /* One piece of work, which the functions below start, once. */

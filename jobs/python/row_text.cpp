@@ -1,8 +1,9 @@
 #include "jobs/python/row_text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
-#include <span>
 #include <utility>
 
 #include "io/digest.h"
@@ -21,16 +22,9 @@ constexpr const char* type_text<double> = "<f8";
 template <>
 constexpr const char* type_text<std::uint32_t> = "<u4";
 
-void add_numbers(JsonWriter& json, std::string_view name, std::span<const double> values) {
-  json.key(name);
-  json.begin_array();
-  for (const double value : values) json.value(value);
-  json.end_array();
-}
-
 // n x columns (n where columns is 0) values; null for none.
-template <class Value>
-void add_array(JsonWriter& json, std::string_view name, std::vector<Value>& values, std::uint64_t columns) {
+template <class Values>
+void add_array(JsonWriter& json, std::string_view name, Values& values, std::uint64_t columns) {
   json.key(name);
   if (values.empty()) {
     json.null();
@@ -38,18 +32,21 @@ void add_array(JsonWriter& json, std::string_view name, std::vector<Value>& valu
   }
   json.begin_array();
   json.value(std::uint64_t{reinterpret_cast<std::uintptr_t>(values.data())});
-  json.value(type_text<Value>);
+  json.value(type_text<typename Values::value_type>);
   json.value(std::uint64_t{values.size() / std::max<std::uint64_t>(columns, 1)});
   if (columns > 0) json.value(columns);
   json.end_array();
 }
 
+// As C writes it in hexadecimal: with every bit, and a number of this type to every reader.
+void add_number(JsonWriter& json, std::string_view name, double number) {
+  json.member(name, fmt::format("{:a}", number));
+}
+
 void add_report(JsonWriter& json, const ItemReport& report) {
-  json.member("area", report.area);
-  json.member("measure", report.measure);
-  add_numbers(json, "bbox", report.bbox);
-  add_numbers(json, "loc", report.loc);
-  json.member("scale", report.scale);
+  add_number(json, "area", report.area);
+  add_number(json, "measure", report.measure);
+  add_number(json, "scale", report.scale);
   json.member("method", name_of(report.method));
   json.member("components", report.components);
   json.member("genus", report.genus);
@@ -94,6 +91,8 @@ std::string text_of(WeightedRow& weighted) {
   add_array(json, "weights", weighted.weights, 0);
   add_array(json, "tensor_direction", samples.tensor_direction, 3);
   add_array(json, "tensor_spacing", samples.tensor_spacing, 2);
+  add_array(json, "bbox", row.report.bbox, 3);
+  add_array(json, "loc", row.report.loc, 0);
   json.end_object();
   json.key("descriptors");
   json.begin_object();

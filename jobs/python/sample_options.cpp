@@ -74,8 +74,8 @@ bool read(const std::string& written, double& value) {
   return read<double>(written, value);
 }
 bool read(const std::string& written, bool& value) {
-  value = written == "true";
-  return value || written == "false";
+  value = written == "true" || written == "1";
+  return value || written == "false" || written == "0";
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
     wheel_test.py SOURCE BUILD       exit status 77: pip, venv, numpy, patchelf or binutils is not installed
 """
 import base64
-import ctypes.util
 import hashlib
 import importlib.util
 import os
@@ -23,7 +22,8 @@ if missing:
     print("skipped: %s is not installed" % ", ".join(missing))
     sys.exit(77)
 
-SOURCE, BUILD = map(Path, sys.argv[1:3])
+SOURCE, BUILD = (Path(name).resolve() for name in sys.argv[1:3])
+SYSTEM_TBB = next(Path("/usr/lib").glob("*/libtbb.so.12"))
 sys.path.insert(0, str(SOURCE / "jobs/python"))
 sys.dont_write_bytecode = True
 import distribution  # noqa: E402
@@ -61,7 +61,7 @@ class Wheel(unittest.TestCase):
         cls.holder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.holder.cleanup)
         cls.folder = Path(cls.holder.name)
-        cls.wheel = distribution.make_wheel(BUILD.resolve(), cls.folder)
+        cls.wheel = distribution.make_wheel(BUILD, cls.folder)
         cls.archive = zipfile.ZipFile(cls.wheel)
         cls.python = cls.folder / "venv/bin/python"
         cls.run_it(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", cls.folder / "venv")
@@ -70,7 +70,7 @@ class Wheel(unittest.TestCase):
 
     @classmethod
     def run_it(cls, *command):
-        environment = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MEANDER_BUILD": str(BUILD.resolve())}
+        environment = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MEANDER_BUILD": str(BUILD)}
         environment.pop("PYTHONPATH", None)
         done = subprocess.run([str(word) for word in command], env=environment, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, cwd=cls.folder)
@@ -88,16 +88,22 @@ class Wheel(unittest.TestCase):
         self.assertIn("libmeander.so needs libtbb.so.12", problems)
         self.assertIn("libmeander.so exports meander_about", problems)
         self.assertNotIn("libc.so.6", problems)
-        tbb = elf.Elf(ctypes.util.find_library("tbb") and next(Path("/usr/lib").rglob("libtbb.so.12")))
-        self.assertIn("libmeander.so does not find libtbb.so.12", elf.problems_of([library, tbb], "meander_"))
+        problems = elf.problems_of([library, elf.Elf(SYSTEM_TBB)], "meander_")
+        self.assertIn("libmeander.so does not find libtbb.so.12", problems)
+        self.assertTrue(any("libtbb.so.12 shares the name _ZN3tbb" in problem for problem in problems))
         self.assertEqual([elf.least_glibc(version) for version in
                           ("GLIBC_2.2.5", "GLIBC_2.36", "GLIBCXX_3.4.21", "GLIBCXX_3.4.30", "GLIBCXX_3.4.99", "GCC_3.0")],
                          [2, 36, 0, 35, 999, 0])
 
-    def test_the_same_build_gives_the_same_bytes_to_pip(self):
-        self.run_it(sys.executable, "-m", "pip", "wheel", "--no-build-isolation", "--no-index", "--no-deps", "-w", "again",
-                    SOURCE)
+    def test_pip_makes_the_same_bytes_of_the_sources(self):
+        sources = distribution.make_sources(self.folder)
+        self.run_it(sys.executable, "-m", "pip", "wheel", "--no-index", "--no-deps", "-w", "again", sources)
         self.assertEqual((self.folder / "again" / self.wheel.name).read_bytes(), self.wheel.read_bytes())
+        with tarfile.open(sources) as archive:
+            archive.extractall(self.folder)
+        unpacked = self.folder / sources.name.removesuffix(".tar.gz")
+        self.assertIn("Name: meander-sampling\n", (unpacked / "PKG-INFO").read_text())
+        self.run_it("cmake", "-S", unpacked, "-B", self.folder / "configured", "-G", "Ninja", "-DMEANDER_TESTS=OFF")
 
     def test_it_says_what_is_in_it(self):
         names = self.archive.namelist()
@@ -119,7 +125,7 @@ class Wheel(unittest.TestCase):
         self.assertEqual({entry.date_time for entry in self.archive.infolist()}, {(1980, 1, 1, 0, 0, 0)})
 
     def test_the_program_and_the_package_are_those_of_the_build(self):
-        version = self.run_it(BUILD.resolve() / "jobs/meander", "--version")
+        version = self.run_it(BUILD / "jobs/meander", "--version")
         self.assertEqual(self.run_it(self.folder / "venv/bin/meander", "--version"), version)
         self.run_it(self.python, "-c", "import sys, meander\nassert meander.__file__.startswith(sys.prefix)\n"
                     "assert meander.__version__ in %r" % version + SAMPLE)
@@ -129,6 +135,19 @@ class Wheel(unittest.TestCase):
             self.assertEqual(len(loaded), 1, loaded)
             self.assertIn("/venv/lib/python3", loaded.pop())
 
+    def test_a_library_that_all_modules_see_does_not_take_the_place_of_its_own(self):
+        trace = self.folder / "bindings"
+        self.run_it("env", "LD_DEBUG=bindings", "LD_DEBUG_OUTPUT=%s" % trace, self.python, "-c",
+                    "import ctypes, meander\nctypes.CDLL(%r, ctypes.RTLD_GLOBAL)\n" % str(SYSTEM_TBB) + SAMPLE)
+        self.run_it("env", "LD_DEBUG=bindings", "LD_DEBUG_OUTPUT=%s" % trace, self.python, "-c",
+                    "import ctypes\nctypes.CDLL(%r, ctypes.RTLD_GLOBAL)\nimport meander" % str(SYSTEM_TBB) + SAMPLE)
+        for process in self.folder.glob("bindings.*"):
+            bound = [line.split() for line in process.read_text(errors="replace").splitlines()
+                     if "/libmeander.so" in line]
+            targets = {words[words.index("to") + 1] for words in bound if "to" in words}
+            self.assertTrue(any("/libtbb-" in target for target in targets), targets)
+            self.assertNotIn(str(SYSTEM_TBB), targets)
+
     def test_it_works_beside_others_whichever_comes_first(self):
         for name, use in OTHERS.items():
             if importlib.util.find_spec(name) is None:
@@ -136,14 +155,6 @@ class Wheel(unittest.TestCase):
             for order in ("import meander, %s", "import %s, meander"):
                 with self.subTest(order % name):
                     self.run_it(self.python, "-c", order % name + SAMPLE + use + SAMPLE)
-
-    def test_the_sources_configure(self):
-        sources = distribution.make_sources(self.folder)
-        with tarfile.open(sources) as archive:
-            archive.extractall(self.folder)
-        unpacked = self.folder / sources.name.removesuffix(".tar.gz")
-        self.assertIn("Name: meander-sampling\n", (unpacked / "PKG-INFO").read_text())
-        self.run_it("cmake", "-S", unpacked, "-B", self.folder / "configured", "-G", "Ninja", "-DMEANDER_TESTS=OFF")
 
 
 if __name__ == "__main__":

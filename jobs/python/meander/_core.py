@@ -15,7 +15,7 @@ import numpy
 _POINTER, _TEXT, _INT, _COUNT, _REAL = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_uint64,
                                         ctypes.c_double)
 _FUNCTION = ctypes.CFUNCTYPE(_INT, _POINTER, _COUNT, _POINTER, _POINTER, _POINTER)
-_NO_MORE_PATIENCE = 50  # milliseconds until signals are looked for
+_PATIENCE = 50  # milliseconds until signals are looked for
 
 
 class _Arrays(ctypes.Structure):
@@ -87,8 +87,9 @@ class _Object:
     """Owns an object of the library, which takes this one in its place."""
     __slots__ = ("_as_parameter_",)
 
-    def __init__(self, pointer):
+    def _own(self, pointer):
         self._as_parameter_ = _POINTER(_checked(pointer))
+        return self
 
     def __del__(self, release=_library.meander_release):
         pointer = getattr(self, "_as_parameter_", None)
@@ -151,16 +152,23 @@ def _with_options(call, options):
     raise TypeError("%s cannot be %r" % (name, value))
 
 
+def _real(number, name):
+    try:
+        return float(number + 0.0)  # float alone would read texts
+    except TypeError:
+        raise TypeError("%s cannot be %r" % (name, number)) from None
+
+
 def _limits(threads, timeout):
     threads = operator.index(threads)
     if not 0 <= threads <= 1024:
         raise ValueError("threads is %d: 0 (all of the machine) to 1024" % threads)
     if timeout is None:
         return threads, 0.0
-    timeout += 0.0  # TypeError unless it is a number
+    timeout = _real(timeout, "timeout")
     if not 0 < timeout <= 1e9:
-        raise ValueError("timeout is %s: seconds above 0, to 1e9" % repr(float(timeout)).removesuffix(".0"))
-    return threads, float(timeout)
+        raise ValueError("timeout is %s: seconds above 0, to 1e9" % repr(timeout).removesuffix(".0"))
+    return threads, timeout
 
 
 def _any_array(values, name):
@@ -215,9 +223,12 @@ class Mesh(_Object):
     """A mesh of the library: see meander.read_mesh."""
     __slots__ = ()
 
+    def __init__(self):
+        raise TypeError("a Mesh is made by meander.read_mesh")
+
     @staticmethod
     def read(path):
-        return Mesh(_library.meander_mesh_of_file(_path(path)))
+        return Mesh.__new__(Mesh)._own(_library.meander_mesh_of_file(_path(path)))
 
     @staticmethod
     def of_arrays(vertices, faces, normals, density, density_of_faces, content, check):
@@ -237,7 +248,7 @@ class Mesh(_Object):
             arrays.density = density.ctypes.data
         if content is not None:
             arrays.content = _digest(content)
-        return Mesh(_library.meander_mesh_of_arrays(arrays))
+        return Mesh.__new__(Mesh)._own(_library.meander_mesh_of_arrays(arrays))
 
     def _members(self):
         return _told(_library.meander_text(self))
@@ -277,8 +288,10 @@ def _members_of(row):
         return SamplingError(members["status"], members["reason"])
     members.update(_arrays(members.pop("arrays"), row))
     members["descriptors"] = _arrays(members["descriptors"], row)
-    members["bbox"] = numpy.array(members["bbox"]).reshape(2, 3)
-    members["loc"] = numpy.array(members["loc"])
+    for name in ("bbox", "loc"):
+        members[name] = members[name].copy()
+    for name in ("area", "measure", "scale"):
+        members[name] = float.fromhex(members[name])
     members["content"] = bytes.fromhex(members["content"])
     return members
 
@@ -288,7 +301,7 @@ class _Work(_Object):
     __slots__ = ()
 
     def __init__(self):
-        super().__init__(_library.meander_work())
+        self._own(_library.meander_work())
 
     def __enter__(self):
         return self
@@ -297,14 +310,14 @@ class _Work(_Object):
         self.__del__()
 
     def wait(self):
-        while not _checked(_library.meander_wait(self, _NO_MORE_PATIENCE)):
+        while not _checked(_library.meander_wait(self, _PATIENCE)):
             pass  # handlers of signals run here, and may raise
 
     def rows(self):
         """(index, members or SamplingError) of the rows that are done and have not been given yet."""
         pointer, index = _POINTER(), _COUNT()
         while _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index))):
-            yield index.value, _members_of(_Object(pointer.value))
+            yield index.value, _members_of(_Object()._own(pointer.value))
 
     def row(self):
         """The members of the one row. Raises its SamplingError."""
@@ -320,7 +333,7 @@ class Sampler(_Object):
     __slots__ = ()
 
     def __init__(self, **options):
-        _with_options(lambda text: super(Sampler, self).__init__(_library.meander_sampler(text)), options)
+        _with_options(lambda text: self._own(_library.meander_sampler(text)), options)
 
     def sample_mesh(self, mesh, threads, timeout, keep_mesh=True):
         limits = _limits(threads, timeout)
@@ -345,7 +358,7 @@ class Sampler(_Object):
                 if not isinstance(mesh, Mesh):
                     continue
                 results[index] = None
-                while not _checked(_library.meander_offer(work, index, mesh, _NO_MORE_PATIENCE)):
+                while not _checked(_library.meander_offer(work, index, mesh, _PATIENCE)):
                     pass  # handlers of signals run here, and may raise
                 for done, result in work.rows():
                     results[done] = result
@@ -357,7 +370,7 @@ class Sampler(_Object):
 
 
 def sample_named_surface(name, tolerance, threads, timeout, **options):
-    limits = _limits(threads, timeout)
+    limits, tolerance = _limits(threads, timeout), _real(tolerance, "tolerance")
     with _Work() as work:
         _with_options(lambda text: _checked(_library.meander_sample_surface(work, _path(name), text, tolerance, *limits)),
                       options)
@@ -365,7 +378,7 @@ def sample_named_surface(name, tolerance, threads, timeout, **options):
 
 
 def sample_callable_surface(function, tolerance, timeout, content, **options):
-    _, timeout = _limits(1, timeout)
+    (_, timeout), tolerance = _limits(1, timeout), _real(tolerance, "tolerance")
     content = None if content is None else _digest(content)
     raised = []
 
@@ -391,9 +404,10 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
             _with_options(lambda text: _checked(_library.meander_sample_function(
                 work, _FUNCTION(positions), None, content, text, tolerance, timeout)), options)
         except RuntimeError:
-            if raised:
-                raise raised[0] from None
-            raise
+            if not raised:
+                raise
+        if raised:
+            raise raised.pop()
         return work.row()
 
 
