@@ -50,17 +50,19 @@ if(MEANDER_LABORATORY)
     list(APPEND archives ${MEANDER_${name}_ARCHIVE})
   endforeach()
   list(APPEND archives PNG::PNG ZLIB::ZLIB Threads::Threads m)
-  set(CMAKE_REQUIRED_INCLUDES ${CAIRO_INCLUDE_DIRS})
-  set(CMAKE_REQUIRED_LIBRARIES ${archives})
-  check_cxx_source_compiles("#include <cairo.h>
-    int main() {
-      cairo_t* context = cairo_create(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
-      cairo_select_font_face(context, \"sans-serif\", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-      cairo_show_text(context, \"text\");
-      return cairo_status(context);
-    }" MEANDER_CAIRO_ARCHIVE_LINKS)
-  unset(CMAKE_REQUIRED_INCLUDES)
-  unset(CMAKE_REQUIRED_LIBRARIES)
+  if(NOT archives MATCHES "NOTFOUND")
+    set(CMAKE_REQUIRED_INCLUDES ${CAIRO_INCLUDE_DIRS})
+    set(CMAKE_REQUIRED_LIBRARIES ${archives})
+    check_cxx_source_compiles("#include <cairo.h>
+      int main() {
+        cairo_t* context = cairo_create(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+        cairo_select_font_face(context, \"sans-serif\", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+        cairo_show_text(context, \"text\");
+        return cairo_status(context);
+      }" MEANDER_CAIRO_ARCHIVE_LINKS)
+    unset(CMAKE_REQUIRED_INCLUDES)
+    unset(CMAKE_REQUIRED_LIBRARIES)
+  endif()
   if(MEANDER_CAIRO_ARCHIVE_LINKS)
     target_link_libraries(meander_cairo INTERFACE ${archives})
   else()

@@ -128,7 +128,8 @@ class SameAsTheProgram(WithMeshes):
 
     def test_files_with_normals_and_polygons(self):
         file = self.path / "cube.obj"
-        lines = ["v %r %r %r" % tuple(v) for v in CUBE] + ["vn %r %r %r" % tuple(2 * v - 1) for v in CUBE]
+        lines = ["v %r %r %r" % tuple(v) for v in CUBE.tolist()]
+        lines += ["vn %r %r %r" % tuple(v) for v in (2 * CUBE - 1).tolist()]
         file.write_text("\n".join(lines + ["f " + " ".join("%d//%d" % (c + 1, c + 1) for c in q) for q in QUADS]))
         store = run_program(self.path, "run", file, "-n", 500)
         self.assert_row(meander.sample(meander.read_mesh(file), n=500), store)

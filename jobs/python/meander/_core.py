@@ -313,16 +313,17 @@ class _Work(_Object):
         while not _checked(_library.meander_wait(self, _PATIENCE)):
             pass  # handlers of signals run here, and may raise
 
-    def rows(self):
-        """(index, members or SamplingError) of the rows that are done and have not been given yet."""
+    def take(self):
+        """(index, members or SamplingError) of a row that is done, each given once; None where there is none."""
         pointer, index = _POINTER(), _COUNT()
-        while _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index))):
-            yield index.value, _members_of(_Object()._own(pointer.value))
+        if not _checked(_library.meander_row(self, ctypes.byref(pointer), ctypes.byref(index))):
+            return None
+        return index.value, _members_of(_Object()._own(pointer.value))
 
     def row(self):
         """The members of the one row. Raises its SamplingError."""
         self.wait()
-        (_, members), = self.rows()
+        _, members = self.take()
         if isinstance(members, SamplingError):
             raise members
         return members
@@ -360,11 +361,11 @@ class Sampler(_Object):
                 results[index] = None
                 while not _checked(_library.meander_offer(work, index, mesh, _PATIENCE)):
                     pass  # handlers of signals run here, and may raise
-                for done, result in work.rows():
+                for done, result in iter(work.take, None):
                     results[done] = result
             _checked(_library.meander_close(work))
             work.wait()
-            for done, result in work.rows():
+            for done, result in iter(work.take, None):
                 results[done] = result
         return results
 
