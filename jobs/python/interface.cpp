@@ -193,9 +193,11 @@ meander_object* meander_work() {
 
 int meander_sample(meander_object* work, meander_object* sampler, meander_object* mesh, int threads,
                    double timeout, int keep_mesh) {
-  return done([&] {
-    as<WorkObject>(work).work.sample(as<SamplerObject>(sampler).sampler, as<MeshObject>(mesh).mesh,
-                                     limits_of(threads, timeout), keep_mesh != 0);
+  return guarded(-1, [&]() -> int {
+    SamplingWork& sampling = as<WorkObject>(work).work;
+    sampling.sample(as<SamplerObject>(sampler).sampler, as<MeshObject>(mesh).mesh,
+                    limits_of(threads, timeout), keep_mesh != 0);
+    return sampling.ended_within(std::chrono::milliseconds(0));
   });
 }
 

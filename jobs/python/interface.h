@@ -60,8 +60,8 @@ const char* meander_text(meander_object* object);
 /* One piece of work, which the functions below start, once. */
 meander_object* meander_work(void);
 
-/* Samples a mesh: short work at once, long work in a thread of its own. threads: 0 (all of the machine) to
- * 1024; timeout: seconds, 0 for none. Unless keep_mesh, the mesh must not be used again. */
+/* Samples a mesh: short work at once (1), long work in a thread of its own (0). threads: 0 (all of the
+ * machine) to 1024; timeout: seconds, 0 for none. Unless keep_mesh, the mesh must not be used again. */
 int meander_sample(meander_object* work, meander_object* sampler, meander_object* mesh, int threads,
                    double timeout, int keep_mesh);
 

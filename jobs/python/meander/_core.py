@@ -8,6 +8,7 @@ import json
 import math
 import operator
 import os
+import sys
 import types
 
 import numpy
@@ -101,18 +102,22 @@ class _Object:
         raise TypeError("cannot pickle %r object" % type(self).__name__)
 
 
-class _View:
-    """An array in the memory of an object, which it keeps alive."""
-    __slots__ = ("__array_interface__", "owner")
+class _Memory(ctypes.c_char * sys.maxsize):
+    """From some address on, as what arrays are views of: keeps the owner of the arrays alive."""
 
-    def __init__(self, owner, address, type_text, *shape):
-        self.__array_interface__ = {"data": (address, False), "typestr": type_text, "shape": shape, "version": 3}
-        self.owner = owner
+
+def _memory(address, owner):
+    memory = _Memory.from_address(address)
+    memory.owner = owner
+    return memory
 
 
 def _arrays(places, owner):
     """The arrays that the library says are there, by name."""
-    return {name: None if place is None else numpy.asarray(_View(owner, *place)) for name, place in places.items()}
+    lowest = min((place[0] for place in places.values() if place), default=0)
+    memory = _memory(lowest, owner)
+    return {name: place and numpy.ndarray(place[2:], place[1], memory, place[0] - lowest)
+            for name, place in places.items()}
 
 
 def _told(text):
@@ -321,11 +326,13 @@ class _Work(_Object):
         return index.value, _members_of(_Object()._own(pointer.value))
 
     def row(self):
-        """The members of the one row. Raises its SamplingError."""
-        self.wait()
+        """The members of the one row, which is there. Raises its SamplingError."""
         _, members = self.take()
         if isinstance(members, SamplingError):
-            raise members
+            try:
+                raise members
+            finally:
+                del members  # which would hold this frame, and this frame it
         return members
 
 
@@ -339,7 +346,8 @@ class Sampler(_Object):
     def sample_mesh(self, mesh, threads, timeout, keep_mesh=True):
         limits = _limits(threads, timeout)
         with _Work() as work:
-            _checked(_library.meander_sample(work, self, mesh, *limits, keep_mesh))
+            if not _checked(_library.meander_sample(work, self, mesh, *limits, keep_mesh)):
+                work.wait()
             return work.row()
 
     def sample_arrays(self, vertices, faces, normals, density, density_of_faces, content, check, threads, timeout):
@@ -375,6 +383,7 @@ def sample_named_surface(name, tolerance, threads, timeout, **options):
     with _Work() as work:
         _with_options(lambda text: _checked(_library.meander_sample_surface(work, _path(name), text, tolerance, *limits)),
                       options)
+        work.wait()
         return work.row()
 
 
@@ -384,7 +393,7 @@ def sample_callable_surface(function, tolerance, timeout, content, **options):
     raised = []
 
     def numbers(address, *shape):
-        return numpy.asarray(_View(None, address, "<f8", *shape))
+        return numpy.ndarray(shape, "<f8", _memory(address, None))
 
     def positions(_, count, u, v, result):
         try:
