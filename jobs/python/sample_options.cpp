@@ -83,7 +83,8 @@ bool read(const std::string& written, bool& value) {
 SampleOptions sample_options(std::string_view json) {
   SampleOptions options;
   const JsonObject given(json, "options");
-  for (const auto& [name, written] : given.members()) {
+  for (const auto& option : given.members()) {
+    const std::string &name = option.first, &written = option.second;
     const auto set = [&](auto& member) {
       using Value = std::decay_t<decltype(member)>;
       if constexpr (std::is_same_v<Value, std::string>) {
