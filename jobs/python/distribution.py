@@ -15,6 +15,7 @@ import gzip
 import hashlib
 import io
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -234,7 +235,7 @@ def make_wheel(build, out):
         root = Path(folder)
         files = list(put_files(build, root)) + list(compiled_in(build))
         minor, _ = elf.system_of(elf_files(root))
-        tag = "py3-none-manylinux_2_%d_x86_64" % minor
+        tag = "py3-none-manylinux_2_%d_%s" % (minor, platform.machine())
         information = root / (project.stem + ".dist-info")
         licenses = put_licenses(information / "licenses", files)
         (information / "METADATA").write_text(project.metadata(licenses))

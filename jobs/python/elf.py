@@ -4,7 +4,8 @@ import subprocess
 from pathlib import Path
 
 # What every system for Python has; all else has to be in the wheel.
-OF_THE_SYSTEM = {"ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6", "libgcc_s.so.1", "libstdc++.so.6"}
+OF_THE_SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libm.so.6", "libgcc_s.so.1",
+                 "libstdc++.so.6"}
 
 # Of TBB and Embree, which others bring too: a library that was loaded for all to see would take the place of ours.
 SHARED_NAME = re.compile(r"_Z.*3tbb|rtc[A-Z]")

@@ -9,7 +9,6 @@ import math
 import operator
 import os
 import sys
-import types
 
 import numpy
 
@@ -142,7 +141,7 @@ def _plain(value):
         return ",".join(value)
     if isinstance(value, int) and not -2 ** 63 <= value < 2 ** 64:
         return {}
-    return value if isinstance(value, (str, int, float, types.NoneType)) else {}
+    return value if isinstance(value, (str, int, float, type(None))) else {}
 
 
 def _with_options(call, options):
