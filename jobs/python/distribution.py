@@ -86,7 +86,7 @@ class Packages:
         for name in (path, path.removeprefix("/usr")):
             if name in self.owner:
                 return self.owner[name]
-        sys.exit("no package has `%s`: its licence is not known" % path)
+        sys.exit("no package has `%s`: its license is not known" % path)
 
 
 def compiled_in(build):
@@ -104,7 +104,7 @@ def compiled_in(build):
     return found
 
 
-# Of the C library and the compiler only headers are compiled in, whose licences let that pass.
+# Of the C library and the compiler only headers are compiled in, whose licenses let that pass.
 OF_THE_COMPILER = re.compile(r"libc6-dev|linux-libc-dev|libgcc-.*|libstdc\+\+-.*|g\+\+.*|gcc.*|cpp.*")
 
 
@@ -214,7 +214,8 @@ def zip_folder(root, record, target):
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         def add(name, data, mode):
             entry = zipfile.ZipInfo(name, time.gmtime(max(TIME, 315532800))[:6])
-            entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, (0o100000 | mode) << 16, 3
+            entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 3
+            entry.external_attr = (0o100000 | mode) << 16
             archive.writestr(entry, data)
         for path in files:
             name, data = path.relative_to(root).as_posix(), path.read_bytes()
@@ -240,7 +241,8 @@ def make_wheel(build, out):
         licenses = put_licenses(information / "licenses", files)
         (information / "METADATA").write_text(project.metadata(licenses))
         (information / "entry_points.txt").write_text(project.entry_points())
-        (information / "WHEEL").write_text("Wheel-Version: 1.0\nGenerator: meander\nRoot-Is-Purelib: false\nTag: %s\n" % tag)
+        (information / "WHEEL").write_text(
+            "Wheel-Version: 1.0\nGenerator: meander\nRoot-Is-Purelib: false\nTag: %s\n" % tag)
         wheel = Path(out) / ("%s-%s.whl" % (project.stem, tag))
         wheel.parent.mkdir(parents=True, exist_ok=True)
         zip_folder(root, information.name + "/RECORD", wheel)

@@ -120,7 +120,8 @@ class Wheel(unittest.TestCase):
         self.assertIn("\nName: meander-sampling\n", metadata)
         self.assertIn("\nRequires-Dist: numpy\n", metadata)
         licenses = {Path(name).name for name in names if "/licenses/" in name}
-        for package in ("LICENSE", "PACKAGES", "onetbb", "embree", "hdf5", "eigen3", "cli11", "nlohmann-json3", "Apache-2.0"):
+        for package in ("LICENSE", "PACKAGES", "onetbb", "embree", "hdf5", "eigen3", "cli11", "nlohmann-json3",
+                        "Apache-2.0"):
             self.assertIn(package, licenses)
         self.assertEqual({entry.date_time for entry in self.archive.infolist()}, {(1980, 1, 1, 0, 0, 0)})
 
