@@ -1,10 +1,14 @@
 #include "jobs/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <memory>
+#include <set>
 #include <type_traits>
 
 #include "jobs/inputs.h"
@@ -17,6 +21,40 @@ namespace {
 
 // The validator of options that take one of several words; its description lists them.
 constexpr const char* words_validator = "words";
+
+// As CLI::Range, whose sentence is another one in every other version.
+template <class Value>
+CLI::Validator range_validator(Value low, Value high) {
+  const std::string lowest = fmt::format("{}", low), highest = fmt::format("{}", high);
+  return {[=](std::string& input) -> std::string {
+            Value value{};
+            const bool is_inside = CLI::detail::lexical_cast(input, value) && value >= low && value <= high;
+            return is_inside ? "" : "Value " + input + " not in range " + lowest + " to " + highest;
+          },
+          fmt::format("{} in [{} - {}]", CLI::detail::type_name<Value>(), lowest, highest), ""};
+}
+
+// What stands behind the names of an option in the help: alike with every version of CLI11.
+class OptionFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text;
+    if (option->get_type_size() != 0) {
+      if (!option->get_type_name().empty()) text += " " + option->get_type_name();
+      if (!option->get_default_str().empty()) text += "=" + option->get_default_str();
+      if (option->get_expected_max() == CLI::detail::expected_max_vector_size) text += " ...";
+      if (option->get_required()) text += " REQUIRED";
+    }
+    const auto names_of = [](const std::set<CLI::Option*>& others) {
+      std::string names;
+      for (const CLI::Option* other : others) names += " " + other->get_name();
+      return names;
+    };
+    if (!option->get_needs().empty()) text += " Needs:" + names_of(option->get_needs());
+    if (!option->get_excludes().empty()) text += " Excludes:" + names_of(option->get_excludes());
+    return text;
+  }
+};
 
 }  // namespace
 
@@ -70,17 +108,17 @@ Option& Option::one_of(const std::vector<std::string>& words) {
 }
 
 Option& Option::range(int low, int high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(range_validator(low, high));
   return *this;
 }
 
 Option& Option::range(std::uint64_t low, std::uint64_t high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(range_validator(low, high));
   return *this;
 }
 
 Option& Option::range(double low, double high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(range_validator(low, high));
   return *this;
 }
 
@@ -263,6 +301,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
 CommandLine::CommandLine(const std::string& name, const std::string& help, const std::string& version,
                          const std::string& footer)
     : app_(std::make_unique<CLI::App>(help, name)) {
+  app_->formatter(std::make_shared<OptionFormatter>());
   app_->set_version_flag("--version", version);
   app_->footer(footer);
 }

@@ -196,7 +196,7 @@ TEST_CASE("version: the program names the libraries and the instruction set") {
   const ProcessResult said = meander_with({"--version"});
   CHECK(said.exit_code == 0);
   CHECK(said.out.starts_with("meander "));
-  for (const char* name : {"HDF5 1.", "Embree 3.", "oneTBB 20", "Eigen 3.", "Draco 1.", "zlib 1.", "OpenSSL ",
+  for (const char* name : {"HDF5 1.", "Embree ", "oneTBB 20", "Eigen 3.", "Draco 1.", "zlib 1.", "OpenSSL ",
                            "Instruction set: "})
     CHECK(contains(said.out, name));
 }
