@@ -70,7 +70,8 @@ class Wheel(unittest.TestCase):
 
     @classmethod
     def run_it(cls, *command):
-        environment = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MEANDER_BUILD": str(BUILD)}
+        environment = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_NO_CACHE_DIR": "1",
+                       "MEANDER_BUILD": str(BUILD)}
         environment.pop("PYTHONPATH", None)
         done = subprocess.run([str(word) for word in command], env=environment, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, cwd=cls.folder)
