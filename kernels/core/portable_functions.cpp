@@ -1,8 +1,10 @@
 #include "kernels/core/portable_functions.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "kernels/core/exact_sums.h"
@@ -83,10 +85,23 @@ constexpr DoublePair log_two = {0x1.62e42fefa2000p-1, 0x1.9ef35793c7673p-41};
 constexpr DoublePair log_step = {0x1.62e42fefa0000p-6, 0x1.cf79abc9e3b3ap-45};
 constexpr DoublePair inverse_log_two = {0x1.71547652b82fep+0, 0x1.777d0ffda0d24p-56};
 
+// As std::frexp for positive finite numbers, and its inverse where the result is no subnormal number.
+double split_exponent(double x, int& exponent) {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  const auto biased = static_cast<int>(bits >> 52);
+  if (biased == 0) return std::frexp(x, &exponent);
+  exponent = biased - 1022;
+  return std::bit_cast<double>((bits & 0xFFFFFFFFFFFFFu) | std::uint64_t{1022} << 52);
+}
+double times_power_of_two(double x, int exponent) {
+  if (exponent < -1022 || exponent > 1023) return std::ldexp(x, exponent);
+  return x * std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
+}
+
 // log x for a positive finite x, to 2^-65.
 DoublePair logarithm(double x) {
   int exponent = 0;
-  double m = std::frexp(x, &exponent);  // to [sqrt 1/2, sqrt 2)
+  double m = split_exponent(x, exponent);  // to [sqrt 1/2, sqrt 2)
   if (m < 0x1.6a09e667f3bcdp-1) {
     m *= 2;
     --exponent;
@@ -95,9 +110,9 @@ DoublePair logarithm(double x) {
   const int center = static_cast<int>(32 * m + 0.5);
   const double c = center * 0x1p-5, difference = m - c;
   const DoublePair sum = two_sum(m, c);
-  const double q = difference / sum.high;
+  const double inverse = 1 / sum.high, q = difference * inverse;
   const DoublePair product = two_product(q, sum.high);
-  const double q_low = ((difference - product.high) - product.low - q * sum.low) / sum.high;
+  const double q_low = ((difference - product.high) - product.low - q * sum.low) * inverse;
   const double qq = q * q;
   const double series =
       q * qq * (2.0 / 3 + qq * (2.0 / 5 + qq * (2.0 / 7 + qq * (2.0 / 9 + qq * (2.0 / 11)))));
@@ -118,7 +133,7 @@ double exponential(DoublePair x) {
            r * r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720))))));
   const auto step = static_cast<int>(steps);
   const DoublePair& power = powers[static_cast<std::size_t>(step & 31)];
-  return std::ldexp(power.high + (power.low + power.high * growth), (step - (step & 31)) / 32);
+  return times_power_of_two(power.high + (power.low + power.high * growth), (step - (step & 31)) / 32);
 }
 
 bool is_odd(double y) { return std::abs(std::fmod(y, 2)) == 1; }
@@ -150,7 +165,7 @@ double log(double x) {
 double log2(double x) {
   if (!(x > 0 && x < infinity)) return log(x);
   int exponent = 0;
-  double m = std::frexp(x, &exponent);
+  double m = split_exponent(x, exponent);
   if (m < 0x1.6a09e667f3bcdp-1) {
     m *= 2;
     --exponent;
@@ -180,16 +195,16 @@ double pow(double x, double y) {
 double cbrt(double x) {
   if (x == 0 || !std::isfinite(x)) return x;
   int exponent = 0;
-  double m = std::frexp(std::abs(x), &exponent);
+  double m = split_exponent(std::abs(x), exponent);
   const int third = exponent >= 0 ? (exponent + 2) / 3 : -(-exponent / 3);
-  m = std::ldexp(m, exponent - 3 * third);  // in [1/8, 1)
-  // A parabola within 1.2 %; each step cubes the relative error (Halley 1694).
-  double root = 0.3955 + m * (0.9624 - 0.3650 * m);
-  for (int step = 0; step < 3; ++step) {
+  m = times_power_of_two(m, exponent - 3 * third);  // in [1/8, 1)
+  // A cubic within .6 %; each step cubes the relative error (Halley 1694).
+  double root = 0.3408 + m * (1.4581 - m * (1.3859 - m * 0.5922));
+  for (int step = 0; step < 2; ++step) {
     const double cube = root * root * root;
     root -= root * (cube - m) / (2 * cube + m);
   }
-  return std::copysign(std::ldexp(root, third), x);
+  return std::copysign(times_power_of_two(root, third), x);
 }
 
 double hypot(double x, double y) { return hypot(x, y, 0); }
