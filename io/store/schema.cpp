@@ -355,9 +355,9 @@ std::vector<std::string> column_list(const StoredColumns& columns) {
 }
 
 std::uint32_t ItemRecord::names_bytes(std::span<const std::byte> items) const {
-  std::uint32_t bytes = 0;
-  if (names_offset) std::memcpy(&bytes, items.data() + *names_offset, sizeof bytes);
-  return bytes;
+  std::uint32_t length = 0;
+  if (names_offset) std::memcpy(&length, items.data() + *names_offset, sizeof length);
+  return length;
 }
 
 std::uint64_t sample_bytes(const StoredColumns& columns) {

@@ -134,7 +134,7 @@ inline std::vector<std::size_t> sort_entries(std::vector<std::uint64_t>& entries
 }  // namespace distinct_points
 
 // Finds what takes N points apart: in the order of ranks, a point that equals that of a lower rank is drawn
-// again, up to max_redraws times (RedrawLimit), until it equals none of these. The points themselves are not
+// again, up to redraws times (RedrawLimit), until it equals none of these. The points themselves are not
 // kept: memory is 8 bytes a sample, and at most 60 for one that is drawn again. count: N, at most 2^31.
 //   first(rank): the point of the first draw, and counter(rank): that of the second. again(rank, counter): a
 //   DrawnPoint from this counter on. All pure; points are without negative zeros.
@@ -142,7 +142,7 @@ inline std::vector<std::size_t> sort_entries(std::vector<std::uint64_t>& entries
 // the redraws. Deterministic for every thread count.
 template <class First, class Counter, class Again>
 Redraws find_redraws(std::size_t count, const First& first, const Counter& counter, const Again& again,
-                     int max_redraws, const CancelToken& cancel) {
+                     int redraws, const CancelToken& cancel) {
   using namespace distinct_points;
   std::vector<std::uint64_t> entries(count);
   parallel_blocks(count, sum_block, [&](std::size_t begin, std::size_t end) {
@@ -201,7 +201,7 @@ Redraws find_redraws(std::size_t count, const First& first, const Counter& count
     return true;
   };
   std::size_t steps = 0;
-  RedrawLimit limit(max_redraws);
+  RedrawLimit limit(redraws);
   while (!waiting.empty()) {
     const std::uint32_t rank = waiting.top();
     while (!waiting.empty() && waiting.top() == rank) waiting.pop();
