@@ -16,6 +16,7 @@
 #include "io/archive/model_bytes.h"
 #include "kernels/core/random.h"
 #include "kernels/core/vector3.h"
+#include "kernels/mesh/surface_textures.h"
 #include "support/catch.h"
 #include "support/gltf_streams.h"
 
