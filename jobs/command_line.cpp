@@ -34,7 +34,7 @@ CLI::Validator range_validator(Value low, Value high) {
           fmt::format("{} in [{} - {}]", CLI::detail::type_name<Value>(), lowest, highest), ""};
 }
 
-// What stands behind the names of an option in the help: alike with every version of CLI11.
+// Writes what stands behind the names of an option in the help, alike with every version of CLI11.
 class OptionFormatter : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {

@@ -1,4 +1,4 @@
-// What cmake/MeanderSystems.cmake puts in the place of functions that older systems do not have.
+// Replaces functions that older systems do not have (cmake/MeanderSystems.cmake).
 #include <sys/random.h>
 
 #include <cstddef>

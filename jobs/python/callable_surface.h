@@ -12,7 +12,7 @@
 
 namespace meander {
 
-// What ends the work when a function gives up.
+// Ends the work when a function gives up.
 struct FunctionGaveUp : std::runtime_error {
   FunctionGaveUp() : std::runtime_error("the function of a surface gave up") {}
 };

@@ -35,7 +35,7 @@ HERE = "jobs/python"
 TIME = int(os.environ.get("SOURCE_DATE_EPOCH", 315532800))  # of all files: 1980, where the time of zip files begins
 PROGRAM, LIBRARY, LIBRARIES = "meander/bin/meander", "meander/libmeander.so", "meander/lib"
 INTERFACE = "meander_"
-# What the sources are, for those who build them: all that the build reads.
+# Names all that the build reads: the sources, for those who build them.
 OF_SOURCES = ("CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml", "cmake", "docs/PYTHON.md",
               "io", "jobs", "kernels", "pipeline")
 
@@ -104,7 +104,7 @@ def compiled_in(build):
     return found
 
 
-# Of the C library and the compiler only headers are compiled in, whose licenses let that pass.
+# Only headers of the C library and the compiler are compiled in; their licenses let that pass.
 OF_THE_COMPILER = re.compile(r"libc6-dev|linux-libc-dev|libgcc-.*|libstdc\+\+-.*|g\+\+.*|gcc.*|cpp.*")
 
 
@@ -154,8 +154,9 @@ def put_files(build, root):
     package = build / "python/meander"
     (root / LIBRARIES).mkdir(parents=True)
     (root / PROGRAM).parent.mkdir()
-    for name in ("__init__.py", "__init__.pyi", "_core.py", "py.typed", "store.py"):
-        shutil.copy(SOURCE / HERE / "meander" / name, root / "meander" / name)
+    for path in sorted((SOURCE / HERE / "meander").iterdir()):
+        if path.is_file():
+            shutil.copy(path, root / "meander" / path.name)
     shutil.copy(SOURCE / HERE / "_meander_program.py", root)
     own = {root / PROGRAM: build / "jobs/meander", root / LIBRARY: package / "libmeander.so"}
     for source in own.values():
@@ -262,7 +263,7 @@ def check_wheel(wheel):
             problems.append("%s needs glibc 2.%d" % (wheel.name, minor))
         report = ["%s: %.1f MB, %.1f MB unpacked" % (wheel.name, wheel.stat().st_size / 1e6, unpacked / 1e6)]
         report += ["%s: %.1f MB" % (file.path.relative_to(folder), file.path.stat().st_size / 1e6) for file in files]
-        report += ["%s: %s" % (name, ", ".join(of_it)) for name, of_it in symbols.items() if minor > elf.LEAST_GLIBC]
+        report += ["%s: %s" % (name, ", ".join(of_it)) for name, of_it in symbols.items() if minor > elf.MIN_GLIBC]
     return problems, report
 
 

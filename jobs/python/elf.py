@@ -3,16 +3,16 @@ import re
 import subprocess
 from pathlib import Path
 
-# What every system for Python has; all else has to be in the wheel.
+# Every system for Python has these; all else has to be in the wheel.
 OF_THE_SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libm.so.6", "libgcc_s.so.1",
                  "libstdc++.so.6"}
 
-# Of TBB and Embree, which others bring too: a library that was loaded for all to see would take the place of ours.
+# Symbols of TBB and Embree, which others bring too: a library that was loaded for all to see would take the place of ours.
 SHARED_NAME = re.compile(r"_Z.*3tbb|rtc[A-Z]")
 
 # Minor version of glibc that a system has with which that of libstdc++ came: AlmaLinux 9, Ubuntu 22.04, Ubuntu 23.10,
 # Ubuntu 24.04, Ubuntu 25.04. Older ones do not matter, for threads moved into libc.so with glibc 2.34.
-LEAST_GLIBC = 34
+MIN_GLIBC = 34
 GLIBC_OF_LIBSTDCXX = {29: 34, 30: 35, 31: 38, 32: 38, 33: 39, 34: 41}
 
 
@@ -52,7 +52,7 @@ class Elf:
 
 
 
-def least_glibc(version):
+def min_glibc(version):
     """The minor version of glibc of the first systems that have a version of their libraries; 0 for what all have."""
     numbers = re.fullmatch(r"(GLIBC|GLIBCXX)_([0-9.]+)", version)
     if version.startswith("GLIBC_ABI_"):
@@ -73,8 +73,8 @@ def system_of(files):
     for elf in files:
         without_symbols = elf.versions - {version for _, version in elf.wants}
         for name, version in [("%s@%s" % want, want[1]) for want in elf.wants] + [(name, name) for name in without_symbols]:
-            by_minor.setdefault(least_glibc(version), {}).setdefault(elf.path.name, set()).add(name)
-    minor = max(LEAST_GLIBC, *by_minor)
+            by_minor.setdefault(min_glibc(version), {}).setdefault(elf.path.name, set()).add(name)
+    minor = max(MIN_GLIBC, *by_minor)
     return minor, {name: sorted(symbols) for name, symbols in sorted(by_minor.get(minor, {}).items())}
 
 

@@ -98,14 +98,18 @@ double times_power_of_two(double x, int exponent) {
   return x * std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
 }
 
+// x = m 2^exponent with m in [sqrt 1/2, sqrt 2).
+double split_near_one(double x, int& exponent) {
+  const double m = split_exponent(x, exponent);
+  if (m >= 0x1.6a09e667f3bcdp-1) return m;
+  --exponent;
+  return 2 * m;
+}
+
 // log x for a positive finite x, to 2^-65.
 DoublePair logarithm(double x) {
   int exponent = 0;
-  double m = split_exponent(x, exponent);  // to [sqrt 1/2, sqrt 2)
-  if (m < 0x1.6a09e667f3bcdp-1) {
-    m *= 2;
-    --exponent;
-  }
+  const double m = split_near_one(x, exponent);
   // log m = log c + 2 artanh(q) with q = (m - c) / (m + c), |q| < 0.012
   const int center = static_cast<int>(32 * m + 0.5);
   const double c = center * 0x1p-5, difference = m - c;
@@ -165,11 +169,7 @@ double log(double x) {
 double log2(double x) {
   if (!(x > 0 && x < infinity)) return log(x);
   int exponent = 0;
-  double m = split_exponent(x, exponent);
-  if (m < 0x1.6a09e667f3bcdp-1) {
-    m *= 2;
-    --exponent;
-  }
+  const double m = split_near_one(x, exponent);
   const DoublePair log_m = logarithm(m);
   const DoublePair product = two_product(log_m.high, inverse_log_two.high);
   const DoublePair sum = two_sum(exponent, product.high);

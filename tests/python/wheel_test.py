@@ -92,7 +92,7 @@ class Wheel(unittest.TestCase):
         problems = elf.problems_of([library, elf.Elf(SYSTEM_TBB)], "meander_")
         self.assertIn("libmeander.so does not find libtbb.so.12", problems)
         self.assertTrue(any("libtbb.so.12 shares the name _ZN3tbb" in problem for problem in problems))
-        self.assertEqual([elf.least_glibc(version) for version in
+        self.assertEqual([elf.min_glibc(version) for version in
                           ("GLIBC_2.2.5", "GLIBC_2.36", "GLIBCXX_3.4.21", "GLIBCXX_3.4.30", "GLIBCXX_3.4.99", "GCC_3.0")],
                          [2, 36, 0, 35, 999, 0])
 

@@ -102,7 +102,7 @@ ProcessResult run_killed(const std::vector<std::string>& arguments, ProcessOptio
     if (result.signal == SIGKILL) {
       ++killed;
     } else if (killed > 0 && result.exit_code == 75 && result.err.find(" holds ") != std::string::npos) {
-      // What the killed process had started ends a moment after it, and keeps its lock until then.
+      // On a busy machine the lock of a killed run was seen held a moment longer than the run.
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     } else {
       if (killed >= kills.least || result.exit_code != exit_code) return result;
