@@ -4,9 +4,13 @@
 #include <cstddef>
 #include <cstdlib>
 
-// The version of every glibc for x86-64. Its values are those of the newer one, which only sets errno by
-// itself.
+// The version of every glibc for the architecture. Its values are those of the newer one, which only sets
+// errno by itself.
+#if defined(__x86_64__)
 __asm__(".symver meander_oldest_hypot, hypot@GLIBC_2.2.5");
+#else
+__asm__(".symver meander_oldest_hypot, hypot@GLIBC_2.17");
+#endif
 extern "C" double meander_oldest_hypot(double x, double y);
 
 extern "C" double __wrap_hypot(double x, double y);
