@@ -10,6 +10,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector3.h"
+#include "kernels/solve/dense_fronts.h"
 #include "kernels/solve/elimination_order.h"
 #include "kernels/solve/sparse_cholesky.h"
 #include "kernels/solve/surface_laplacian.h"
@@ -107,6 +108,16 @@ class MassProduct {
   const SurfaceMatrices& matrices_;
 };
 
+// L^-1 m by substitution, L the lower triangle; the order of the sums is ours, see dense_fronts.h.
+void divide_by_lower(const Eigen::MatrixXd& lower, Eigen::MatrixXd& m) {
+  for (Eigen::Index c = 0; c < m.cols(); ++c)
+    for (Eigen::Index j = 0; j < m.rows(); ++j) {
+      m(j, c) /= lower(j, j);
+      for (Eigen::Index i = j + 1; i < m.rows(); ++i) m(i, c) -= lower(i, j) * m(j, c);
+    }
+}
+
+// K x = lambda M x, with M = L L^T the problem of L^-1 K L^-T.
 std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
   const UnknownGraph& graph = matrices.stiffness.graph;
   const auto count = static_cast<Eigen::Index>(graph.count());
@@ -120,9 +131,12 @@ std::vector<double> by_dense_matrices(const SurfaceMatrices& matrices) {
       mass(v, graph.neighbours[e]) += matrices.mass[e];
     }
   }
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass,
-                                                                         Eigen::EigenvaluesOnly);
-  if (solver.info() != Eigen::Success)
+  const bool positive = factorise_front(mass.data(), graph.count(), graph.count());
+  divide_by_lower(mass, stiffness);
+  stiffness.transposeInPlace();
+  divide_by_lower(mass, stiffness);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, Eigen::EigenvaluesOnly);
+  if (!positive || solver.info() != Eigen::Success)
     throw SpectrumNotFound("the eigenvalues of a small component could not be found");
   return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
 }

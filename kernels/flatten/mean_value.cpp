@@ -1,12 +1,12 @@
 #include "kernels/flatten/mean_value.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "kernels/core/portable_angles.h"
+#include "kernels/solve/dense_fronts.h"
 #include "kernels/solve/sparse_lu.h"
 
 namespace meander {
@@ -75,22 +75,30 @@ System assemble(const IntrinsicDisk& disk, std::span<const std::uint32_t> leavin
   return system;
 }
 
-// The solution replaces the right-hand sides. A small system is solved densely, which is faster.
-void solve_dense(System& system) {
-  const auto n = static_cast<Eigen::Index>(system.right_u.size());
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+// The solution replaces the right-hand sides. A small system is solved densely, which is faster: both columns
+// of the right-hand side stand behind the matrix as unknowns of their own, with a row each that is not read.
+bool solve_dense(System& system) {
+  const std::size_t n = system.right_u.size(), rows = n + 2;
+  std::vector<double> front(rows * rows);
   const UnknownGraph& graph = system.matrix.graph;
-  for (std::uint32_t i = 0; i < n; ++i) {
-    matrix(i, i) = system.matrix.diagonal[i];
+  for (std::size_t i = 0; i < n; ++i) {
+    front[i * rows + i] = system.matrix.diagonal[i];
     for (std::uint32_t e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      matrix(i, graph.neighbours[e]) += system.matrix.values[e];
+      front[graph.neighbours[e] * rows + i] += system.matrix.values[e];
   }
-  Eigen::MatrixX2d right(n, 2);
-  Eigen::Map<Eigen::VectorXd> u(system.right_u.data(), n), v(system.right_v.data(), n);
-  right << u, v;
-  const Eigen::MatrixX2d solution = matrix.partialPivLu().solve(right);
-  u = solution.col(0);
-  v = solution.col(1);
+  std::ranges::copy(system.right_u, front.data() + n * rows);
+  std::ranges::copy(system.right_v, front.data() + (n + 1) * rows);
+  if (!eliminate_front(front.data(), rows, n)) return false;
+  for (const auto& [right, column] : {std::pair{&system.right_u, n}, std::pair{&system.right_v, n + 1}}) {
+    double* x = front.data() + column * rows;
+    for (std::size_t j = n; j-- > 0;) {
+      const double* upper = front.data() + j * rows;
+      x[j] /= upper[j];
+      for (std::size_t i = 0; i < j; ++i) x[i] -= upper[i] * x[j];
+    }
+    std::copy_n(x, n, right->begin());
+  }
+  return true;
 }
 
 bool solve_sparse(System& system, const CancelToken& cancel, WorkBudget* budget) {
@@ -109,10 +117,8 @@ std::uint64_t work_of(std::uint64_t unknowns) {
 // Moves the free vertices to the solution; false, nothing moved, when there is none.
 bool solve(System system, std::span<const std::uint32_t> free_vertices, std::span<double> u,
            std::span<double> v, const CancelToken& cancel, WorkBudget* budget) {
-  if (free_vertices.size() <= dense_limit)
-    solve_dense(system);
-  else if (!solve_sparse(system, cancel, budget))
-    return false;
+  const bool small = free_vertices.size() <= dense_limit;
+  if (!(small ? solve_dense(system) : solve_sparse(system, cancel, budget))) return false;
   const auto finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(system.right_u.begin(), system.right_u.end(), finite) ||
       !std::all_of(system.right_v.begin(), system.right_v.end(), finite))

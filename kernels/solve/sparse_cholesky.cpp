@@ -1,65 +1,14 @@
 #include "kernels/solve/sparse_cholesky.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "kernels/solve/dense_fronts.h"
+
 namespace meander {
-
-namespace {
-
-constexpr std::size_t small_front = 24;  // columns below which plain loops beat blocked products
-
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
-using Panel = Eigen::Map<Matrix, Eigen::Unaligned, Eigen::OuterStride<>>;
-
-// Factorises the first `columns` columns of the lower triangle of a dense front and updates the rest.
-bool factorise_front(double* front, std::size_t rows, std::size_t columns) {
-  if (columns >= small_front) {
-    const auto n = static_cast<Eigen::Index>(rows), w = static_cast<Eigen::Index>(columns);
-    Panel all(front, n, n, Eigen::OuterStride<>(n));
-    Eigen::Ref<Matrix, 0, Eigen::OuterStride<>> top(all.topLeftCorner(w, w));
-    Eigen::LLT<Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>, Eigen::Lower> cholesky(top);
-    if (cholesky.info() != Eigen::Success) return false;
-    if (n == w) return true;
-    auto below = all.bottomLeftCorner(n - w, w);
-    all.topLeftCorner(w, w).triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
-    all.bottomRightCorner(n - w, n - w).selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
-    return true;
-  }
-  for (std::size_t j = 0; j < columns; ++j) {
-    double* column = front + j * rows;
-    if (!(column[j] > 0)) return false;
-    const double pivot = std::sqrt(column[j]), inverse = 1 / pivot;
-    column[j] = pivot;
-    for (std::size_t i = j + 1; i < rows; ++i) column[i] *= inverse;
-    for (std::size_t k = j + 1; k < columns; ++k) {
-      const double factor = column[k];
-      double* target = front + k * rows;
-      for (std::size_t i = k; i < rows; ++i) target[i] -= factor * column[i];
-    }
-  }
-  for (std::size_t k = columns; k < rows; ++k) {
-    double* target = front + k * rows;
-    std::size_t j = 0;
-    for (; j + 3 < columns; j += 4) {
-      const double *a = front + j * rows, *b = a + rows, *c = b + rows, *d = c + rows;
-      const double fa = a[k], fb = b[k], fc = c[k], fd = d[k];
-      for (std::size_t i = k; i < rows; ++i) target[i] -= (fa * a[i] + fb * b[i]) + (fc * c[i] + fd * d[i]);
-    }
-    for (; j < columns; ++j) {
-      const double* a = front + j * rows;
-      const double fa = a[k];
-      for (std::size_t i = k; i < rows; ++i) target[i] -= fa * a[i];
-    }
-  }
-  return true;
-}
-
-}  // namespace
 
 // The structure, and the matrix in the order of elimination.
 SparseCholesky::Permuted SparseCholesky::analyse(const UnknownGraph& graph, std::span<const double> values,

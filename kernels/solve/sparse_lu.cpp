@@ -1,42 +1,14 @@
 #include "kernels/solve/sparse_lu.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "kernels/solve/dense_fronts.h"
+
 namespace meander {
 
 namespace {
-
-constexpr std::size_t block_width = 24;
-
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
-using Front = Eigen::Map<Matrix>;
-
-// Eliminates the first `columns` columns of a square front, block by block.
-bool eliminate(double* values, std::size_t rows, std::size_t columns) {
-  const auto n = static_cast<Eigen::Index>(rows), w = static_cast<Eigen::Index>(columns);
-  Front front(values, n, n);
-  for (Eigen::Index begin = 0; begin < w; begin += static_cast<Eigen::Index>(block_width)) {
-    const Eigen::Index end = std::min(w, begin + static_cast<Eigen::Index>(block_width));
-    for (Eigen::Index j = begin; j < end; ++j) {
-      const double pivot = front(j, j);
-      if (!(std::abs(pivot) > 0) || !std::isfinite(pivot)) return false;
-      front.col(j).tail(n - j - 1) *= 1 / pivot;
-      for (Eigen::Index k = j + 1; k < end; ++k)
-        front.col(k).tail(n - j - 1) -= front(j, k) * front.col(j).tail(n - j - 1);
-    }
-    if (end == n) break;
-    auto right = front.block(begin, end, end - begin, n - end);
-    front.block(begin, begin, end - begin, end - begin)
-        .triangularView<Eigen::UnitLower>()
-        .solveInPlace(right);
-    front.bottomRightCorner(n - end, n - end).noalias() -=
-        front.block(end, begin, n - end, end - begin) * right;
-  }
-  return true;
-}
 
 // Entries (column, row, value) sorted into columns.
 LowerTriangle by_columns(std::size_t count, std::span<const std::uint32_t> column,
@@ -125,7 +97,7 @@ bool SparseLu::factorise(GraphMatrix&& matrix, std::span<const std::uint32_t> or
         for (std::size_t i = 0; i < count; ++i) column[places[i]] += update[j * count + i];
       }
     });
-    if (!eliminate(front.data(), m, w)) return false;
+    if (!eliminate_front(front.data(), m, w)) return false;
     std::copy_n(front.data(), m * w, left_.data() + left_begin_[s]);
     double* right = right_.data() + right_begin_[s];
     for (std::size_t j = 0; j < w; ++j)
