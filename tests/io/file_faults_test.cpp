@@ -1,5 +1,6 @@
 // Files on a failing disk: the calls of the program go through those below, which record them and fail on
 // demand.
+#include <fcntl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -68,7 +69,7 @@ int close(int descriptor) {
 
 int rename(const char* from, const char* to) noexcept {
   if (note("rename")) return -1;
-  return static_cast<int>(::syscall(SYS_rename, from, to));
+  return static_cast<int>(::syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to));
 }
 }
 

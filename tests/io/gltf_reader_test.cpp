@@ -26,7 +26,7 @@ TEST_CASE("glTF: nodes place their meshes, one inside the other, in the order of
   check_consistent(mesh);
   REQUIRE(mesh.vertex_count() == 24);
   REQUIRE(mesh.polygon_count() == 36);
-  CHECK(point(mesh, 7) == std::vector<double>{1, -2, 1});
+  CHECK(point(mesh, 7) == Point{1, -2, 1});
   const std::vector<std::vector<double>> expected = {{9, 2, 1}, {9, 2, 6}};
   for (std::size_t copy = 0; copy < 2; ++copy)
     for (std::size_t k = 0; k < 3; ++k)
@@ -112,13 +112,13 @@ TEST_CASE("glTF: sparse, interleaved and quantised accessors") {
     file.add_accessor(points, 5126, 8, "VEC3", sparse);
     file.add_accessor(-1, 5126, 8, "VEC3", sparse);
     const PolygonMesh mesh = read_gltf_file(file.glb(zeros_first));
-    CHECK(point(mesh, 1) == std::vector<double>{5, 0, 0});
-    CHECK(point(mesh, 2) == std::vector<double>{0, 1, 0});
-    CHECK(point(mesh, 7) == std::vector<double>{6, 6, 6});
+    CHECK(point(mesh, 1) == Point{5, 0, 0});
+    CHECK(point(mesh, 2) == Point{0, 1, 0});
+    CHECK(point(mesh, 7) == Point{6, 6, 6});
     const PolygonMesh zeros =
         read_gltf_file(file.glb(R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}])"));
-    CHECK(point(zeros, 1) == std::vector<double>{5, 0, 0});
-    CHECK(point(zeros, 2) == std::vector<double>{0, 0, 0});
+    CHECK(point(zeros, 1) == Point{5, 0, 0});
+    CHECK(point(zeros, 2) == Point{0, 0, 0});
     file.accessors.replace(file.accessors.find("\"count\":8"), 9, "\"count\":7");
     CHECK_THAT(gltf_outcome(file.glb(zeros_first)),
                ContainsSubstring("the sparse element 7 is none of its 7"));
@@ -250,12 +250,12 @@ TEST_CASE("glTF: skins in rest pose") {
         joints, more));
   };
   const PolygonMesh mesh = read_gltf_file(skinned(""));
-  CHECK(point(mesh, 0) == std::vector<double>{0, 0, 0});
-  CHECK(point(mesh, 1) == std::vector<double>{6, 2, 0});
-  CHECK(point(mesh, 2) == std::vector<double>{2.5, 1, 0});
+  CHECK(point(mesh, 0) == Point{0, 0, 0});
+  CHECK(point(mesh, 1) == Point{6, 2, 0});
+  CHECK(point(mesh, 2) == Point{2.5, 1, 0});
   CHECK(faces_of(mesh) == Faces{{0, 1, 2}});
   const PolygonMesh mirrored = read_gltf_file(skinned(R"(,"scale":[-1,1,1])"));
-  CHECK(point(mirrored, 1) == std::vector<double>{-6, 2, 0});
+  CHECK(point(mirrored, 1) == Point{-6, 2, 0});
   CHECK(faces_of(mirrored) == Faces{{0, 2, 1}});
   CHECK_THAT(gltf_outcome(skinned("", "[1]")),
              ContainsSubstring("unreadable: vertex 1: its skin has no joint 1"));

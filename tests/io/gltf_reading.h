@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -42,9 +43,8 @@ inline double area_of(const PolygonMesh& mesh) {
   return area;
 }
 
-inline std::vector<double> point(const PolygonMesh& mesh, std::size_t v) {
-  return {mesh.x[v], mesh.y[v], mesh.z[v]};
-}
+using Point = std::array<double, 3>;
+inline Point point(const PolygonMesh& mesh, std::size_t v) { return {mesh.x[v], mesh.y[v], mesh.z[v]}; }
 
 using Box = std::vector<double>;
 inline Box box_of(const PolygonMesh& m) {

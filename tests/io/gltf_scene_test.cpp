@@ -301,16 +301,16 @@ TEST_CASE("glTF: morph targets move vertices before their skin and their instanc
   const PolygonMesh skinned = read_gltf_file(file.glb(
       mesh +
       R"(,"skins":[{"joints":[1]}],"nodes":[{"mesh":0,"skin":0,"translation":[9,9,9]},{"matrix":[0,1,0,0, -1,0,0,0, 0,0,1,0, 0,0,0,1]}])"));
-  CHECK(point(skinned, 0) == std::vector<double>{0, 3, 0});
-  CHECK(point(skinned, 1) == std::vector<double>{0, 4, 0});
+  CHECK(point(skinned, 0) == Point{0, 3, 0});
+  CHECK(point(skinned, 1) == Point{0, 4, 0});
   const int moves = file.add_points({0, 0, 0, 0, 0, 5}), scales = file.add_points({1, 1, 1, 2, 2, 2});
   const PolygonMesh copies = read_gltf_file(file.glb(
       mesh +
       fmt::format(
           R"(,"nodes":[{{"mesh":0,"extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":{},"SCALE":{}}}}}}}}}])",
           moves, scales)));
-  CHECK(point(copies, 0) == std::vector<double>{3, 0, 0});
-  CHECK(point(copies, 4) == std::vector<double>{8, 0, 5});
+  CHECK(point(copies, 0) == Point{3, 0, 0});
+  CHECK(point(copies, 4) == Point{8, 0, 5});
 }
 
 TEST_CASE("glTF: strips and fans begin anew behind the largest index of its type") {

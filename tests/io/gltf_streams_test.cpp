@@ -4,6 +4,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -29,15 +30,15 @@ namespace {
 namespace fs = std::filesystem;
 
 // Triangles as positions, in an order of their own.
-std::multiset<std::vector<double>> triangle_set(const PolygonMesh& m) {
-  std::multiset<std::vector<double>> set;
+std::multiset<std::array<double, 9>> triangle_set(const PolygonMesh& m) {
+  std::multiset<std::array<double, 9>> set;
   for (std::size_t c = 0; c + 2 < m.corners.size(); c += 3) {
     std::size_t first = 0;
     for (std::size_t k = 1; k < 3; ++k)
       if (point(m, m.corners[c + k]) < point(m, m.corners[c + first])) first = k;
-    std::vector<double> values;
+    std::array<double, 9> values{};
     for (std::size_t k = 0; k < 3; ++k)
-      for (const double value : point(m, m.corners[c + (first + k) % 3])) values.push_back(value);
+      std::ranges::copy(point(m, m.corners[c + (first + k) % 3]), values.begin() + 3 * k);
     set.insert(values);
   }
   return set;
@@ -432,7 +433,7 @@ TEST_CASE("glTF: meshopt streams, normalized and sparse, are the fractions that 
     CHECK(box_of(read(0))[1] == 1);
     CHECK(box_of(read(0))[0] == (std::is_signed_v<T> ? -1 : 0));
     CHECK(same_mesh(read(0), read(2)));
-    CHECK(point(read(1), 7) == std::vector<double>{0, 0, 0});
+    CHECK(point(read(1), 7) == Point{0, 0, 0});
     CHECK(same_mesh(read(1), read(3)));
   };
   check(std::int8_t{}, 5120);
