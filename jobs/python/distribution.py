@@ -91,16 +91,19 @@ class Packages:
 
 def compiled_in(build):
     """Headers and archives of the system that a build folder's program and library were made of."""
+    # A cross compiler's lie below a folder, where they have the places of those of this system.
+    told = re.search(r"^MEANDER_SYSROOT:\w+=(.+)$", (Path(build) / "CMakeCache.txt").read_text(), re.MULTILINE)
+    below = told.group(1) if told else ""
     listed = run("ninja", "-C", build, "-t", "deps", stdout=subprocess.PIPE, text=True).stdout
     found, of_product = set(), False
     for line in listed.splitlines():
         if not line.startswith(" "):
             of_product = line.split("/")[0] in ("io", "jobs", "kernels", "pipeline")
-        elif of_product and line.strip().startswith("/usr/include/"):
-            found.add(line.strip())
+        elif of_product and line.strip().startswith(below + "/usr/include/"):
+            found.add(line.strip().removeprefix(below))
     for target in ("jobs/meander", "python/meander/libmeander.so"):
         linked = run("ninja", "-C", build, "-t", "query", target, stdout=subprocess.PIPE, text=True).stdout
-        found |= set(re.findall(r"\s(/usr/lib/\S+\.a)$", linked, re.MULTILINE))
+        found |= set(re.findall(r"\s%s(/usr/lib/\S+\.a)$" % re.escape(below), linked, re.MULTILINE))
     return found
 
 
