@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 namespace meander {
@@ -18,9 +19,9 @@ constexpr std::size_t strip = 8;         // rows, and columns, of a tile
 using SubtractTile = void (*)(const double* a, const double* b, std::size_t depth, double* c,
                               std::size_t stride);
 
-// As many entries of a column as a register holds, wherever they lie.
-using Pair = double __attribute__((vector_size(16), aligned(8), may_alias));
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+// As many entries of a column as a register holds.
+using Pair = double __attribute__((vector_size(16)));
+using Four = double __attribute__((vector_size(32)));
 
 // A quarter of the tile at a time: its sums are eight registers of two.
 void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth, double* c,
@@ -29,9 +30,10 @@ void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth,
     for (std::size_t down = 0; down < strip; down += 4) {
       Pair upper[4] = {}, lower[4] = {};
       for (std::size_t k = 0; k < depth; ++k) {
-        const auto* left = reinterpret_cast<const Pair*>(a + strip * k + down);
         const double* factors = b + strip * k + right;
-        const Pair first = left[0], second = left[1];
+        Pair first, second;
+        std::memcpy(&first, a + strip * k + down, sizeof first);
+        std::memcpy(&second, a + strip * k + down + 2, sizeof second);
 #pragma GCC unroll 4
         for (int j = 0; j < 4; ++j) {
           upper[j] += first * factors[j];
@@ -40,9 +42,14 @@ void subtract_tile_by_pairs(const double* a, const double* b, std::size_t depth,
       }
 #pragma GCC unroll 4
       for (int j = 0; j < 4; ++j) {
-        auto* values = reinterpret_cast<Pair*>(c + (right + j) * stride + down);
-        values[0] -= upper[j];
-        values[1] -= lower[j];
+        double* column = c + (right + static_cast<std::size_t>(j)) * stride + down;
+        Pair first, second;
+        std::memcpy(&first, column, sizeof first);
+        std::memcpy(&second, column + 2, sizeof second);
+        first -= upper[j];
+        second -= lower[j];
+        std::memcpy(column, &first, sizeof first);
+        std::memcpy(column + 2, &second, sizeof second);
       }
     }
 }
@@ -53,9 +60,10 @@ void subtract_tile_avx2(const double* a, const double* b, std::size_t depth, dou
   for (std::size_t right = 0; right < strip; right += 4) {
     Four upper[4] = {}, lower[4] = {};
     for (std::size_t k = 0; k < depth; ++k) {
-      const auto* left = reinterpret_cast<const Four*>(a + strip * k);
       const double* factors = b + strip * k + right;
-      const Four first = left[0], second = left[1];
+      Four first, second;
+      std::memcpy(&first, a + strip * k, sizeof first);
+      std::memcpy(&second, a + strip * k + 4, sizeof second);
 #pragma GCC unroll 4
       for (int j = 0; j < 4; ++j) {
         upper[j] += first * factors[j];
@@ -64,9 +72,14 @@ void subtract_tile_avx2(const double* a, const double* b, std::size_t depth, dou
     }
 #pragma GCC unroll 4
     for (int j = 0; j < 4; ++j) {
-      auto* values = reinterpret_cast<Four*>(c + (right + j) * stride);
-      values[0] -= upper[j];
-      values[1] -= lower[j];
+      double* column = c + (right + static_cast<std::size_t>(j)) * stride;
+      Four first, second;
+      std::memcpy(&first, column, sizeof first);
+      std::memcpy(&second, column + 4, sizeof second);
+      first -= upper[j];
+      second -= lower[j];
+      std::memcpy(column, &first, sizeof first);
+      std::memcpy(column + 4, &second, sizeof second);
     }
   }
 }
