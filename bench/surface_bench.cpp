@@ -1,6 +1,6 @@
 // Parametric surfaces: their evaluation, the expression densities, and whole samplings.
 #include "bench/bench_shapes.h"
-#include "kernels/surface/expression.h"
+#include "kernels/core/expression.h"
 #include "kernels/surface/sample_surface.h"
 
 namespace meander::bench {
@@ -47,9 +47,10 @@ void expression_density(benchmark::State& state) {
   const ExpressionPreset& preset = expression_presets()[static_cast<std::size_t>(state.range(0))];
   const Expression expression(preset.name);
   const std::vector<double> x = ramp(1024, 0.1), y = ramp(1024, 0.3);
+  const std::array<std::span<const double>, 5> inputs = {{{}, {}, x, y, {}}};
   std::vector<double> result(x.size());
   for ([[maybe_unused]] auto _ : state) {
-    expression.evaluate({{}, {}, x, y, {}}, result);
+    expression.evaluate(inputs, result);
     benchmark::DoNotOptimize(result.data());
   }
   count_items(state, "point", static_cast<double>(x.size()));

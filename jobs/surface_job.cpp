@@ -1,5 +1,7 @@
 // meander surface: samples of parametric surfaces, in a store.
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -24,8 +26,8 @@
 #include "jobs/sequence_options.h"
 #include "jobs/surface_sources.h"
 #include "jobs/working_process.h"
+#include "kernels/core/expression.h"
 #include "kernels/core/failure.h"
-#include "kernels/surface/expression.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface_row.h"
 
@@ -34,6 +36,7 @@ namespace meander {
 namespace {
 
 namespace fs = std::filesystem;
+namespace tbb = oneapi::tbb;
 
 struct SurfaceOptions {
   std::vector<std::string> surfaces;
@@ -160,10 +163,53 @@ void check_output(const SurfaceOptions& options) {
   if (!options.fresh) refuse_finished_store(options.store, purpose_surfaces);
 }
 
+// Samples the rows that an earlier process has not done, several at once, and writes each when it is done.
+// False when it was asked to stop; the rows written until then are kept.
+bool sample_rows(const SurfaceOptions& options, const StoreHeader& header, const std::atomic<bool>& stop,
+                 RunDirectory& directory, std::vector<SurfaceRun>& runs) {
+  using tbb::filter_mode;
+  // Rows under way are held in memory, and pictures with them: of large ones few.
+  constexpr std::uint64_t most_points_held = 1 << 22;
+  const bool pictures = std::ranges::any_of(options.surfaces, [](const std::string& surface) {
+    return surface_kind(surface) == SurfaceKind::height_field;
+  });
+  const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
+  const std::uint64_t at_once =
+      pictures ? 1 : std::clamp<std::uint64_t>(most_points_held / options.sample.samples, 1, threads);
+  std::uint64_t next = 0;
+  const auto next_row = [&](tbb::flow_control& control) {
+    while (next < runs.size() && runs[next].done_before) ++next;
+    if (next == runs.size()) control.stop();
+    return next++;
+  };
+  const auto sample = [&](std::uint64_t row) {
+    runs[row] = sample_one(options.surfaces[row], options, stop);
+    return row;
+  };
+  const auto write = [&](std::uint64_t row) {
+    directory.begin_item(row);
+    directory.end_item(encode_row(header, row, runs[row].row));
+    runs[row].row.samples = {};
+  };
+  try {
+    tbb::parallel_pipeline(
+        at_once, tbb::make_filter<void, std::uint64_t>(filter_mode::serial_in_order, next_row) &
+                     tbb::make_filter<std::uint64_t, std::uint64_t>(filter_mode::parallel, sample) &
+                     tbb::make_filter<std::uint64_t, void>(filter_mode::serial_out_of_order, write));
+  } catch (const RunCancelled&) {
+    return false;
+  }
+  return true;
+}
+
 int sample_surfaces(SurfaceOptions& options) {
   resolve(options);
-  std::sort(options.surfaces.begin(), options.surfaces.end(),
-            [](const std::string& a, const std::string& b) { return surface_id(a) < surface_id(b); });
+  std::vector<std::pair<std::string, std::string>> by_id;
+  for (const std::string& surface : options.surfaces) {
+    check_surface_name(surface);
+    by_id.emplace_back(surface_id(surface), surface);
+  }
+  std::ranges::sort(by_id);
   StoreHeader header;
   header.columns = options.columns;
   header.samples = options.sample.samples;
@@ -171,10 +217,11 @@ int sample_surfaces(SurfaceOptions& options) {
   header.seed = options.sample.seed;
   header.order = text_of(order_words, options.sample.order);
   header.parameters_json = options.table.json();
-  for (const std::string& surface : options.surfaces) {
-    check_surface_name(surface);
-    header.ids.push_back(surface_id(surface));
+  options.surfaces.clear();
+  for (auto& [id, surface] : by_id) {
+    header.ids.push_back(id);
     header.labels.push_back(-1);
+    options.surfaces.push_back(std::move(surface));
     if (header.ids.size() > 1 && header.ids.back() == header.ids[header.ids.size() - 2])
       throw UsageError("two surfaces have the id `" + header.ids.back() + "`");
   }
@@ -182,29 +229,20 @@ int sample_surfaces(SurfaceOptions& options) {
   const std::atomic<bool>& stop = catch_stop_signals();
   if (options.fresh) discard_run(options.store);
   RunDirectory directory(options.store, RunPlan{header, purpose_surfaces});
-  std::vector<SurfaceRun> runs;
-  bool failed = false;
-  for (std::uint64_t row = 0; row < options.surfaces.size(); ++row) {
-    SurfaceRun run;
-    if (directory.done(row)) {
-      run.id = header.ids[row];
-      run.done_before = true;
-      runs.push_back(std::move(run));
-      continue;
-    }
-    try {
-      run = sample_one(options.surfaces[row], options, stop);
-    } catch (const RunCancelled&) {
-      directory.sync();
-      fmt::print(stderr, "meander: stopped with {} of {} surfaces done; the same command continues{}\n", row,
-                 options.surfaces.size(), options.fresh ? " without --fresh" : "");
-      return exit_stopped;
-    }
-    directory.begin_item(row);
-    directory.end_item(encode_row(header, row, run.row));
-    run.row.samples = {};
-    runs.push_back(std::move(run));
+  std::vector<SurfaceRun> runs(options.surfaces.size());
+  for (std::uint64_t row = 0; row < runs.size(); ++row) {
+    runs[row].id = header.ids[row];
+    runs[row].done_before = directory.done(row);
   }
+  if (!sample_rows(options, header, stop, directory, runs)) {
+    directory.sync();
+    std::size_t done = 0;
+    for (std::uint64_t row = 0; row < runs.size(); ++row) done += directory.done(row) ? 1 : 0;
+    fmt::print(stderr, "meander: stopped with {} of {} surfaces done; the same command continues{}\n", done,
+               runs.size(), options.fresh ? " without --fresh" : "");
+    return exit_stopped;
+  }
+  bool failed = false;
   directory.finish();
   const StoreReader store(options.store, StoreCheck::none);
   for (std::uint64_t row = 0; row < runs.size(); ++row) {
@@ -258,8 +296,11 @@ void add_surface_options(Command& command, SurfaceOptions& options) {
   for (const std::string_view name : surface_names())
     names += (names.empty() ? "" : ", ") + std::string(name);
   command
-      .add_option("SURFACE", options.surfaces,
-                  "Names (" + names + "), FILE.nurbs (control net as text), FILE.png (height field)")
+      .add_option(
+          "SURFACE", options.surfaces,
+          "Names (" + names +
+              "), formulas for x, y, z in u and v of [0, 1], as \"u, v, sin(6*u)\", FILE.nurbs (control "
+              "net as text), FILE.png (height field)")
       .required();
   command.add_option("-o,--output", options.store, "The store to write (HDF5)").required();
   add_sampling_options(command, options);

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 #include <span>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "jobs/inputs.h"
 #include "jobs/option_words.h"
 #include "kernels/core/spelling.h"
+#include "kernels/surface/formula_surface.h"
 #include "kernels/surface/height_field.h"
 #include "kernels/surface/nurbs_patch.h"
 
@@ -42,9 +44,18 @@ void check_surface_name(const std::string& argument) {
   if (surface_kind(argument) != SurfaceKind::formula ||
       std::find(names.begin(), names.end(), argument) != names.end())
     return;
+  if (is_surface_formula(argument)) {
+    try {
+      make_formula_surface(argument);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(error.what());
+    }
+    return;
+  }
   const std::string near = nearest(argument, names);
   throw UsageError("no surface `" + argument + "`" +
-                   (near.empty() ? " (nor a .nurbs or .png file)" : ", did you mean `" + near + "`?"));
+                   (near.empty() ? " (nor a .nurbs or .png file, nor three formulas as \"u, v, sin(6*u)\")"
+                                 : ", did you mean `" + near + "`?"));
 }
 
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field) {
@@ -71,12 +82,20 @@ SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions
     source.surface = make_height_field(heights, image.width, image.height, parameters);
     return source;
   }
-  source.surface = make_surface(argument);
-  source.content_sha256 = sha256(std::as_bytes(std::span(argument)));
+  source.surface = is_surface_formula(argument) ? make_formula_surface(argument) : make_surface(argument);
+  source.content_sha256 = sha256(std::as_bytes(std::span(source.surface->name())));
   return source;
 }
 
-std::string surface_id(const std::string& argument) { return fs::path(argument).filename().string(); }
+std::string surface_id(const std::string& argument) {
+  if (surface_kind(argument) != SurfaceKind::formula) return fs::path(argument).filename().string();
+  if (!is_surface_formula(argument)) return argument;
+  // A quotient is no folder of `export`.
+  const std::unique_ptr<ParametricSurface> surface = make_formula_surface(argument);
+  std::string id;
+  for (const char c : surface->name()) id += c == '/' ? std::string("%2F") : std::string(1, c);
+  return id;
+}
 
 void set_surface_density(const std::string& text, SurfaceDensity& density) {
   density.kind = SurfaceDensityKind::expression;

@@ -26,13 +26,13 @@ enum class SurfaceKind { formula, nurbs, height_field };
 SurfaceKind surface_kind(const std::string& argument);
 
 // Throws UsageError, with a suggestion, for what is neither a name of surface_names() nor FILE.nurbs or
-// FILE.png.
+// FILE.png nor three formulas (make_formula_surface).
 void check_surface_name(const std::string& argument);
 
 // Of an argument that check_surface_name accepts. Throws ItemError for a file that cannot be used.
 SurfaceSource open_surface(const std::string& argument, const HeightFieldOptions& height_field = {});
 
-// The id of its row: the name, or the file's own name.
+// The id of its row: the name, the file's own name, or the formulas without blanks, %2F for a slash.
 std::string surface_id(const std::string& argument);
 
 // Sets kind and expression from the words uniform, mean, gaussian and max, or any expression. Throws

@@ -17,7 +17,7 @@
 #include <array>
 #include <cstddef>
 
-#include "kernels/surface/jets.h"
+#include "kernels/core/jets.h"
 #include "kernels/surface/surface.h"
 
 namespace meander {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "kernels/core/ordered_blocks.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/core/status.h"
-#include "kernels/surface/ordered_blocks.h"
 
 namespace meander {
 

@@ -6,12 +6,12 @@
 #include <stdexcept>
 
 #include "kernels/core/check_range.h"
+#include "kernels/core/expression.h"
+#include "kernels/core/ordered_blocks.h"
 #include "kernels/core/random.h"
 #include "kernels/sample/point_set.h"
 #include "kernels/sample/redraw_limit.h"
 #include "kernels/sample/sequence.h"
-#include "kernels/surface/expression.h"
-#include "kernels/surface/ordered_blocks.h"
 #include "kernels/surface/patch_tree.h"
 #include "kernels/surface/surface_leaf.h"
 #include "kernels/surface/surface_measure.h"

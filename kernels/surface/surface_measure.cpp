@@ -5,10 +5,10 @@
 #include <numeric>
 #include <string>
 
+#include "kernels/core/ordered_blocks.h"
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/status.h"
 #include "kernels/surface/fundamental_forms.h"
-#include "kernels/surface/ordered_blocks.h"
 
 namespace meander {
 
@@ -228,7 +228,8 @@ void SurfaceMeasure::evaluate_density(MeasureBatch& batch) const {
     batch.y[i] = batch.position[i].y;
     batch.z[i] = batch.position[i].z;
   }
-  expression_->evaluate({batch.u, batch.v, batch.x, batch.y, batch.z}, batch.density);
+  const std::array<std::span<const double>, 5> inputs = {batch.u, batch.v, batch.x, batch.y, batch.z};
+  expression_->evaluate(inputs, batch.density);
   for (std::size_t i = 0; i < n; ++i) {
     double& density = batch.density[i];
     if (!(batch.area[i] > 0) || (density < 0 && density >= -rounding)) density = 0;

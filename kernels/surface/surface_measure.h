@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/cancel.h"
-#include "kernels/surface/expression.h"
+#include "kernels/core/expression.h"
 #include "kernels/surface/sample_surface.h"
 #include "kernels/surface/surface.h"
 

@@ -1,6 +1,9 @@
+#include <sched.h>
+
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <functional>
 
 #include "io/mesh/point_reader.h"
 #include "io/plot/png_writer.h"
@@ -83,6 +86,36 @@ TEST_CASE("surface: control nets and height fields are rows, broken ones with th
   const Row white = reader.read_row(2);
   for (std::size_t i = 0; i < 64; ++i) REQUIRE(white.samples.points[3 * i + 2] == Approx(0.5));
   CHECK(verify_store(store).problems.empty());
+}
+
+TEST_CASE(
+    "surface: many patches in one call, each a row with its status, the same bytes however many at once") {
+  const ScratchFolder scratch;
+  std::vector<std::string> arguments = {"-n", "50"};
+  for (int i = 0; i < 40; ++i) {
+    const std::string name = scratch / ("p" + std::to_string(i) + ".nurbs");
+    write_file(name, i == 17 ? "degree 1 1\n" : patch_text);
+    arguments.push_back(name);
+  }
+  const auto sampled = [&](const std::string& store, const std::function<void()>& in_child) {
+    std::vector<std::string> all = {program, "surface", "-o", scratch / store};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    ProcessOptions process;
+    process.in_child = in_child;
+    return run_process(all, process).exit_code;
+  };
+  REQUIRE(sampled("a.h5", {}) == 3);
+  REQUIRE(sampled("b.h5", [] {
+            cpu_set_t first;
+            CPU_ZERO(&first);
+            CPU_SET(0, &first);
+            sched_setaffinity(0, sizeof first, &first);
+          }) == 3);
+  CHECK(read_file(scratch / "a.h5") == read_file(scratch / "b.h5"));
+  const StoreReader reader(scratch / "a.h5");
+  REQUIRE(reader.rows() == 40);
+  for (std::uint64_t row = 0; row < 40; ++row)
+    CHECK(reader.report(row).status == (reader.id(row) == "p17.nurbs" ? Status::unreadable : Status::ok));
 }
 
 TEST_CASE("surface: an expression as density moves the samples") {

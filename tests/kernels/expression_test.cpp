@@ -1,4 +1,4 @@
-#include "kernels/surface/expression.h"
+#include "kernels/core/expression.h"
 
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,8 @@ namespace {
 double value(std::string_view text, double x = 0, double y = 0) {
   double result = 0;
   const double u = 0.25, v = 0.75, z = -2;
-  Expression(text).evaluate({{&u, 1}, {&v, 1}, {&x, 1}, {&y, 1}, {&z, 1}}, {&result, 1});
+  const std::array<std::span<const double>, 5> inputs = {{{&u, 1}, {&v, 1}, {&x, 1}, {&y, 1}, {&z, 1}}};
+  Expression(text).evaluate(inputs, {&result, 1});
   return result;
 }
 
@@ -66,15 +67,16 @@ TEST_CASE("expression: arrays of every length, and only the variables that occur
   for (const std::size_t n : {0u, 1u, 255u, 256u, 257u, 1000u}) {
     std::vector<double> x(n), result(n);
     for (std::size_t i = 0; i < n; ++i) x[i] = static_cast<double>(i);
-    Expression("(x + 1) * (x - 1) / (1 + min(x^2, 4))").evaluate({{}, {}, x, {}, {}}, result);
+    const std::array<std::span<const double>, 5> inputs = {{{}, {}, x, {}, {}}};
+    Expression("(x + 1) * (x - 1) / (1 + min(x^2, 4))").evaluate(inputs, result);
     for (std::size_t i = 0; i < n; ++i)
       CHECK(result[i] == (x[i] + 1) * (x[i] - 1) / (1 + std::min(x[i] * x[i], 4.0)));
   }
   const Expression expression("x*y + exp(1)");
-  CHECK(expression.uses('x'));
-  CHECK(expression.uses('y'));
-  CHECK_FALSE(expression.uses('u'));
-  CHECK_FALSE(expression.uses('q'));
+  CHECK(expression.uses("x"));
+  CHECK(expression.uses("y"));
+  CHECK_FALSE(expression.uses("u"));
+  CHECK_FALSE(expression.uses("q"));
   double result = 0;
   CHECK_THROWS_AS(expression.evaluate({}, {&result, 1}), std::invalid_argument);
 }

@@ -25,16 +25,21 @@ struct Jet2 {
       : f(value), u(by_u), v(by_v), uu(by_uu), uv(by_uv), vv(by_vv) {}
 };
 
+// A derivative of g times one of x: none where x does not change, though g may be infinitely steep there, as
+// the root of a part that is clamped to 0.
+constexpr double steep(double g, double x) { return x == 0 ? 0 : g * x; }
 // g(x) from the value and the derivatives of g at x.
 constexpr double chain(double, double g, double, double) { return g; }
-constexpr Jet1 chain(const Jet1& x, double g, double g1, double) { return {g, g1 * x.u, g1 * x.v}; }
+constexpr Jet1 chain(const Jet1& x, double g, double g1, double) {
+  return {g, steep(g1, x.u), steep(g1, x.v)};
+}
 constexpr Jet2 chain(const Jet2& x, double g, double g1, double g2) {
   return {g,
-          g1 * x.u,
-          g1 * x.v,
-          g1 * x.uu + g2 * x.u * x.u,
-          g1 * x.uv + g2 * x.u * x.v,
-          g1 * x.vv + g2 * x.v * x.v};
+          steep(g1, x.u),
+          steep(g1, x.v),
+          steep(g1, x.uu) + steep(g2, x.u * x.u),
+          steep(g1, x.uv) + steep(g2, x.u * x.v),
+          steep(g1, x.vv) + steep(g2, x.v * x.v)};
 }
 constexpr double value_of(double x) { return x; }
 constexpr double value_of(const Jet1& x) { return x.f; }

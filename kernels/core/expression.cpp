@@ -1,5 +1,5 @@
 // A recursive-descent compiler to postfix code, and its evaluation in blocks.
-#include "kernels/surface/expression.h"
+#include "kernels/core/expression.h"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,6 @@ namespace {
 using Operation = Expression::Operation;
 using Instruction = Expression::Instruction;
 
-constexpr std::string_view variables = "uvxyz";
 constexpr std::size_t block_size = 256;
 constexpr int max_nesting = 200;
 constexpr double max_unrolled_exponent = 16;
@@ -51,8 +50,9 @@ constexpr std::array<ExpressionPreset, 5> presets = {
 // One pass over the text; the code comes out in postfix order.
 class Compiler {
  public:
-  Compiler(std::string_view text, std::vector<Instruction>& code, std::vector<double>& constants)
-      : text_(text), code_(code), constants_(constants) {}
+  Compiler(std::string_view text, ExpressionVariables variables, std::vector<Instruction>& code,
+           std::vector<double>& constants)
+      : text_(text), variables_(variables), code_(code), constants_(constants) {}
 
   void compile() {
     sum();
@@ -185,9 +185,8 @@ class Compiler {
     while (at_ < text_.size() && (is_letter(text_[at_]) || (text_[at_] >= '0' && text_[at_] <= '9'))) ++at_;
     const std::string_view word = text_.substr(start, at_ - start);
     if (word == "pi") return emit_constant(std::numbers::pi);
-    if (const std::size_t number = word.size() == 1 ? variables.find(word[0]) : std::string_view::npos;
-        number != std::string_view::npos)
-      return emit(Operation::variable, static_cast<std::uint32_t>(number), 1);
+    if (const auto at = std::ranges::find(variables_, word); at != variables_.end())
+      return emit(Operation::variable, static_cast<std::uint32_t>(at - variables_.begin()), 1);
     for (const Function& function : functions) {
       if (function.name != word) continue;
       expect('(', ("after " + std::string(word)).c_str());
@@ -204,7 +203,7 @@ class Compiler {
 
   std::string suggestion(std::string_view word) const {
     std::vector<std::string_view> known = {"pi"};
-    for (std::size_t k = 0; k < variables.size(); ++k) known.push_back(variables.substr(k, 1));
+    known.insert(known.end(), variables_.begin(), variables_.end());
     for (const Function& function : functions) known.push_back(function.name);
     if (word.size() == text_.size())
       for (const ExpressionPreset& preset : presets) known.push_back(preset.name);
@@ -217,6 +216,7 @@ class Compiler {
   }
 
   std::string_view text_;
+  ExpressionVariables variables_;
   std::vector<Instruction>& code_;
   std::vector<double>& constants_;
   std::size_t at_ = 0, depth_ = 0, deepest_ = 0;
@@ -249,54 +249,90 @@ int arity_of(Operation operation) {
   }
 }
 
-void apply(const Instruction& instruction, double* a, std::size_t count) {
+double absolute(double x) { return std::abs(x); }
+template <class Jet>
+Jet absolute(const Jet& x) {
+  return value_of(x) < 0 ? -x : x;
+}
+
+// The value as it is without derivatives, which products with a reciprocal may miss by a last bit.
+double with_value(double, double value) { return value; }
+template <class Jet>
+Jet with_value(Jet x, double value) {
+  x.f = value;
+  return x;
+}
+
+template <class Scalar>
+Scalar whole_power(const Scalar& x, std::uint32_t n) {
+  const double base = value_of(x), exponent = n;
+  return chain(x, raised(base, n), n > 0 ? exponent * raised(base, n - 1) : 0.0,
+               n > 1 ? exponent * (exponent - 1) * raised(base, n - 2) : 0.0);
+}
+
+double any_power(double x, double y) { return portable::pow(x, y); }
+bool is_constant(const Jet1& x) { return x.u == 0 && x.v == 0; }
+bool is_constant(const Jet2& x) { return x.u == 0 && x.v == 0 && x.uu == 0 && x.uv == 0 && x.vv == 0; }
+
+template <class Jet>
+Jet any_power(const Jet& x, const Jet& y) {
+  const double value = portable::pow(x.f, y.f);
+  if (is_constant(y))
+    return chain(x, value, y.f * portable::pow(x.f, y.f - 1), y.f * (y.f - 1) * portable::pow(x.f, y.f - 2));
+  return with_value(exponential(y * logarithm(x)), value);
+}
+
+template <class Scalar>
+void apply(const Instruction& instruction, Scalar* a, std::size_t count) {
   const auto map = [&](const auto& f) {
     for (std::size_t i = 0; i < count; ++i) a[i] = f(a[i]);
   };
   switch (instruction.operation) {
     case Operation::negate:
-      return map([](double x) { return -x; });
+      return map([](const Scalar& x) { return -x; });
     case Operation::integer_power:
-      return map([n = instruction.argument](double x) { return raised(x, n); });
+      return map([n = instruction.argument](const Scalar& x) { return whole_power(x, n); });
     case Operation::sin:
-      return map([](double x) { return direction_of(x).sine; });
+      return map([](const Scalar& x) { return cosine_sine(x).sine; });
     case Operation::cos:
-      return map([](double x) { return direction_of(x).cosine; });
+      return map([](const Scalar& x) { return cosine_sine(x).cosine; });
     case Operation::tan:
-      return map([](double x) {
-        const auto [cosine, sine] = direction_of(x);
-        return sine / cosine;
+      return map([](const Scalar& x) {
+        const auto [cosine, sine] = cosine_sine(x);
+        return with_value(sine / cosine, value_of(sine) / value_of(cosine));
       });
     case Operation::exp:
-      return map([](double x) { return portable::exp(x); });
+      return map([](const Scalar& x) { return exponential(x); });
     case Operation::log:
-      return map([](double x) { return portable::log(x); });
+      return map([](const Scalar& x) { return logarithm(x); });
     case Operation::sqrt:
-      return map([](double x) { return std::sqrt(x); });
+      return map([](const Scalar& x) { return square_root(x); });
     default:
-      return map([](double x) { return std::abs(x); });
+      return map([](const Scalar& x) { return absolute(x); });
   }
 }
 
-void combine(Operation operation, double* a, const double* b, std::size_t count) {
+template <class Scalar>
+void combine(Operation operation, Scalar* a, const Scalar* b, std::size_t count) {
   const auto map = [&](const auto& f) {
     for (std::size_t i = 0; i < count; ++i) a[i] = f(a[i], b[i]);
   };
   switch (operation) {
     case Operation::add:
-      return map([](double x, double y) { return x + y; });
+      return map([](const Scalar& x, const Scalar& y) { return x + y; });
     case Operation::subtract:
-      return map([](double x, double y) { return x - y; });
+      return map([](const Scalar& x, const Scalar& y) { return x - y; });
     case Operation::multiply:
-      return map([](double x, double y) { return x * y; });
+      return map([](const Scalar& x, const Scalar& y) { return x * y; });
     case Operation::divide:
-      return map([](double x, double y) { return x / y; });
+      return map(
+          [](const Scalar& x, const Scalar& y) { return with_value(x / y, value_of(x) / value_of(y)); });
     case Operation::power:
-      return map([](double x, double y) { return portable::pow(x, y); });
+      return map([](const Scalar& x, const Scalar& y) { return any_power(x, y); });
     case Operation::min:
-      return map([](double x, double y) { return y < x ? y : x; });
+      return map([](const Scalar& x, const Scalar& y) { return value_of(y) < value_of(x) ? y : x; });
     default:
-      return map([](double x, double y) { return x < y ? y : x; });
+      return map([](const Scalar& x, const Scalar& y) { return value_of(x) < value_of(y) ? y : x; });
   }
 }
 
@@ -304,45 +340,114 @@ void combine(Operation operation, double* a, const double* b, std::size_t count)
 
 std::span<const ExpressionPreset> expression_presets() { return presets; }
 
-Expression::Expression(std::string_view text) : text_(text) {
+std::vector<std::string_view> split_formulas(std::string_view text) {
+  std::vector<std::string_view> parts;
+  int nesting = 0;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(') ++nesting;
+    if (text[i] == ')') --nesting;
+    if (text[i] != ',' || nesting != 0) continue;
+    parts.push_back(text.substr(begin, i - begin));
+    begin = i + 1;
+  }
+  parts.push_back(text.substr(begin));
+  return parts;
+}
+
+Expression::Expression(std::string_view text, ExpressionVariables variables)
+    : text_(text), variables_(variables.begin(), variables.end()) {
   for (const ExpressionPreset& preset : presets)
     if (preset.name == text) text_ = preset.text;
-  Compiler compiler(text_, code_, constants_);
+  Compiler compiler(text_, variables, code_, constants_);
   compiler.compile();
   stack_size_ = compiler.stack_size();
+  used_.assign(variables_.size(), false);
+  for (const Instruction& instruction : code_)
+    if (instruction.operation == Operation::variable) used_[instruction.argument] = true;
 }
 
-bool Expression::uses(char variable) const {
-  const std::size_t number = variables.find(variable);
-  return std::any_of(code_.begin(), code_.end(), [&](const Instruction& instruction) {
-    return instruction.operation == Operation::variable && instruction.argument == number;
-  });
+bool Expression::uses(std::string_view variable) const {
+  const auto at = std::ranges::find(variables_, variable);
+  return at != variables_.end() && used_[static_cast<std::size_t>(at - variables_.begin())];
 }
 
-void Expression::evaluate(const ExpressionInputs& inputs, std::span<double> result) const {
-  const std::array<std::span<const double>, 5> input = {inputs.u, inputs.v, inputs.x, inputs.y, inputs.z};
-  for (const char c : variables)
-    if (uses(c) && input[variables.find(c)].size() < result.size())
-      throw std::invalid_argument(std::string("the expression needs the variable ") + c);
-  std::vector<double> stack(stack_size_ * block_size);
+std::uint32_t Expression::degree(std::span<const std::uint32_t> of_variables) const {
+  const auto capped = [](std::uint64_t degree) {
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(degree, not_polynomial));
+  };
+  std::vector<std::uint32_t> stack;
+  for (const Instruction& instruction : code_) {
+    std::uint32_t second = 0;
+    if (arity_of(instruction.operation) == 2) {
+      second = stack.back();
+      stack.pop_back();
+    }
+    if (arity_of(instruction.operation) == 0) stack.push_back(0);
+    std::uint32_t& degree = stack.back();
+    switch (instruction.operation) {
+      case Operation::constant:
+        break;
+      case Operation::variable:
+        degree = of_variables[instruction.argument];
+        break;
+      case Operation::negate:
+        break;
+      case Operation::add:
+      case Operation::subtract:
+        degree = std::max(degree, second);
+        break;
+      case Operation::multiply:
+        degree = capped(std::uint64_t{degree} + second);
+        break;
+      case Operation::divide:
+        if (second > 0) degree = not_polynomial;
+        break;
+      case Operation::integer_power:
+        degree = capped(std::uint64_t{degree} * instruction.argument);
+        break;
+      default:
+        if (degree > 0 || second > 0) degree = not_polynomial;
+    }
+  }
+  return stack.back();
+}
+
+template <class Scalar>
+void Expression::evaluate_blocks(ExpressionInputs<Scalar> inputs, std::span<Scalar> result) const {
+  for (std::size_t k = 0; k < variables_.size(); ++k)
+    if (used_[k] && (k >= inputs.size() || inputs[k].size() < result.size()))
+      throw std::invalid_argument("the expression needs the variable " + variables_[k]);
+  const std::size_t most = std::min(block_size, result.size());
+  std::vector<Scalar> stack(stack_size_ * most);
   for (std::size_t begin = 0; begin < result.size(); begin += block_size) {
     const std::size_t count = std::min(block_size, result.size() - begin);
     std::size_t depth = 0;
     for (const Instruction& instruction : code_) {
       const int arity = arity_of(instruction.operation);
       if (arity == 0) ++depth;
-      double* top = stack.data() + (depth - 1) * block_size;
+      Scalar* top = stack.data() + (depth - 1) * most;
       if (instruction.operation == Operation::constant)
-        std::fill_n(top, count, constants_[instruction.argument]);
+        std::fill_n(top, count, Scalar(constants_[instruction.argument]));
       else if (instruction.operation == Operation::variable)
-        std::copy_n(input[instruction.argument].data() + begin, count, top);
+        std::copy_n(inputs[instruction.argument].data() + begin, count, top);
       else if (arity == 1)
         apply(instruction, top, count);
       else
-        combine(instruction.operation, stack.data() + (--depth - 1) * block_size, top, count);
+        combine(instruction.operation, stack.data() + (--depth - 1) * most, top, count);
     }
     std::copy_n(stack.data(), count, result.data() + begin);
   }
+}
+
+void Expression::evaluate(ExpressionInputs<double> inputs, std::span<double> result) const {
+  evaluate_blocks(inputs, result);
+}
+void Expression::evaluate(ExpressionInputs<Jet1> inputs, std::span<Jet1> result) const {
+  evaluate_blocks(inputs, result);
+}
+void Expression::evaluate(ExpressionInputs<Jet2> inputs, std::span<Jet2> result) const {
+  evaluate_blocks(inputs, result);
 }
 
 }  // namespace meander
