@@ -53,6 +53,15 @@ inline constexpr Word<DensityKind> density_words[] = {
     {"uniform", DensityKind::uniform},   {"mean", DensityKind::mean},
     {"gaussian", DensityKind::gaussian}, {"max", DensityKind::max},
     {"texture", DensityKind::texture},   {"texture-inverse", DensityKind::texture_inverse}};
+// "formula:TEXT" and "unit-formula:TEXT" into a density; false for other texts. The formula is not compiled
+// here.
+inline bool is_formula_text(std::string_view text, DensityParameters& density) {
+  constexpr std::string_view plain = "formula:", unit = "unit-formula:";
+  if (!text.starts_with(plain) && !text.starts_with(unit)) return false;
+  density.kind = text.starts_with(plain) ? DensityKind::formula : DensityKind::unit_formula;
+  density.formula = text.substr(text.find(':') + 1);
+  return true;
+}
 
 inline constexpr Word<Compression> compression_words[] = {{"default", Compression::standard},
                                                           {"none", Compression::none}};

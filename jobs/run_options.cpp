@@ -32,7 +32,7 @@ StoreColumns columns_of(const RunOptions& options) {
 
 namespace {
 
-// A word, "attribute:NAME" or "face-attribute:NAME".
+// A word, "attribute:NAME" or "face-attribute:NAME", or a formula.
 void resolve_density(const std::string& text, DensityParameters& density,
                      std::vector<std::string>& problems) {
   constexpr std::string_view vertex = "attribute:", face = "face-attribute:";
@@ -41,6 +41,7 @@ void resolve_density(const std::string& text, DensityParameters& density,
     density.attribute = text.substr(text.find(':') + 1);
     return;
   }
+  if (is_formula_text(text, density)) return;
   for (const auto& word : density_words)
     if (text == word.text) {
       density.kind = word.value;
@@ -48,7 +49,7 @@ void resolve_density(const std::string& text, DensityParameters& density,
     }
   problems.push_back("--density: `" + text +
                      "` is not one of uniform|mean|gaussian|max|texture|texture-inverse|attribute:NAME|"
-                     "face-attribute:NAME");
+                     "face-attribute:NAME|formula:TEXT|unit-formula:TEXT");
 }
 
 // "all", or the names of notes separated by commas, in their order.
@@ -257,8 +258,8 @@ void add_point_options(Command points, RunOptions& options, RunOptionTexts& text
       points, "density", "--density", texts.density,
       "uniform, mean|gaussian|max curvature, attribute:NAME of vertices, face-attribute:NAME; texture: the "
       "luminance of the model's textures, more samples where they are bright, texture-inverse: where they "
-      "are "
-      "dark (with --colors)");
+      "are dark (with --colors); formula:TEXT in x, y, z, nx, ny, nz, mean, gaussian, u, v, as "
+      "`formula:1 + z^2`, unit-formula: with lengths of the unit box");
   table
       .add(points, "density_floor", "--density-floor", sample.density.floor,
            "Density of flat parts for curvature densities, of dark ones for textures, 1e-6 to 1")

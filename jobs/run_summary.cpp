@@ -70,8 +70,7 @@ std::string lacking_attribute(const StoreSummary& summary) {
     return {};
   for (const StoreSummary::Failure& failure : summary.failures)
     if (failure.status == Status::missing_attribute)
-      return fmt::format("no model has the attribute that the command names: {} ({})", failure.reason,
-                         failure.id);
+      return fmt::format("no model has what the command names: {} ({})", failure.reason, failure.id);
   return {};
 }
 

@@ -14,7 +14,8 @@ namespace meander {
 namespace {
 
 constexpr std::string_view kinds =
-    "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ|file:PATH";
+    "curvature|isotropic|attribute:NAME|face-attribute:NAME|constant:XX,XY,XZ,YY,YZ,ZZ|formula:X,Y,Z|"
+    "formula:XX,XY,XZ,YY,YZ,ZZ|unit-formula:X,Y,Z|unit-formula:XX,XY,XZ,YY,YZ,ZZ|file:PATH";
 constexpr Word<TensorForm> form_words[] = {{"spacing", TensorForm::spacing}, {"metric", TensorForm::metric}};
 constexpr Word<AlignmentForm> parameterisation_words[] = {{"metric", AlignmentForm::metric},
                                                           {"gradient", AlignmentForm::gradient}};
@@ -35,7 +36,7 @@ void resolve_kind(const TensorOptionTexts& texts, TensorParameters& tensor,
                   std::vector<std::string>& problems) {
   const std::string& text = texts.tensor;
   constexpr std::string_view vertex = "attribute:", face = "face-attribute:", constant = "constant:",
-                             file = "file:";
+                             file = "file:", formula = "formula:", unit_formula = "unit-formula:";
   if (text == "curvature") {
     tensor.kind = TensorKind::curvature;
   } else if (text == "isotropic") {
@@ -52,6 +53,9 @@ void resolve_kind(const TensorOptionTexts& texts, TensorParameters& tensor,
       problems.push_back("--tensor: `" + text + "` needs six numbers XX,XY,XZ,YY,YZ,ZZ");
       tensor.constant = TensorParameters{}.constant;  // half of it would be found indefinite as well
     }
+  } else if (text.starts_with(formula) || text.starts_with(unit_formula)) {
+    tensor.kind = text.starts_with(formula) ? TensorKind::formula : TensorKind::unit_formula;
+    tensor.formula = text.substr(text.find(':') + 1);
   } else if (text.starts_with(file)) {
     tensor.kind = TensorKind::table;
     tensor.attribute = text.substr(file.size());
@@ -159,6 +163,10 @@ std::string tensor_text(const TensorParameters& tensor) {
       return fmt::format("constant:{}", fmt::join(tensor.constant, ","));
     case TensorKind::table:
       return "file:" + tensor.attribute;
+    case TensorKind::formula:
+      return "formula:" + tensor.formula;
+    case TensorKind::unit_formula:
+      return "unit-formula:" + tensor.formula;
   }
   return "";
 }

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "kernels/core/portable_functions.h"
-#include "kernels/density/texture_density.h"
+#include "kernels/density/density_pieces.h"
+#include "kernels/density/formula_density.h"
 #include "kernels/describe/heat_geodesics.h"
 #include "kernels/describe/shape_dna.h"
 #include "kernels/locate/element_cells.h"
@@ -144,12 +145,12 @@ std::uint64_t estimate_bytes(const MeshEstimate& mesh, const SampleParameters& p
   if (parameters.colors)
     file += most_library_bytes + vertices * bytes_per_colored_vertex +
             triangles * bytes_per_colored_triangle + samples * bytes_per_colored_sample;
-  if (parameters.texcoord)
-    file += vertices * bytes_per_coordinate_vertex + triangles * bytes_per_coordinate_triangle +
-            samples * bytes_per_coordinate_sample;
+  if (reads_coordinates(parameters))
+    file += vertices * bytes_per_coordinate_vertex + triangles * bytes_per_coordinate_triangle;
+  if (parameters.texcoord) file += samples * bytes_per_coordinate_sample;
   for (const AttributeColumn& column : parameters.attributes)
     file += column.width * (vertices * bytes_per_asked_vertex + samples * bytes_per_attribute_sample);
-  if (reads_textures(parameters.density.kind)) file += texture_density_bytes(triangles);
+  if (is_in_pieces(parameters.density)) file += piece_density_bytes(triangles);
   // Descriptors of queries find it for themselves.
   const bool topology =
       parameters.topology || std::any_of(descriptors.begin(), descriptors.end(), needs_mesh);

@@ -430,8 +430,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   if (plan.path.empty())
     throw ItemError(Status::unreadable, "the run was begun with this item, and no input has its id any more");
   if (!plan.known_format)
-    throw ItemError(Status::unsupported_format, "the extension `" + plan.path.extension().string() +
-                                                    "` is none of " + mesh_extensions());
+    throw ItemError(Status::unsupported_format,
+                    "the extension `" + plan.path.extension().string() + "` is none of " + mesh_extensions());
   const ModelBytes file = open_model(plan, item.reserved_bytes, parameters.colors);
   // What its images take is in no estimate that was made before they were opened.
   const std::uint64_t color_bytes = file.color_bytes();
@@ -468,7 +468,8 @@ void read_item(GraphItem& item, const SampleParameters& parameters, const ReuseL
   std::exception_ptr failure;  // the digest is in the row of a file that cannot be read, too
   const auto read = [&]() noexcept {
     try {
-      item.model.file = file.mesh(item.model.cancel, admit, {parameters.texcoord, parameters.attributes});
+      item.model.file =
+          file.mesh(item.model.cancel, admit, {reads_coordinates(parameters), parameters.attributes});
     } catch (...) {
       failure = std::current_exception();
     }

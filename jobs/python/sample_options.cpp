@@ -14,6 +14,7 @@
 #include "jobs/option_words.h"
 #include "jobs/surface_sources.h"
 #include "kernels/core/spelling.h"
+#include "kernels/density/formula_density.h"
 
 namespace meander {
 
@@ -50,6 +51,15 @@ void choose_density(const SampleOptions& options, DensityParameters& density,
     density.kind =
         options.density == "vertices" ? DensityKind::vertex_attribute : DensityKind::face_attribute;
     density.attribute = density_attribute;
+    return;
+  }
+  if (is_formula_text(options.density, density)) {
+    if (uses_coordinates(density))
+      problems.push_back("density: `u` and `v` are texture coordinates, which meshes here do not have");
+    if (options.density_floor != SampleOptions{}.density_floor ||
+        options.density_exponent != SampleOptions{}.density_exponent)
+      problems.push_back(
+          "density_floor and density_exponent apply to densities of curvature, not to formulas");
     return;
   }
   choose("density", density_words, options.density, density.kind, problems);

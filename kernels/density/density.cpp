@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "kernels/core/portable_functions.h"
 #include "kernels/core/weighted_quantile.h"
 #include "kernels/density/curvature.h"
+#include "kernels/density/formula_density.h"
 #include "kernels/density/texture_density.h"
 
 namespace meander {
@@ -18,7 +18,6 @@ namespace meander {
 namespace {
 
 constexpr std::size_t triangle_block = 4096;
-constexpr double largest_density = std::numeric_limits<float>::max();  // densities of samples are float32
 
 // The curvature that gets density 1: the quantile over the surface, or over its curved part where that is
 // less than 1 - share of the area. 0 when the surface is flat.
@@ -130,6 +129,9 @@ Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const De
     case DensityKind::texture:
     case DensityKind::texture_inverse:
       return make_texture_density(file, mesh, parameters, cancel);
+    case DensityKind::formula:
+    case DensityKind::unit_formula:
+      return make_formula_density(file, mesh, parameters, cancel);
     case DensityKind::face_attribute:
       break;
   }

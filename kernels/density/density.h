@@ -1,6 +1,7 @@
 // The density that samples follow: area x density is the measure.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,9 @@ enum class DensityKind : std::uint8_t {
   vertex_attribute,
   face_attribute,
   texture,
-  texture_inverse
+  texture_inverse,
+  formula,
+  unit_formula
 };
 // Whether it is read from the images of a model, which its reader must then keep.
 constexpr bool reads_textures(DensityKind kind) {
@@ -31,9 +34,12 @@ constexpr bool has_shape(DensityKind kind) {
          reads_textures(kind);
 }
 
+inline constexpr double largest_density = std::numeric_limits<float>::max();  // those of samples are float32
+
 struct DensityParameters {
   DensityKind kind = DensityKind::uniform;
   std::string attribute;  // name, for the attribute kinds
+  std::string formula;    // for these kinds (formula_density.h)
   double floor = 0.02;  // density of flat parts for the curvature kinds, of dark ones for textures, in (0, 1]
   double exponent =
       1.0;  // curvature kinds: (curvature / quantile)^exponent, textures: luminance^exponent; 0.25..4
@@ -45,8 +51,9 @@ struct DensityParameters {
 struct Density {
   std::vector<double> corner;  // 3 T values >= 0 at the corners of each triangle, or empty
   // Or the means over the pieces, by path: those of triangle t begin at piece_begin[t], and its 2^d pieces
-  // have the paths 2^d .. 2^(d + 1) - 1; those above are the means of their two halves, and 0 is not used.
-  std::vector<double> piece_mean;        // > 0
+  // have the paths 2^d .. 2^(d + 1) - 1; those above are the means of their two halves, and 0 holds a bound
+  // that none of them exceeds.
+  std::vector<double> piece_mean;        // >= 0
   std::vector<std::size_t> piece_begin;  // T + 1, or empty
 
   bool in_pieces() const { return !piece_begin.empty(); }
@@ -67,10 +74,10 @@ struct MeshMeasure {
 // quantile is weighted by area; where it is zero (a flat surface with a few curved parts) it is taken over
 // the curved part alone. A surface without curvature is uniform (an empty Density). Attribute kinds: the
 // named scalar of the file, linear over triangles (vertex) or constant (face). Texture kinds:
-// make_texture_density. Throws ItemError: zero_density (zero everywhere on the area), missing_attribute (the
-// file has no attribute of that name: the sentence names those that it has), unreadable (the attribute is
-// negative, not finite or too large on a used face: the sentence names it and the first bad element). Cost:
-// O(T + W log W). Deterministic for every thread count, thread-safe.
+// make_texture_density, formulas: make_formula_density. Throws ItemError: zero_density (zero everywhere on
+// the area), missing_attribute (the file has no attribute of that name: the sentence names those that it
+// has), unreadable (the attribute is negative, not finite or too large on a used face: the sentence names it
+// and the first bad element). Cost: O(T + W log W). Deterministic for every thread count, thread-safe.
 Density make_density(const PolygonMesh& file, const PreparedMesh& mesh, const DensityParameters& parameters,
                      const CancelToken& cancel = {});
 

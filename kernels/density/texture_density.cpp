@@ -2,23 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_functions.h"
-#include "kernels/locate/pieces.h"
+#include "kernels/density/density_pieces.h"
 #include "kernels/mesh/surface_textures.h"
 #include "kernels/sample/texture_colors.h"
 
 namespace meander {
 
 namespace {
-
-constexpr int most_pieces_per_pixel = 4;  // as a power of two
-constexpr int most_piece_levels = std::bit_width(most_density_pieces) - 1;
 
 // The light of a displayed value. linear_light itself is too slow for every pixel of an image.
 double light_from_table(double value) {
@@ -110,73 +106,26 @@ class TextureLight {
   const SurfaceTextures* textures_;
 };
 
-// The mean over a piece, and below it those of its parts down to `depth`; `extra` more bisections lead to the
-// places that are looked up.
-double fill_means(const TextureLight& light, const TexturedTriangle& triangle, const WorkPiece& piece,
-                  int level, int depth, int extra, double* means) {
-  double mean = 0;
-  if (level == depth + extra) {
-    mean = light.density(triangle, centroid(piece.weights));
-  } else {
-    for (const WorkPiece& child : bisect(piece))
-      mean += 0.5 * fill_means(light, triangle, child, level + 1, depth, extra, means);
-  }
-  if (level <= depth) means[piece.path] = mean;
-  return mean;
-}
-
-// Pieces for a pixel, as a power of two, that are not too many in all. levels: by the power of two of the
-// pixels of triangles, how many there are.
-int pieces_per_pixel(const std::array<std::uint64_t, 64>& triangles_of_level) {
-  int fitting = most_pieces_per_pixel;
-  for (;; --fitting) {
-    double pieces = 0;
-    for (int level = 0; level < 64; ++level)
-      if (level + fitting > 0)
-        pieces += static_cast<double>(triangles_of_level[static_cast<std::size_t>(level)]) *
-                  std::ldexp(1.0, std::min(level + fitting, most_piece_levels + 1));
-    if (pieces <= static_cast<double>(most_density_pieces)) return fitting;
-  }
-}
-
 }  // namespace
 
 Density make_texture_density(const PolygonMesh& file, const PreparedMesh& mesh,
                              const DensityParameters& parameters, const CancelToken& cancel) {
   const TextureLight light(file, mesh, parameters);
   const std::size_t count = mesh.triangle_count(), block = std::clamp<std::size_t>(count / 64, 1, 4096);
-  constexpr std::uint8_t untextured = 255;
-  std::vector<std::uint8_t> level(count, untextured);  // ceil(log2) of the pixels
+  std::vector<std::uint8_t> level(count, no_pixels);
   parallel_blocks(count, block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t)
-      if (const auto triangle = light.find(t))
-        level[t] = static_cast<std::uint8_t>(
-            std::clamp(std::ceil(portable::log2(std::max(1.0, light.pixels(*triangle)))), 0.0, 63.0));
+      if (const auto triangle = light.find(t)) level[t] = pixel_level(light.pixels(*triangle));
   });
-  std::array<std::uint64_t, 64> triangles_of_level{};
-  for (const std::uint8_t l : level)
-    if (l != untextured) ++triangles_of_level[l];
-  Density density;
-  if (std::all_of(level.begin(), level.end(), [](std::uint8_t l) { return l == untextured; })) return density;
-  const int per_pixel = pieces_per_pixel(triangles_of_level);
-  const int extra = per_pixel >= 1 ? 0 : per_pixel >= -2 ? 2 : 3;
-  const auto depth_of = [&](std::size_t t) {
-    return level[t] == untextured ? 0 : std::max(0, level[t] + per_pixel);
+  const auto values = [&](std::size_t t, std::span<const std::array<double, 2>> weight,
+                          std::span<double> value) {
+    const auto triangle = light.find(t);
+    for (std::size_t k = 0; k < weight.size(); ++k) value[k] = light.density(*triangle, weight[k]);
   };
-  density.piece_begin.resize(count + 1);
-  for (std::size_t t = 0; t < count; ++t)
-    density.piece_begin[t + 1] = density.piece_begin[t] + (std::size_t{2} << depth_of(t));
-  density.piece_mean.assign(density.piece_begin[count], 1);
-  parallel_blocks(count, block, [&](std::size_t begin, std::size_t end) {
-    cancel.check();
-    for (std::size_t t = begin; t < end; ++t) {
-      const auto triangle = light.find(t);
-      if (!triangle) continue;
-      const WorkPiece whole = whole_triangle(bisection_corners(mesh, static_cast<std::uint32_t>(t)));
-      fill_means(light, *triangle, whole, 0, depth_of(t), extra,
-                 density.piece_mean.data() + density.piece_begin[t]);
-    }
-  });
+  Density density = density_in_pieces(mesh, level, values, cancel);
+  for (std::size_t t = 0; t < count && density.in_pieces(); ++t)
+    density.piece_mean[density.piece_begin[t]] =
+        1;  // as large as any light: redraws do not depend on the image
   return density;
 }
 

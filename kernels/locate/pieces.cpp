@@ -87,7 +87,7 @@ WorkPiece part_by_mass(const TriangleSource& source, std::uint32_t path, double 
   while (source.means != nullptr && piece.path < 1u << source.piece_bisections) {
     const double first = source.means[2 * piece.path], second = source.means[2 * piece.path + 1];
     const double at = choice * (first + second);
-    const bool in_second = at >= first;
+    const bool in_second = second > 0 && at >= first;
     choice = in_second ? (at - first) / second : at / first;
     piece = bisect(piece)[in_second ? 1 : 0];
   }

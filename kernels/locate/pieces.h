@@ -112,6 +112,8 @@ struct TriangleSource {
     if (means != nullptr) return means[piece_at(b1, b2)];
     return (1 - b1 - b2) * density[0] + b1 * density[1] + b2 * density[2];
   }
+  // In pieces: no piece is denser.
+  double largest_piece() const { return means[0]; }
   // The path of the piece of the density that holds the point.
   std::uint32_t piece_at(double b1, double b2) const;
   // The mean of a density in pieces over the piece of this path.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "kernels/core/check_range.h"
+#include "kernels/density/formula_density.h"
 
 namespace meander {
 
@@ -28,7 +29,7 @@ void check_without_topology(const SampleParameters& p, std::vector<std::string>&
   const SamplingMethod& method = method_of(p);
   if (method.makes_charts) need("the method " + std::string(method.name));
   if (p.density.kind == DensityKind::mean || p.density.kind == DensityKind::gaussian ||
-      p.density.kind == DensityKind::max)
+      p.density.kind == DensityKind::max || uses_curvature(p.density))
     need("a curvature density");
   if (p.curved) need("lifting the samples to the curved surface");
   for (const Descriptor descriptor : p.describe.descriptors)
@@ -59,11 +60,20 @@ std::vector<std::string> validate(const SampleParameters& p) {
   if (wants_attribute && p.density.attribute.empty())
     problems.push_back("the density needs the name of an attribute");
   const SamplingMethod& method = method_of(p);
+  if (is_formula(p.density.kind)) {
+    try {
+      formula_of(p.density);
+    } catch (const std::invalid_argument& error) {
+      problems.push_back("density: " + std::string(error.what()));
+    }
+  }
   if (reads_textures(p.density.kind) && !p.colors)
     problems.push_back("the density `texture` is read from the images of models: set colors");
-  if (reads_textures(p.density.kind) && method.follows_tensor)
-    problems.push_back("the density `texture` does not go with the method " + std::string(method.name) +
-                       ": choose another density or method");
+  if (is_in_pieces(p.density) && method.follows_tensor)
+    problems.push_back("the density `" +
+                       (is_formula(p.density.kind) ? p.density.formula : std::string("texture")) +
+                       "` does not go with the method " + std::string(method.name) +
+                       ", which takes none that is finer than triangles: choose another density or method");
   if (p.order && method.order == ElementOrder::balanced)
     problems.push_back("the method " + std::string(method.name) +
                        " chooses the order itself: name a method to choose the curve");
@@ -157,6 +167,11 @@ void set_samples(SampleParameters& parameters, std::uint32_t samples) {
   parameters.place.samples = samples;
   parameters.elements.samples = samples;
   parameters.locator.samples = samples;
+}
+
+bool reads_coordinates(const SampleParameters& p) {
+  return p.texcoord || uses_coordinates(p.density) ||
+         (method_of(p).follows_tensor && uses_coordinates(p.tensor));
 }
 
 }  // namespace meander

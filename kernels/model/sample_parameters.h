@@ -124,6 +124,8 @@ constexpr const SamplingMethod& method_of(const SampleParameters& parameters) {
 // The default parameters with the method of that name; std::invalid_argument when there is none.
 SampleParameters parameters_for(std::string_view method);
 
+// Whether texture coordinates of the file are needed: as a column, or in a formula.
+bool reads_coordinates(const SampleParameters& parameters);
 // Whether the parameters cast rays: only then do the stages need an Embree device.
 bool casts_rays(const SampleParameters& parameters);
 

@@ -72,7 +72,7 @@ struct Placer {
       smallest = std::min(smallest, d);
     }
     if (density.in_pieces()) {  // near a curve vertex: its corners say nothing about what is between them
-      largest = 1;
+      largest = source_of(mesh, density, triangle).largest_piece();
       smallest = 0;
     }
     Draw result{p.b1[0], p.b2[0], counter};

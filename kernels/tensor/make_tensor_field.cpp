@@ -8,8 +8,11 @@
 #include <utility>
 
 #include "kernels/core/check_range.h"
+#include "kernels/core/expression.h"
+#include "kernels/core/ordered_blocks.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/portable_functions.h"
+#include "kernels/density/mesh_variables.h"
 #include "kernels/tensor/curvature_tensors.h"
 #include "kernels/tensor/tensor_blocks.h"
 #include "kernels/tensor/vertex_tensors.h"
@@ -63,7 +66,11 @@ struct Columns {
   unsigned columns = 0;
   std::size_t count = 0, stride = 1;
   std::array<const double*, 6> begin{};
+  const std::uint32_t* polygon = nullptr;  // of rows by corners of triangles: the face of each triangle
 
+  std::string place(std::size_t i) const {
+    return polygon == nullptr ? element + " " + std::to_string(i) : "face " + std::to_string(polygon[i / 3]);
+  }
   std::array<double, 6> row(std::size_t i) const {
     std::array<double, 6> values{};
     for (unsigned k = 0; k < columns; ++k) values[k] = begin[k][i * stride];
@@ -158,7 +165,7 @@ bool log_spacing(const std::array<double, 6>& values, unsigned columns, TensorFo
 
 [[noreturn]] void fail_at(const Columns& columns, std::size_t i) {
   const std::array<double, 6> values = columns.row(i);
-  const std::string at = columns.element + " " + std::to_string(i);
+  const std::string at = columns.place(i);
   for (unsigned k = 0; k < columns.columns; ++k)
     if (!std::isfinite(values[k]))
       throw ItemError(Status::unreadable, columns.name + " is not finite at " + at);
@@ -221,6 +228,41 @@ TensorField vertex_field(const PolygonMesh& file, const PreparedMesh& mesh, cons
       cancel);
 }
 
+std::vector<Expression> formulas_of(const TensorParameters& p) {
+  std::vector<Expression> formulas;
+  for (const std::string_view text : split_formulas(p.formula)) formulas.emplace_back(text, mesh_variables);
+  if (formulas.size() != 3 && formulas.size() != 6)
+    throw std::invalid_argument(
+        "the tensor \"" + p.formula + "\" has " + std::to_string(formulas.size()) +
+        " formulas: it needs three, of a direction, or six, xx, xy, xz, yy, yz and zz");
+  return formulas;
+}
+
+TensorField formula_field(const PolygonMesh& file, const PreparedMesh& mesh, const TensorParameters& p,
+                          const CancelToken& cancel) {
+  const std::vector<Expression> formulas = formulas_of(p);
+  const MeshVariables variables(file, mesh, formulas, p.kind == TensorKind::unit_formula, cancel);
+  const std::size_t count = mesh.triangles.size();
+  std::vector<double> values(formulas.size() * count);
+  ordered_blocks(mesh.triangle_count(), tensor_block, [&](std::size_t begin, std::size_t end) {
+    cancel.check();
+    for (std::size_t k = 0; k < formulas.size(); ++k)
+      variables.evaluate_corners(formulas[k], begin, end,
+                                 std::span(values).subspan(k * count + 3 * begin, 3 * (end - begin)));
+  });
+  Columns columns{"the tensor `" + p.formula + "`",
+                  "corner",
+                  static_cast<unsigned>(formulas.size()),
+                  count,
+                  1,
+                  {},
+                  mesh.polygon.data()};
+  for (std::size_t k = 0; k < formulas.size(); ++k) columns.begin[k] = values.data() + k * count;
+  return field_of(
+      mesh, columns, p.form, [](std::size_t h) -> std::size_t { return h; },
+      [](std::size_t, const TangentFrame& own) -> const TangentFrame& { return own; }, cancel);
+}
+
 TensorField raw_field(const PolygonMesh& file, const PreparedMesh& mesh, const TensorParameters& p,
                       const CancelToken& cancel) {
   switch (p.kind) {
@@ -240,7 +282,7 @@ TensorField raw_field(const PolygonMesh& file, const PreparedMesh& mesh, const T
     case TensorKind::table:
       return vertex_field(file, mesh, columns_of(*p.table, file.vertex_count()), p.form, cancel);
     case TensorKind::constant: {
-      Columns one{"the constant tensor", "vertex", 6, 1, 0, {}};
+      Columns one{"the constant tensor", "vertex", 6, 1, 0, {}, nullptr};
       for (std::size_t k = 0; k < 6; ++k) one.begin[k] = &p.constant[k];
       const std::vector<TangentFrame> frames = vertex_frames(mesh);
       return field_of(
@@ -250,6 +292,9 @@ TensorField raw_field(const PolygonMesh& file, const PreparedMesh& mesh, const T
           },
           cancel);
     }
+    case TensorKind::formula:
+    case TensorKind::unit_formula:
+      return formula_field(file, mesh, p, cancel);
     case TensorKind::curvature:
       break;
   }
@@ -302,6 +347,16 @@ void centre_spacings(const PreparedMesh& mesh, TensorField& field) {
 
 }  // namespace
 
+bool uses_coordinates(const TensorParameters& parameters) {
+  if (!is_formula(parameters.kind)) return false;
+  try {
+    const std::vector<Expression> formulas = formulas_of(parameters);
+    return std::ranges::any_of(formulas, [](const Expression& formula) { return uses_coordinates(formula); });
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
 std::vector<std::string> validate(const TensorParameters& p) {
   std::vector<std::string> problems;
   check_range(problems, "tensor max ratio", p.max_ratio, 1, 64);
@@ -311,6 +366,13 @@ std::vector<std::string> validate(const TensorParameters& p) {
     problems.push_back("the tensor attribute has no name");
   if (p.kind == TensorKind::constant && !positive_definite(p.constant))
     problems.push_back("the constant tensor is not positive definite");
+  if (is_formula(p.kind)) {
+    try {
+      formulas_of(p);
+    } catch (const std::invalid_argument& error) {
+      problems.push_back("tensor: " + std::string(error.what()));
+    }
+  }
   if (p.kind == TensorKind::table) {
     if (p.table == nullptr)
       problems.push_back("the tensor table is missing");

@@ -20,7 +20,9 @@ enum class TensorKind : std::uint8_t {
   vertex_attribute,  // attributes of the file, by name
   face_attribute,
   constant,  // one ambient tensor
-  table      // one row per vertex of the file, given by the caller
+  table,     // one row per vertex of the file, given by the caller
+  formula,   // formulas of the place
+  unit_formula
 };
 
 // What six numbers mean: S (wanted spacings) or G = S^-2.
@@ -44,10 +46,19 @@ struct TensorParameters {
   unsigned smoothing = 3;                               // curvature: rounds; 0..64
   std::array<double, 6> constant = {1, 0, 0, 1, 0, 1};  // xx, xy, xz, yy, yz, zz, positive definite
   std::shared_ptr<const TensorTable> table;             // for the kind table
+  std::string formula;                                  // for these kinds: three or six, separated by commas
 };
 
+constexpr bool is_formula(TensorKind kind) {
+  return kind == TensorKind::formula || kind == TensorKind::unit_formula;
+}
+// Whether its formulas use texture coordinates. False for other kinds, and for formulas that cannot be
+// compiled.
+bool uses_coordinates(const TensorParameters& parameters);
+
 // One sentence per value that is out of its range; a `constant` that is not positive definite, an attribute
-// without a name and a missing table are problems too (of their kinds alone).
+// without a name, a missing table and formulas that cannot be compiled are problems too (of their kinds
+// alone).
 std::vector<std::string> validate(const TensorParameters& parameters);
 
 struct TensorFieldReport {
@@ -66,11 +77,12 @@ struct TensorFieldReport {
 //   1; s1 s2 = 1. Its part in the tangent plane gives the direction (none: isotropic).
 // Values at vertices hold in the plane of the vertex normal (vertex_frames) and are transported into the
 // triangles, values on faces hold in the plane of each triangle. The constant is treated as a vertex value.
-// Curvature: curvature_field.
-// Throws ItemError: missing_attribute for attributes that are not there, unreadable for tables of another
-// length than the file's vertices, and for values that are not finite or not positive definite at a used
-// element: the sentence names the attribute and the first bad element. std::invalid_argument when `validate`
-// finds a problem. O(T), curvature O(T + W log W); deterministic for every thread count, thread-safe.
+// Formulas (kernels/density/mesh_variables.h) give such three or six numbers at the corners of every
+// triangle, which hold in its plane. Curvature: curvature_field. Throws ItemError: missing_attribute for
+// attributes that are not there, unreadable for tables of another length than the file's vertices, and for
+// values that are not finite or not positive definite at a used element: the sentence names the attribute and
+// the first bad element. std::invalid_argument when `validate` finds a problem. O(T), curvature O(T + W log
+// W); deterministic for every thread count, thread-safe.
 TensorField make_tensor_field(const PolygonMesh& file, const PreparedMesh& mesh,
                               const TensorParameters& parameters, const CancelToken& cancel = {},
                               TensorFieldReport* report = nullptr);

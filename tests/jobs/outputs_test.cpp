@@ -528,7 +528,7 @@ TEST_CASE("run: the summary reports an attribute that no model has") {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return meander_with(arguments);
   };
-  const std::string words = "no model has the attribute that the command names";
+  const std::string words = "no model has what the command names";
   ProcessResult result = run("s.h5", {"--density", "attribute:heat"});
   INFO(result.out << result.err);
   CHECK(result.exit_code == 3);

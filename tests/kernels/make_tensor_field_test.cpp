@@ -1,5 +1,7 @@
 #include "kernels/tensor/make_tensor_field.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -126,10 +128,18 @@ TEST_CASE("make_tensor_field: six numbers or a vector, at vertices or faces, fro
     for (const double v : {vector(i).x, vector(i).y, vector(i).z}) table.values.push_back(v);
   vectors.table = std::make_shared<const TensorTable>(table);
 
+  const auto by_formulas = [](std::span<const double> numbers) {
+    TensorParameters parameters = of_kind(TensorKind::formula);
+    for (const double number : numbers)
+      parameters.formula += (parameters.formula.empty() ? "" : ", ") + fmt::format("{}", number);
+    return parameters;
+  };
+  const std::array<double, 3> along = {3 * direction.x, 3 * direction.y, 3 * direction.z};
+
   for (const TensorParameters& parameters :
-       {of_kind(TensorKind::vertex_attribute, "s"), g, of_kind(TensorKind::vertex_attribute, "v"),
-        of_kind(TensorKind::face_attribute, "s"), of_kind(TensorKind::face_attribute, "v"), constant, rows,
-        vectors}) {
+       {by_formulas(constant.constant), by_formulas(along), of_kind(TensorKind::vertex_attribute, "s"), g,
+        of_kind(TensorKind::vertex_attribute, "v"), of_kind(TensorKind::face_attribute, "s"),
+        of_kind(TensorKind::face_attribute, "v"), constant, rows, vectors}) {
     TensorFieldReport report;
     const TensorField field = make_tensor_field(file, mesh, parameters, {}, &report);
     CAPTURE(static_cast<int>(parameters.kind), parameters.attribute);
@@ -224,6 +234,29 @@ TEST_CASE("make_tensor_field: neither the scale of the mesh nor that of the valu
                          make_tensor_field(file, mesh, {})) < 1e-9);
 }
 
+TEST_CASE("make_tensor_field: formulas give the numbers of every corner, of the file or of the unit box") {
+  const PolygonMesh file = moved(grid_plane(5, 5), 20, 0, 0, 0);
+  const PreparedMesh mesh = prepare_mesh(file);
+  TensorParameters parameters = of_kind(TensorKind::unit_formula);
+  parameters.formula = "(2 + x + z)/sqrt(2), max(1 + x/2, 0)*sqrt(2), 0*y";
+  const std::array<double, 6>& box = mesh.bbox;
+  const double longest = std::max({box[3] - box[0], box[4] - box[1], box[5] - box[2]});
+  const TensorField field = make_tensor_field(file, mesh, parameters);
+  double worst = 0;
+  for (std::size_t h = 0; h < field.corner.size(); ++h) {
+    const Vector3 p = mesh.centre + mesh.unit * mesh.position(mesh.triangles[h]);
+    const double x = (p.x - box[0]) / longest, z = (p.z - box[2]) / longest;
+    const double ratio = std::hypot((2 + x + z) / std::sqrt(2), (1 + x / 2) * std::sqrt(2));
+    const TensorAxes axes = spacings_of(field.corner[h]);
+    worst = std::max(worst, std::abs(axes.first / axes.second / ratio - 1));
+  }
+  CHECK(worst < 1e-12);
+  parameters.formula = "1, 2";
+  CHECK_THAT(validate(parameters).at(0), ContainsSubstring("has 2 formulas: it needs three"));
+  parameters.formula = "1, 2, w";
+  CHECK_THAT(validate(parameters).at(0), ContainsSubstring("unknown name"));
+}
+
 TEST_CASE("make_tensor_field: bad and missing values are named") {
   PolygonMesh file = grid_plane(3, 3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -262,6 +295,14 @@ TEST_CASE("make_tensor_field: bad and missing values are named") {
         Status::missing_attribute);
   fails(of_kind(TensorKind::face_attribute, "none"), "has only the face attributes nan_xx, nan_xy",
         Status::missing_attribute);
+  TensorParameters formulas = of_kind(TensorKind::formula);
+  formulas.formula = "1, 0, 0, x - 0.5, 0, 1";
+  fails(formulas,
+        "the tensor `1, 0, 0, x - 0.5, 0, 1` is not positive definite in the tangent plane at face ");
+  formulas.formula = "log(x), 0, 0";
+  fails(formulas, "the tensor `log(x), 0, 0` is not finite at face ");
+  formulas.formula = "u, 0, 0";
+  fails(formulas, "uses texture coordinates, u or v, but the file has none", Status::missing_attribute);
   TensorParameters table = of_kind(TensorKind::table);
   table.table = std::make_shared<const TensorTable>(TensorTable{3, std::vector<double>(45, 1.0)});
   fails(table, "the tensor table has 15 rows but the file has 16 vertices");

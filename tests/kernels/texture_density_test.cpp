@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "kernels/core/parallel.h"
+#include "kernels/density/density_pieces.h"
 #include "kernels/locate/embree_locator.h"
 #include "kernels/locate/pieces.h"
 #include "kernels/mesh/prepare_mesh.h"
@@ -172,7 +173,7 @@ TEST_CASE("make_texture_density: means are those of the halves, and pieces are b
     REQUIRE(density.in_pieces());
     CHECK(density.piece_mean.size() <= 2 * (most_density_pieces + 2));
     CHECK(static_cast<double>(density.piece_mean.size() * sizeof(double) +
-                              density.piece_begin.size() * sizeof(std::size_t)) <= texture_density_bytes(2));
+                              density.piece_begin.size() * sizeof(std::size_t)) <= piece_density_bytes(2));
     for (std::size_t t = 0; t < 2; ++t) {
       const double* const mean = density.piece_mean.data() + density.piece_begin[t];
       const std::size_t held = density.piece_begin[t + 1] - density.piece_begin[t];

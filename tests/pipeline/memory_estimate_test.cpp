@@ -54,6 +54,18 @@ std::vector<Setting> settings(std::uint32_t samples) {
   add("balanced over charts", [](P& p) { p.order = ElementOrder::balanced; });
   add("elements", [](P& p) { p.locate = LocatorKind::elements; });
   add("direct", [](P& p) { p.method = MethodChoice::direct; });
+  const auto by_formula = [](P& p, const char* formula) {
+    p.density.kind = DensityKind::formula;
+    p.density.formula = formula;
+  };
+  add("auto, linear formula", [&](P& p) {
+    p = parameters_for("auto");
+    by_formula(p, "100 + x + 0*mean");
+  });
+  add("auto, formula in pieces", [&](P& p) {
+    p = parameters_for("auto");
+    by_formula(p, "1 + sin(7*x)^2");
+  });
   add("auto spaced", [](P& p) {
     p = parameters_for("auto");
     p.place.sequence = SequenceKind::spaced;

@@ -104,6 +104,7 @@ class SameAsTheProgram(WithMeshes):
         (["--method", "direct", "--seed", "7", "--order", "curve"], dict(method="direct", seed=7, order="curve")),
         (["--method", "conformal", "--density", "mean"], dict(method="conformal", density="mean")),
         (["--sequence", "spaced", "--spacing", "fast"], dict(sequence="spaced", spacing="fast")),
+        (["--density", "unit-formula:0.1 + z^2"], dict(density="unit-formula:0.1 + z^2")),
         (["--method", "anisotropic", "--normalize", "unit-sphere"],
          dict(method="anisotropic", normalize="unit-sphere")),
         (["--normalize", "unit-diagonal"], dict(normalize="unit-diagonal")),
@@ -248,6 +249,8 @@ class Arrays(unittest.TestCase):
         two = meander.sample(square, [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3]], 2000, density=[0, 2, 2, 0],
                              density_at="vertices")
         self.assertAlmostEqual(two.points[:, 0].mean(), 2 / 3, 2)
+        tops = meander.sample(CUBE, QUADS, 500, density="formula:max(nz, 0)")
+        self.assertEqual(float(tops.points[:, 2].min()), 1)
         self.assertAlmostEqual((two.weights * two.points[:, 0]).sum(), 1, 2)  # the square lies there twice
 
     def test_what_makes_no_sense_is_refused_by_name_and_place(self):
@@ -275,6 +278,11 @@ class Arrays(unittest.TestCase):
         refused(ValueError, "as many vertices as faces", CUBE[:6], QUADS % 6, density=[1] * 6)
         refused(ValueError, "content must have 32 bytes", CUBE, QUADS, content=b"short")
         refused(ValueError, "method: `conformla` .*did you mean `conformal`", CUBE, QUADS, method="conformla")
+        refused(ValueError, "`u` and `v` are texture coordinates, which meshes here do not have", CUBE, QUADS,
+                density="formula:u")
+        refused(ValueError, "apply to densities of curvature, not to formulas", CUBE, QUADS, density="formula:1",
+                density_floor=0.5)
+        refused(ValueError, "column 4", CUBE, QUADS, density="formula:1 +")
         refused(ValueError, "density: `texture` is read from the images of models", CUBE, QUADS, density="texture")
         refused(ValueError, "sequence(.|\n)*normalize", CUBE, QUADS, sequence="x", normalize="y")
         refused(ValueError, "spacing applies", CUBE, QUADS, spacing="best")

@@ -157,7 +157,8 @@ def sample(vertices, faces=None, n=2048, *, seed=1, method="auto", sequence="shi
     n: points, 1 to 2^31. seed: 0 to 2^64 - 1.
     method: "auto", "direct", "conformal" or "anisotropic". sequence: "shifted", "stratified", "owen", "regular",
         "random" or "spaced" (samples keep their distance; `spacing` "fast", "default" or "best").
-    density: "uniform", "mean", "gaussian", "max" (curvature), or numbers >= 0 at the V vertices or F faces
+    density: "uniform", "mean", "gaussian", "max" (curvature), "formula:TEXT" in x, y, z, nx, ny, nz, mean and gaussian
+        ("unit-formula:TEXT" in lengths of the unit box), or numbers >= 0 at the V vertices or F faces
         (`density_at` says which where V = F). Points are distributed by area x density.
     order: "progressive" or "curve". curve: "hilbert", "peano", "peano-meander" or "balanced".
     normalize: "none"; "unit-sphere", "unit-box" or "unit-diagonal": the centre of the box at 0, and the farthest vertex
@@ -310,7 +311,8 @@ def surface(shape, n=2048, *, seed=1, sequence="shifted", density="uniform", ord
             curve=None, density_floor=0.02, density_exponent=1.0, tolerance=1e-3, content=None, threads=0, timeout=None):
     """Samples a parametric surface over the unit square.
 
-    shape: a name of surface_names(), a .nurbs or .png file (see `meander surface`), or a function of two arrays u, v of k
+    shape: a name of surface_names(), three formulas for x, y and z in u and v as "u, v, sin(6*u)", a .nurbs or .png
+        file (see `meander surface`), or a function of two arrays u, v of k
         numbers in [0, 1] that returns positions (k, 3), or a tuple of three arrays. A function is called again and again
         from this thread, with up to some 100,000 parameters; its derivatives are differences.
     density: "uniform", "mean", "gaussian", "max", or an expression in u, v, x, y, z.
