@@ -165,7 +165,7 @@ class Compiler {
     } else if (is_letter(c)) {
       name();
     } else {
-      fail(std::string("expected a number, a name or ( instead of \"") + c + "\"");
+      fail("expected a number, a name or ( instead of \"" + std::string(1, c) + "\"");
     }
   }
 
